@@ -1,0 +1,63 @@
+# The two commands: `make demo` runs the main job, `make test` runs the tests. `make help` lists all.
+
+PYTHON ?= python3
+VENV ?= .venv
+JOBS ?= 2
+
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.ok
+UV := $(shell command -v uv 2>/dev/null)
+
+DEMO_ODD := odd/motorway_chauffeur.yaml
+DEMO_REPORT := reports/motorway_chauffeur.html
+
+.DEFAULT_GOAL := help
+.PHONY: help env demo test slow check bench clean
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)$$/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
+
+env: $(STAMP)  ## create the environment in .venv
+
+$(STAMP): pyproject.toml constraints.txt
+ifdef UV
+	test -x $(BIN)/python || uv venv --quiet --no-python-downloads --python $(PYTHON) $(VENV)
+	uv pip install --quiet --python $(BIN)/python --compile-bytecode -c constraints.txt -e '.[dev]'
+else
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --compile \
+		-c constraints.txt -e '.[dev]'
+endif
+	touch $@
+
+demo: $(STAMP)  ## run the motorway ODD; write its report
+	$(BIN)/adeye run $(DEMO_ODD) --workers $(JOBS) --report $(DEMO_REPORT)
+
+test: $(STAMP)  ## run the tests
+	$(BIN)/pytest -n $(JOBS) -m "not slow"
+
+slow: $(STAMP)  ## run the tests that take long
+	$(BIN)/pytest -n $(JOBS) -m slow
+
+check: $(STAMP)  ## everything else that must hold before a merge
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy --strict adeye tests
+	$(BIN)/lint-imports
+	$(BIN)/codespell
+	$(BIN)/python -m adeye.spec.schema --check docs/schema
+	$(BIN)/pytest --doctest-modules --ignore=adeye/store/migrations adeye
+	$(BIN)/pytest tests/test_docs.py
+	NUMBA_DISABLE_JIT=1 $(BIN)/pytest -n $(JOBS) -m "not slow" tests/kernel
+	.ci/lean_install $(BIN)/python
+
+bench: $(STAMP)  ## measure: one question per file in benchmarks/
+	@for file in benchmarks/*.py; do \
+		echo "== $$file"; $(BIN)/python $$file || exit 1; \
+	done
+
+clean:  ## remove the environment, caches and generated reports
+	rm -rf $(VENV) .coverage .coverage.* .hypothesis .import_linter_cache .mypy_cache \
+		.pytest_cache .ruff_cache build dist
+	find adeye tests benchmarks -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+	find reports -mindepth 1 -maxdepth 1 ! -name baselines -exec rm -rf {} + 2>/dev/null || true

@@ -1,0 +1,90 @@
+"""Which runs a channel has failed in, since when and how; a failed channel stays silent."""
+
+from __future__ import annotations
+
+import traceback
+from typing import Final
+
+import numpy as np
+
+from adeye.signals import SILENT, Bools, ControlCommand
+from adeye.trace import ChannelEvent
+
+ERROR: Final = "channel_error"
+INVALID_OUTPUT: Final = "channel_invalid_output"
+MAX_DETAIL: Final = 500
+"""Longest detail that is kept [characters]."""
+
+
+class Failures:
+    """The first failure of one channel in each run of a batch.
+
+    Attributes:
+        channel: Id of the channel.
+        events: (B) first failure in each run, or None.
+        silent: (B,) whether it has failed.
+    """
+
+    def __init__(self, channel: str, runs: int) -> None:
+        self.channel = channel
+        self.events: list[ChannelEvent | None] = [None] * runs
+        self.silent: Bools = np.zeros(runs, dtype=np.bool_)
+
+    def add(self, runs: Bools, outcome: str, time: float, detail: str) -> None:
+        """Record a failure in the runs (B,) that have none yet.
+
+        Args:
+            runs: (B,) where it happened.
+            outcome: ``channel_error`` or ``channel_invalid_output``.
+            time: [s].
+            detail: What was wrong.
+        """
+        event = ChannelEvent(outcome, self.channel, time, detail[:MAX_DETAIL])
+        for run in np.flatnonzero(runs & ~self.silent):
+            self.events[run] = event
+        self.silent |= runs
+
+    def hold(self, command: ControlCommand, previous: ControlCommand) -> ControlCommand:
+        """Return the command with the failed runs silent: no new values, stamp frozen.
+
+        Args:
+            command: Newest command; its values in failed runs are not used.
+            previous: The command before it.
+        """
+        return silenced(command, previous, self.silent)
+
+
+def silenced(command: ControlCommand, previous: ControlCommand, runs: Bools) -> ControlCommand:
+    """Return a command that is silent in some runs: no new values, stamp frozen.
+
+    Args:
+        command: The command; it is returned itself if no run is to be silent.
+        previous: The last command before; its values stand in the silent runs.
+        runs: (B,) runs to silence.
+    """
+    if not runs.any():
+        return command
+    quiet = command.copy()
+    quiet.acceleration[runs] = previous.acceleration[runs]
+    quiet.steering_angle[runs] = previous.steering_angle[runs]
+    quiet.stamp[runs] = previous.stamp[runs]
+    quiet.status[runs] = SILENT
+    if quiet.monitors is not None:
+        quiet.monitors[runs] = False
+    for extra in (quiet.plan, quiet.tracks):
+        if extra is not None:
+            extra[runs] = np.nan
+    return quiet
+
+
+def describe(error: BaseException) -> str:
+    """Say what an exception is and where it was raised, without folders.
+
+    Paths are left out because the text is stored with results that must not depend on a machine.
+    """
+    frames = traceback.extract_tb(error.__traceback__)
+    place = ""
+    if frames:
+        name = frames[-1].filename.replace("\\", "/").rpartition("/")[2]
+        place = f" ({name}:{frames[-1].lineno})"
+    return f"{type(error).__name__}: {error}{place}"

@@ -1,0 +1,171 @@
+"""A guard around a channel on the batch: what fails or answers nonsense is silent from then on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
+from adeye.channels.links import no_command
+from adeye.ports import ChannelContext, ControlChannel
+from adeye.signals import (
+    FAULT,
+    SILENT,
+    STATUS_LABELS,
+    TRACK_COLUMNS,
+    Bools,
+    ControlCommand,
+    Floats,
+    Observation,
+)
+from adeye.trace import ChannelEvent
+
+TRACKS: Final = 8
+"""Tracks that a command carries; more are cut, fewer filled up with NaN."""
+
+
+class GuardedChannel:
+    """Wraps a channel so that its failure never ends a run.
+
+    An exception or an answer of the wrong form makes the channel silent in all runs that have not
+    ended: the state of the channel is unknown then. A value that is no finite number makes it
+    silent in that run only. A run in which the channel says ``fault`` or ``silent`` itself may hold
+    any number; the last finite ones are kept in their place. The stamp of a command is the time of
+    its observation, whatever the channel writes there; where it is silent the stamp stands still.
+    """
+
+    def __init__(self, channel: ControlChannel, *, trusted: bool = False) -> None:
+        """Wrap a channel.
+
+        Args:
+            channel: The channel.
+            trusted: Whether an exception is ours to report, not the channel's failure: built-in
+                channels, whose defect must not pass as a mastered failure.
+        """
+        self._channel = channel
+        self._trusted = trusted
+        self.monitor_ids: tuple[str, ...] = tuple(channel.monitor_ids)
+        self._failures = Failures("", 0)
+        self._previous: ControlCommand | None = None
+        self._dead = False
+
+    @property
+    def events(self) -> list[ChannelEvent | None]:
+        """First failure of the channel in each run, or None."""
+        own = self._failures.events
+        inner = getattr(self._channel, "events", None)
+        return own if inner is None else [a or b for a, b in zip(inner, own, strict=True)]
+
+    def reset(self, context: ChannelContext) -> None:
+        """Prepare for the runs of a batch; a channel that fails here is silent from the start."""
+        self._failures = Failures(context.channel_id, context.runs)
+        self._previous = no_command(context.channel_id, context.runs)
+        self._dead = False
+        self._call(self._channel.reset, context, 0.0, np.ones(context.runs, dtype=np.bool_))
+
+    def act(self, observation: Observation) -> ControlCommand:
+        """Answer with a command that is finite and well formed in every run."""
+        assert self._previous is not None, "reset() comes first"
+        running = observation.running
+        answer = None
+        if not self._dead:
+            answer = self._call(self._channel.act, observation, observation.time, running)
+        command = self._previous if self._dead else self._checked(answer, observation)
+        self._previous = self._failures.hold(command, self._previous)
+        return self._previous
+
+    def _call(self, method: Any, argument: Any, time: float, runs: Bools) -> Any:
+        if self._trusted:
+            return method(argument)
+        try:
+            return method(argument)
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - recorded, and the run goes on
+            self._failures.add(runs, ERROR, time, describe(error))
+            self._dead = True
+            return None
+
+    def _checked(self, answer: Any, observation: Observation) -> ControlCommand:
+        assert self._previous is not None
+        wrong = self._form(answer)
+        if wrong:
+            self._failures.add(observation.running, INVALID_OUTPUT, observation.time, wrong)
+            self._dead = True
+            return self._previous
+        command = self._copied(answer)
+        unusable = (command.status == FAULT) | (command.status == SILENT)
+        finite = np.isfinite(command.acceleration) & np.isfinite(command.steering_angle)
+        known = (command.status >= 0) & (command.status < len(STATUS_LABELS))
+        for runs, detail in (
+            (~finite & ~unusable, "acceleration or steering angle is no finite number"),
+            (~known, f"status is none of 0 to {len(STATUS_LABELS) - 1}"),
+        ):
+            bad = runs & observation.running
+            self._failures.add(bad, INVALID_OUTPUT, observation.time, detail)
+        # An ended run is frozen and masked, so its values only have to stay finite.
+        keep = ~finite | ~known
+        command.acceleration[keep] = self._previous.acceleration[keep]
+        command.steering_angle[keep] = self._previous.steering_angle[keep]
+        command.status[~known] = SILENT
+        answered = observation.running & (command.status != SILENT)
+        command.stamp[:] = np.where(answered, observation.time, self._previous.stamp)
+        return command
+
+    def _form(self, answer: Any) -> str:
+        """Say what is wrong with the form of an answer; empty if nothing is."""
+        if not isinstance(answer, ControlCommand):
+            return f"act() returned {type(answer).__name__}, not ControlCommand"
+        runs = self._failures.silent.shape[0]
+        wanted: Mapping[str, tuple[int | None, ...]] = {
+            "acceleration": (runs,),
+            "steering_angle": (runs,),
+            "stamp": (runs,),
+            "status": (runs,),
+            "plan": (runs, None, 4),
+            "monitors": (runs, len(self.monitor_ids), 2),
+            "tracks": (runs, None, len(TRACK_COLUMNS)),
+        }
+        for name, shape in wanted.items():
+            wrong = _misfit(name, getattr(answer, name), shape)
+            if wrong:
+                return wrong
+        if answer.monitors is None and self.monitor_ids:
+            return "monitors is None, but the channel has monitor_ids"
+        return ""
+
+    def _copied(self, answer: ControlCommand) -> ControlCommand:
+        monitors = answer.monitors
+        return ControlCommand(
+            self._failures.channel,
+            np.array(answer.acceleration, dtype=np.float64),
+            np.array(answer.steering_angle, dtype=np.float64),
+            np.array(answer.stamp, dtype=np.float64),
+            np.array(answer.status, dtype=np.int64),
+            None if answer.plan is None else np.array(answer.plan, dtype=np.float64),
+            None if monitors is None else np.array(monitors, dtype=np.bool_),
+            None if answer.tracks is None else _padded(answer.tracks),
+        )
+
+
+def _misfit(name: str, values: Any, shape: tuple[int | None, ...]) -> str:
+    if values is None and name in ("plan", "monitors", "tracks"):
+        return ""
+    if not isinstance(values, np.ndarray):
+        return f"{name} is {type(values).__name__}, not an array"
+    numeric = values.dtype.kind in "fiub"
+    fits = len(values.shape) == len(shape) and all(
+        size is None or size == have for size, have in zip(shape, values.shape, strict=True)
+    )
+    if numeric and fits and (name != "status" or values.dtype.kind in "iu"):
+        return ""
+    text = ", ".join("K" if size is None else str(size) for size in shape)
+    return f"{name} is {values.dtype} of shape {values.shape}, not numbers of shape ({text})"
+
+
+def _padded(tracks: NDArray[Any]) -> Floats:
+    padded = np.full((tracks.shape[0], TRACKS, tracks.shape[2]), np.nan)
+    count = min(TRACKS, tracks.shape[1])
+    padded[:, :count] = tracks[:, :count]
+    return padded

@@ -1,0 +1,126 @@
+"""What is linked to a channel: its observation, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.signals import (
+    SILENT,
+    Authority,
+    Bools,
+    ControlCommand,
+    Measurement,
+    Observation,
+)
+
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+SWITCH = "switch"
+CHANNEL_PREFIX = "channels."
+
+
+def linked_channels(links: Sequence[str]) -> tuple[str, ...]:
+    """Return the ids of the channels among the links, in their order."""
+    size = len(CHANNEL_PREFIX)
+    return tuple(link[size:] for link in links if link.startswith(CHANNEL_PREFIX))
+
+
+def no_command(channel: str, runs: int) -> ControlCommand:
+    """Return what stands for the command of a channel that has not given one: silent, no stamp."""
+    return ControlCommand(
+        channel,
+        np.zeros(runs),
+        np.zeros(runs),
+        np.full(runs, -1.0),
+        np.full(runs, SILENT, dtype=np.int64),
+    )
+
+
+def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
+    links: Sequence[str],
+    time: float,
+    measurements: Mapping[str, Measurement],
+    commands: Mapping[str, ControlCommand],
+    authority: Authority | None,
+    running: Bools,
+    *,
+    protect: bool,
+) -> Observation:
+    """Build the observation of one channel at one of its ticks.
+
+    Args:
+        links: Sensor ids, ``channels.<id>`` and ``switch``.
+        time: Of this tick [s].
+        measurements: Newest measurement of every sensor, after faults.
+        commands: Command of every channel at the previous tick, after faults; a channel that is
+            missing has not given any.
+        authority: The switch's state at the previous tick; None before the first.
+        running: (B,) runs that have not ended.
+        protect: Whether to hand out copies that cannot be written to, as plug-ins get them.
+
+    Returns:
+        The observation; nothing in it tells which object is behind a detection.
+    """
+    runs = running.shape[0]
+    seen: dict[str, Measurement] = {}
+    heard: dict[str, ControlCommand] = {}
+    shown: Authority | None = None
+    for link in links:
+        if link == SWITCH:
+            shown = authority
+        elif link.startswith(CHANNEL_PREFIX):
+            name = link[len(CHANNEL_PREFIX) :]
+            heard[name] = commands.get(name) or no_command(name, runs)
+        else:
+            seen[link] = _blanked(measurements[link])
+    if protect:
+        seen = {name: _locked_measurement(item) for name, item in seen.items()}
+        heard = {name: _locked_command(item) for name, item in heard.items()}
+        shown = shown and Authority(_locked(shown.channel), _locked(shown.reason))
+        running = _locked(running)
+    return Observation(time, seen, heard, shown, running)
+
+
+def _blanked(measurement: Measurement) -> Measurement:
+    return Measurement(
+        measurement.stamp,
+        measurement.fresh,
+        measurement.alive,
+        measurement.mask,
+        measurement.detections,
+        np.full_like(measurement.source, -1),
+        measurement.estimate,
+    )
+
+
+def _locked_measurement(measurement: Measurement) -> Measurement:
+    estimate = measurement.estimate
+    return Measurement(
+        _locked(measurement.stamp),
+        _locked(measurement.fresh),
+        _locked(measurement.alive),
+        _locked(measurement.mask),
+        _locked(measurement.detections),
+        _locked(measurement.source),
+        None if estimate is None else _locked(estimate),
+    )
+
+
+def _locked_command(command: ControlCommand) -> ControlCommand:
+    copy = command.copy()
+    for array in (copy.acceleration, copy.steering_angle, copy.stamp, copy.status):
+        array.flags.writeable = False
+    for extra in (copy.plan, copy.monitors, copy.tracks):
+        if extra is not None:
+            extra.flags.writeable = False
+    return copy
+
+
+def _locked(array: NDArray[Scalar]) -> NDArray[Scalar]:
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,141 @@
+"""The errors of adeye, one tree; each knows the exit code of the process that it ends.
+
+AdeyeError
+├── InputError      exit 2: the user wrote something that cannot be used
+│   ├── SpecError, SweepError, ExpressionError, UnitError, UsageError
+│   └── InputErrors: several at once
+├── PlatformError   exit 5: database, disk, permissions
+├── IntegrityError  exit 4: stored evidence does not agree with itself
+└── ChannelError    recorded with the run; never ends a campaign
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class SourceLocation:
+    """A place in a file, counted from 1."""
+
+    path: str
+    line: int
+    column: int
+
+    def __str__(self) -> str:
+        """Write it as ``path:line:column``."""
+        return f"{self.path}:{self.line}:{self.column}"
+
+
+class AdeyeError(Exception):
+    """Base of every error that adeye raises on purpose."""
+
+    exit_code: int = 2
+
+
+class InputError(AdeyeError):
+    """The user wrote something that cannot be used.
+
+    Attributes:
+        message: What was wrong, the value, what is allowed.
+        where: File, line and column, if it came from a file.
+        remedy: What to do about it.
+    """
+
+    exit_code = 2
+
+    def __init__(
+        self, message: str, *, where: SourceLocation | None = None, remedy: str = ""
+    ) -> None:
+        super().__init__(message, where, remedy)
+        self.message = message
+        self.where = where
+        self.remedy = remedy
+
+    def __str__(self) -> str:
+        """Write it as ``Class: file:line:column: message. remedy``."""
+        place = f"{self.where}: " if self.where is not None else ""
+        text = f"{type(self).__name__}: {place}{self.message.rstrip('.')}."
+        return f"{text} {self.remedy}".rstrip()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Keep the keyword arguments when the error crosses a process boundary."""
+        return _rebuild, (type(self), self.message, self.where, self.remedy)
+
+
+def _rebuild(
+    kind: type[InputError], message: str, where: SourceLocation | None, remedy: str
+) -> InputError:
+    return kind(message, where=where, remedy=remedy)
+
+
+class SpecError(InputError):
+    """A file does not say what its kind must say."""
+
+
+class SweepError(InputError):
+    """A sweep cannot be expanded as written."""
+
+
+class ExpressionError(InputError):
+    """A formula cannot be read or evaluated."""
+
+
+class UnitError(InputError):
+    """A quantity has no unit, or the wrong one."""
+
+
+class UsageError(InputError):
+    """A command or function was called in a way that it does not support."""
+
+
+class InputErrors(InputError):
+    """Several input errors, each on a line of its own."""
+
+    def __init__(self, errors: Sequence[InputError]) -> None:
+        super().__init__(f"{len(errors)} errors")
+        self.errors = tuple(errors)
+
+    def __str__(self) -> str:
+        """Write each error on its own line and count them at the end."""
+        lines = [str(error) for error in self.errors]
+        return "\n".join([*lines, f"{len(lines)} errors."])
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Keep the list when the error crosses a process boundary."""
+        return InputErrors, (self.errors,)
+
+
+class PlatformError(AdeyeError):
+    """The database, the disk or the machine did not do its part."""
+
+    exit_code = 5
+
+
+class IntegrityError(AdeyeError):
+    """Stored evidence does not agree with itself."""
+
+    exit_code = 4
+
+
+class ChannelError(AdeyeError):
+    """A channel failed; the run records it and goes on."""
+
+
+def suggest(word: str, allowed: Iterable[str]) -> str:
+    """Name the nearest allowed word, or all of them.
+
+    >>> suggest("cut_inn", ["cut_in", "cut_out"])
+    "Did you mean 'cut_in'?"
+    >>> suggest("x", ["cut_in", "cut_out"])
+    'Allowed: cut_in, cut_out.'
+    """
+    known = list(allowed)
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+    if near:
+        return f"Did you mean {near[0]!r}?"
+    if not known:
+        return "Nothing is allowed here."
+    return f"Allowed: {', '.join(known)}."

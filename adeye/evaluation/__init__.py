@@ -1,0 +1,1 @@
+"""What a recorded run means: metrics, signal temporal logic, verdicts."""

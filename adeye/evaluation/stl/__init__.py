@@ -1,0 +1,1 @@
+"""Signal temporal logic over recorded signals: parse, check, evaluate, explain."""

@@ -1,0 +1,335 @@
+"""Parser of signal temporal logic: text to abstract syntax, by recursive descent.
+
+From loose to tight: ``implies`` (to the right), ``or``, ``and``, ``until``; ``not``, ``always`` and
+``eventually``; comparison; ``+ -``; ``* /``; sign. ``always a and b`` could be read in two ways and
+is refused: a temporal operator on the left of a connective needs parentheses round its operand or
+round itself.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal, NoReturn, cast
+
+from adeye.errors import ExpressionError
+from adeye.evaluation.stl.lexer import KEYWORDS, Token, scan
+from adeye.evaluation.stl.syntax import (
+    TERMS,
+    Arithmetic,
+    Assertion,
+    Comparison,
+    Condition,
+    Connective,
+    Constant,
+    Edge,
+    Equality,
+    Node,
+    Not,
+    Signal,
+    Span,
+    Temporal,
+    Term,
+    Until,
+    Window,
+    names_in,
+)
+from adeye.units import Dimension
+
+if TYPE_CHECKING:
+    from adeye.errors import SourceLocation
+
+MAX_DEPTH: Final = 30
+MAX_TOKENS: Final = 400
+"""A chain of n connectives is a tree of depth n, so its length is limited, too."""
+_CONNECTIVES: Final = frozenset({"and", "or", "implies", "until"})
+_COMPARISONS: Final = frozenset({"<", "<=", ">", ">="})
+_FUNCTIONS: Final = frozenset({"abs", "min", "max", "rise", "fall"})
+
+
+def parse_text(text: str, where: SourceLocation | None = None) -> Condition:
+    """Parse a formula.
+
+    Raises:
+        ExpressionError: The text is no formula; the message gives the position in it.
+    """
+    return _Parser(text, where).read()
+
+
+class _Parser:
+    """One pass over the tokens of a formula."""
+
+    def __init__(self, text: str, where: SourceLocation | None) -> None:
+        self._text = text
+        self._where = where
+        self._tokens = scan(text, where)
+        self._next = 0
+        self._depth = 0
+
+    def read(self) -> Condition:
+        if len(self._tokens) > MAX_TOKENS:
+            self._refuse(f"longer than {MAX_TOKENS} words", "Split the formula into FSRs.")
+        root = self._condition(self._implication())
+        if self._token.kind != "end":
+            self._refuse(f"'{self._token.text}' is not expected here", "Remove it or connect it.")
+        return root
+
+    # --- tokens
+
+    @property
+    def _token(self) -> Token:
+        return self._tokens[self._next]
+
+    def _take(self) -> Token:
+        token = self._token
+        self._next += 1
+        return token
+
+    def _accept(self, *texts: str) -> Token | None:
+        if self._token.kind in {"word", "symbol"} and self._token.text in texts:
+            return self._take()
+        return None
+
+    def _expect(self, text: str) -> Token:
+        token = self._accept(text)
+        if token is None:
+            found = self._token.text or "the end"
+            self._refuse(f"'{text}' is expected before {found!r}", "Close or complete the part.")
+        return token
+
+    def _refuse(self, what: str, remedy: str, at: int | None = None) -> NoReturn:
+        column = (self._token.span[0] if at is None else at) + 1
+        raise ExpressionError(
+            f"formula '{self._text}', character {column}: {what}", where=self._where, remedy=remedy
+        )
+
+    def _span(self, first: int) -> Span:
+        return (first, self._tokens[self._next - 1].span[1])
+
+    # --- conditions
+
+    def _condition(self, node: Node) -> Condition:
+        if isinstance(node, Signal):
+            return Assertion(node.span, node.name)
+        if isinstance(node, TERMS):
+            self._refuse(
+                f"'{self._quote(node)}' is a number where a condition is needed",
+                "Compare it with a threshold.",
+                node.span[0],
+            )
+        return node
+
+    def _quote(self, node: Node) -> str:
+        return self._text[slice(*node.span)]
+
+    def _implication(self) -> Node:
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            self._refuse(f"nested more than {MAX_DEPTH} deep", "Split the formula into FSRs.")
+        first = self._token.span[0]
+        node = self._disjunction()
+        if self._accept("implies"):
+            left, right = self._condition(node), self._condition(self._implication())
+            node = Connective(self._span(first), "implies", left, right)
+        self._depth -= 1
+        return node
+
+    def _disjunction(self) -> Node:
+        first = self._token.span[0]
+        node = self._conjunction()
+        while self._accept("or"):
+            left, right = self._condition(node), self._condition(self._conjunction())
+            node = Connective(self._span(first), "or", left, right)
+        return node
+
+    def _conjunction(self) -> Node:
+        first = self._token.span[0]
+        node = self._until()
+        while self._accept("and"):
+            left, right = self._condition(node), self._condition(self._until())
+            node = Connective(self._span(first), "and", left, right)
+        return node
+
+    def _until(self) -> Node:
+        first = self._token.span[0]
+        node = self._unary()
+        if self._accept("until"):
+            window = self._window()
+            left, right = self._condition(node), self._condition(self._unary())
+            node = Until(self._span(first), window, left, right)
+            if self._token.text == "until":
+                self._refuse("'until' twice can be read in two ways", "Write parentheses.")
+        return node
+
+    def _unary(self) -> Node:
+        token = self._token
+        if self._accept("not"):
+            operand = self._nested_unary()
+            return Not(self._span(token.span[0]), operand)
+        if self._accept("always", "eventually"):
+            return self._temporal(token)
+        return self._comparison()
+
+    def _nested_unary(self) -> Condition:
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            self._refuse(f"nested more than {MAX_DEPTH} deep", "Split the formula into FSRs.")
+        operand = self._condition(self._unary())
+        self._depth -= 1
+        return operand
+
+    def _temporal(self, keyword: Token) -> Node:
+        window = self._window()
+        start = self._next
+        operand = self._nested_unary()
+        operator = cast("Literal['always', 'eventually']", keyword.text)
+        node = Temporal(self._span(keyword.span[0]), operator, window, operand)
+        if self._token.text in _CONNECTIVES and not self._is_enclosed(start):
+            following = self._token.text
+            self._refuse(
+                f"'{keyword.text} … {following} …' can be read in two ways",
+                f"Write '{keyword.text} (… {following} …)' or '{keyword.text} (…) {following} …'.",
+                keyword.span[0],
+            )
+        return node
+
+    def _is_enclosed(self, start: int) -> bool:
+        """Tell whether one pair of parentheses holds all tokens read since ``start``."""
+        depth = 0
+        for index in range(start, self._next):
+            depth += {"(": 1, ")": -1}.get(self._tokens[index].text, 0)
+            if depth == 0:
+                return index == self._next - 1
+        return False
+
+    def _window(self) -> Window | None:
+        opening = self._accept("[")
+        if opening is None:
+            return None
+        first = self._time()
+        self._expect(",")
+        last = self._time()
+        self._expect("]")
+        if not 0.0 <= first <= last:
+            self._refuse(
+                f"the window from {first:g} s to {last:g} s is empty or in the past",
+                "Give 0 s <= first <= last.",
+                opening.span[0],
+            )
+        return Window(first, last)
+
+    def _time(self) -> float:
+        token = self._token
+        if token.kind != "number":
+            self._refuse("a window needs two times", "Write for example [0 s, 2 s].")
+        if token.has_unit and token.exponents != Dimension.TIME.exponents:
+            self._refuse(f"'{token.text}' is not a time", "Write for example [0 s, 2 s].")
+        return self._take().value
+
+    # --- predicates and terms
+
+    def _comparison(self) -> Node:
+        first = self._token.span[0]
+        node: Node = self._sum()
+        operator = self._accept("==", "!=", *_COMPARISONS)
+        if operator is None:
+            return node
+        left, right = node, self._sum()
+        relation = self._relate(operator, left, right, self._span(first))
+        while operator.text in _COMPARISONS and self._token.text in _COMPARISONS:
+            operator = self._take()
+            left, right = right, self._sum()
+            link = self._relate(operator, left, right, self._span(left.span[0]))
+            relation = Connective(self._span(first), "and", relation, link)
+        return relation
+
+    def _relate(self, operator: Token, left: Node, right: Node, span: Span) -> Condition:
+        for side in (left, right):
+            if not isinstance(side, TERMS):
+                self._refuse(
+                    f"'{self._quote(side)}' is a condition and cannot be compared",
+                    "Compare numbers; combine conditions with and, or, implies.",
+                    operator.span[0],
+                )
+        if not names_in(left) + names_in(right):
+            self._refuse("only constants are compared", "Compare with a signal.", operator.span[0])
+        terms = cast("Term", left), cast("Term", right)
+        if operator.text in _COMPARISONS:
+            order = cast("Literal['<', '<=', '>', '>=']", operator.text)
+            return Comparison(span, order, *terms)
+        return Equality(span, *terms, is_negated=operator.text == "!=")
+
+    def _sum(self) -> Node:
+        first = self._token.span[0]
+        node = self._product()
+        while (operator := self._accept("+", "-")) is not None:
+            node = self._apply(operator, node, self._product(), first)
+        return node
+
+    def _product(self) -> Node:
+        first = self._token.span[0]
+        node = self._sign()
+        while (operator := self._accept("*", "/")) is not None:
+            node = self._apply(operator, node, self._sign(), first)
+        return node
+
+    def _apply(self, operator: Token, left: Node, right: Node, first: int) -> Term:
+        terms = (self._term(left), self._term(right))
+        sign = cast("Literal['+', '-', '*', '/']", operator.text)
+        return Arithmetic(self._span(first), sign, terms)
+
+    def _term(self, node: Node) -> Term:
+        if not isinstance(node, TERMS):
+            self._refuse(
+                f"'{self._quote(node)}' is a condition where a number is needed",
+                "Calculate with signals and quantities only.",
+                node.span[0],
+            )
+        return node
+
+    def _sign(self) -> Node:
+        sign = self._accept("-")
+        if sign is None:
+            return self._primary()
+        operand = self._term(self._primary())
+        span = self._span(sign.span[0])
+        if isinstance(operand, Constant):
+            return Constant(span, -operand.value, operand.exponents, operand.has_unit)
+        return Arithmetic(span, "negate", (operand,))
+
+    def _primary(self) -> Node:
+        token = self._token
+        if token.kind == "number":
+            self._take()
+            return Constant(token.span, token.value, token.exponents, token.has_unit)
+        if self._accept("("):
+            node = self._implication()
+            self._expect(")")
+            return node
+        if token.kind == "word" and token.text in _FUNCTIONS:
+            return self._call()
+        if token.kind != "word" or token.text in KEYWORDS:
+            found = f"'{token.text}'" if token.text else "the end"
+            self._refuse(f"a signal, number or '(' is expected before {found}", "Complete it.")
+        self._take()
+        return Signal(token.span, token.text)
+
+    def _call(self) -> Node:
+        keyword = self._take()
+        self._expect("(")
+        arguments = [self._implication()]
+        while self._accept(","):
+            arguments.append(self._implication())
+        self._expect(")")
+        return self._function(keyword, arguments, self._span(keyword.span[0]))
+
+    def _function(self, keyword: Token, arguments: list[Node], span: Span) -> Node:
+        name = keyword.text
+        wanted = 1 if name in {"abs", "rise", "fall"} else 2
+        if (len(arguments) != wanted) if wanted == 1 else (len(arguments) < wanted):
+            what = "one argument" if wanted == 1 else "two arguments or more"
+            self._refuse(f"{name} takes {what}, not {len(arguments)}", "", keyword.span[0])
+        if name in {"rise", "fall"}:
+            edge = cast("Literal['rise', 'fall']", name)
+            return Edge(span, edge, self._condition(arguments[0]))
+        function = cast("Literal['min', 'max', 'abs']", name)
+        terms = tuple(self._term(argument) for argument in arguments)
+        return Arithmetic(span, function, terms)

@@ -1,0 +1,204 @@
+"""Abstract syntax of a signal temporal logic formula.
+
+Every node knows its span in the text, so that messages and reports quote what the user wrote.
+Values are SI. There are two families: terms, which are numbers at every row of a trace, and
+conditions, which hold or do not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+Span: TypeAlias = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A number in SI with its exponents of length, time and angle.
+
+    Zero without a unit fits every dimension.
+    """
+
+    span: Span
+    value: float
+    exponents: tuple[int, int, int]
+    has_unit: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """The name of a signal, or of a label on the right of ``==``."""
+
+    span: Span
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """An operation on terms; ``negate`` and ``abs`` have one operand, the others two."""
+
+    span: Span
+    operator: Literal["+", "-", "*", "/", "min", "max", "abs", "negate"]
+    operands: tuple[Term, ...]
+
+
+Term: TypeAlias = Constant | Signal | Arithmetic
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """An order between two terms."""
+
+    span: Span
+    operator: Literal["<", "<=", ">", ">="]
+    left: Term
+    right: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Equality:
+    """Equality of a signal with a label, a truth value or another signal."""
+
+    span: Span
+    left: Term
+    right: Term
+    is_negated: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Assertion:
+    """A boolean signal on its own."""
+
+    span: Span
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """Negation."""
+
+    span: Span
+    operand: Condition
+
+
+@dataclass(frozen=True, slots=True)
+class Connective:
+    """``and``, ``or`` or ``implies`` between two conditions."""
+
+    span: Span
+    operator: Literal["and", "or", "implies"]
+    left: Condition
+    right: Condition
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """``rise``: true where the operand begins to hold; ``fall``: where it ceases to."""
+
+    span: Span
+    operator: Literal["rise", "fall"]
+    operand: Condition
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A closed interval of time after a row [s]."""
+
+    first_s: float
+    last_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Temporal:
+    """``always`` or ``eventually`` over a window, or without one."""
+
+    span: Span
+    operator: Literal["always", "eventually"]
+    window: Window | None
+    operand: Condition
+
+
+@dataclass(frozen=True, slots=True)
+class Until:
+    """``left`` holds at every row before one, inside the window, at which ``right`` holds."""
+
+    span: Span
+    window: Window | None
+    left: Condition
+    right: Condition
+
+
+Predicate: TypeAlias = Comparison | Equality | Assertion
+Condition: TypeAlias = Predicate | Not | Connective | Edge | Temporal | Until
+Node: TypeAlias = Term | Condition
+
+TERMS = (Constant, Signal, Arithmetic)
+PREDICATES = (Comparison, Equality, Assertion)
+
+
+def children(node: Node) -> tuple[Node, ...]:
+    """List the direct parts of a node, left to right."""
+    match node:
+        case Arithmetic(operands=operands):
+            return operands
+        case Comparison() | Equality() | Connective() | Until():
+            return (node.left, node.right)
+        case Not() | Edge() | Temporal():
+            return (node.operand,)
+        case _:
+            return ()
+
+
+def label_of(node: Equality) -> str | None:
+    """Give the label on the right of an equality: a word without dots is never a signal there."""
+    if isinstance(node.right, Signal) and "." not in node.right.name:
+        return node.right.name
+    return None
+
+
+def names_in(node: Node) -> tuple[str, ...]:
+    """List the signals that a node reads, once each, in the order of the text."""
+    match node:
+        case Signal(name=name) | Assertion(name=name):
+            return (name,)
+        case Equality() if label_of(node) is not None:
+            return names_in(node.left)
+        case _:
+            found = (name for child in children(node) for name in names_in(child))
+            return tuple(dict.fromkeys(found))
+
+
+def future_reach(node: Node, *, is_outermost: bool = True) -> float:
+    """Give the time after an obligation's start that its truth may depend on [s].
+
+    An operator without a window ranges over the scenario's horizon where it is outermost, and has
+    infinite reach below another temporal operator or an edge.
+    """
+    match node:
+        case Temporal() | Until():
+            inner = max(future_reach(child, is_outermost=False) for child in children(node))
+            if node.window is not None:
+                return node.window.last_s + inner
+            return inner if is_outermost else float("inf")
+        case Edge():
+            return future_reach(node.operand, is_outermost=False)
+        case _:
+            parts = (future_reach(child, is_outermost=is_outermost) for child in children(node))
+            return max(parts, default=0.0)
+
+
+def needed_time(node: Node, horizon_s: float) -> float:
+    """Give the length of a trace that decides the formula in every case [s].
+
+    Args:
+        node: The formula's root, evaluated at time 0.
+        horizon_s: Last time at which an obligation of an outermost operator may start [s].
+    """
+    if isinstance(node, Temporal | Until):
+        if node.window is None:
+            return horizon_s + future_reach(node)
+        return future_reach(node)
+    if isinstance(node, Edge):
+        return future_reach(node)
+    return max((needed_time(child, horizon_s) for child in children(node)), default=0.0)

@@ -1,0 +1,214 @@
+"""Verdicts: what a run and a set of runs mean for an FSR, and the exit code that follows.
+
+Nothing here says yes by accident: an empty selection, a run that never exercised its precondition
+and a planned run without a result all fold to something other than PASS.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from enum import IntEnum, StrEnum
+from types import MappingProxyType
+
+__all__ = [
+    "ExitCode",
+    "Outcome",
+    "Verdict",
+    "exit_code",
+    "exit_of_verdict",
+    "fold_fsrs",
+    "fold_runs",
+    "gate_exit",
+]
+
+
+class Outcome(StrEnum):
+    """What happened to a run; says nothing about an FSR."""
+
+    COMPLETED = "completed"
+    CHANNEL_ERROR = "channel_error"
+    CHANNEL_TIMEOUT = "channel_timeout"
+    CHANNEL_INVALID_OUTPUT = "channel_invalid_output"
+    CHANNEL_KILLED = "channel_killed"
+    NOT_REALISED = "not_realised"
+    INFRASTRUCTURE_ERROR = "infrastructure_error"
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether FSRs are evaluated on the run; a failing channel does not prevent it."""
+        return self not in {Outcome.NOT_REALISED, Outcome.INFRASTRUCTURE_ERROR}
+
+
+class Verdict(StrEnum):
+    """What a run, or a fold of runs, means for an FSR."""
+
+    PASS = "PASS"  # noqa: S105 - a verdict, not a password
+    FAIL = "FAIL"
+    INCONCLUSIVE = "INCONCLUSIVE"
+    VACUOUS = "VACUOUS"
+    INVALID = "INVALID"
+    ERROR = "ERROR"
+    NOT_RUN = "NOT_RUN"
+
+
+WAIVABLE = frozenset({Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.NOT_RUN})
+"""Verdicts of a run that a waiver (an id with an expiry date) may set aside in a fold."""
+
+_RUN_ORDER = (
+    Verdict.FAIL,
+    Verdict.ERROR,
+    Verdict.INVALID,
+    Verdict.INCONCLUSIVE,
+    Verdict.NOT_RUN,
+)
+_FSR_ORDER = (*_RUN_ORDER, Verdict.VACUOUS, Verdict.PASS)
+
+
+def _count(verdicts: Mapping[Verdict, int] | Iterable[Verdict]) -> dict[Verdict, int]:
+    """Count verdicts; refuse what is not a verdict and counts below zero."""
+    pairs = verdicts.items() if isinstance(verdicts, Mapping) else Counter(verdicts).items()
+    counts: dict[Verdict, int] = {}
+    for verdict, count in pairs:
+        if count < 0:
+            msg = f"{verdict}: a count of runs cannot be {count}"
+            raise ValueError(msg)
+        if count > 0:
+            counts[Verdict(verdict)] = count
+    return counts
+
+
+def _open_after_waivers(
+    counts: Mapping[Verdict, int], waived: Mapping[Verdict, int]
+) -> dict[Verdict, int]:
+    for verdict, count in waived.items():
+        if verdict not in WAIVABLE:
+            msg = f"a run with verdict {verdict} cannot be waived; only {sorted(WAIVABLE)} can"
+            raise ValueError(msg)
+        if not 0 <= count <= counts.get(verdict, 0):
+            msg = (
+                f"{count} runs waived as {verdict}, but {counts.get(verdict, 0)} have that verdict"
+            )
+            raise ValueError(msg)
+    return {verdict: count - waived.get(verdict, 0) for verdict, count in counts.items()}
+
+
+def fold_runs(
+    verdicts: Mapping[Verdict, int] | Iterable[Verdict],
+    *,
+    min_exercised: int = 1,
+    waived: Mapping[Verdict, int] = MappingProxyType({}),
+) -> Verdict:
+    """Fold the verdicts of one FSR over its runs.
+
+    FAIL if any run failed; else ERROR; else INVALID, INCONCLUSIVE, NOT_RUN, the first that is
+    present and not waived; else PASS if at least ``min_exercised`` runs pass; else VACUOUS. A
+    VACUOUS run is neutral. No runs at all are NOT_RUN.
+
+    Args:
+        verdicts: Verdict of every planned run, or the number of runs per verdict.
+        min_exercised: Runs that must PASS, at least 1.
+        waived: Number of runs set aside by a waiver in force, per verdict.
+
+    Raises:
+        ValueError: Negative counts, ``min_exercised`` below 1, a waiver of a verdict that cannot
+            be waived, or more waivers than runs.
+    """
+    if min_exercised < 1:
+        msg = f"min_exercised is {min_exercised}; an FSR that no run exercised cannot pass"
+        raise ValueError(msg)
+    counts = _count(verdicts)
+    remaining = _open_after_waivers(counts, waived)
+    if not counts:
+        return Verdict.NOT_RUN
+    for verdict in _RUN_ORDER:
+        if remaining.get(verdict, 0) > 0:
+            return verdict
+    return Verdict.PASS if remaining.get(Verdict.PASS, 0) >= min_exercised else Verdict.VACUOUS
+
+
+def fold_fsrs(verdicts: Iterable[Verdict]) -> Verdict:
+    """Fold the verdicts of several FSRs: the first that is present.
+
+    The order is FAIL, ERROR, INVALID, INCONCLUSIVE, NOT_RUN, VACUOUS, PASS. No FSR at all is
+    NOT_RUN.
+    """
+    present = {Verdict(verdict) for verdict in verdicts}
+    return next((verdict for verdict in _FSR_ORDER if verdict in present), Verdict.NOT_RUN)
+
+
+class ExitCode(IntEnum):
+    """Exit status of the verbs that judge."""
+
+    OK = 0
+    FAILED = 1
+    USAGE = 2
+    INCOMPLETE = 3
+    INTEGRITY = 4
+    ENVIRONMENT = 5
+    INTERRUPTED = 130
+    TERMINATED = 143
+
+    @property
+    def meaning(self) -> str:
+        """One line for people; a message names every code that applies."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    ExitCode.OK: "all good",
+    ExitCode.FAILED: "an FSR failed or regressed",
+    ExitCode.USAGE: "usage or input error",
+    ExitCode.INCOMPLETE: "evidence incomplete",
+    ExitCode.INTEGRITY: "integrity or determinism violated",
+    ExitCode.ENVIRONMENT: "environment (database, disk)",
+    ExitCode.INTERRUPTED: "interrupted",
+    ExitCode.TERMINATED: "terminated",
+}
+
+_EXIT_ORDER = (
+    ExitCode.INTERRUPTED,
+    ExitCode.TERMINATED,
+    ExitCode.ENVIRONMENT,
+    ExitCode.INTEGRITY,
+    ExitCode.USAGE,
+    ExitCode.FAILED,
+    ExitCode.INCOMPLETE,
+    ExitCode.OK,
+)
+
+
+def exit_code(codes: Iterable[ExitCode]) -> ExitCode:
+    """Combine the exit codes that apply; none at all is INCOMPLETE, never OK."""
+    present = {ExitCode(code) for code in codes}
+    return next((code for code in _EXIT_ORDER if code in present), ExitCode.INCOMPLETE)
+
+
+def exit_of_verdict(verdict: Verdict) -> ExitCode:
+    """Give the exit code that one folded verdict calls for."""
+    if verdict is Verdict.PASS:
+        return ExitCode.OK
+    return ExitCode.FAILED if verdict is Verdict.FAIL else ExitCode.INCOMPLETE
+
+
+def gate_exit(
+    verdicts: Mapping[str, Iterable[Verdict]], *, planned: int, accounted: int
+) -> ExitCode:
+    """Decide the gate: OK only if every mandatory FSR passes for every architecture in it.
+
+    Args:
+        verdicts: For each architecture in the gate, the folded verdict of every mandatory FSR.
+        planned: Number of test cases planned.
+        accounted: Number of them with a result or a waiver.
+
+    Returns:
+        OK; FAILED if an FSR failed; INTEGRITY if more is accounted for than was planned;
+        INCOMPLETE for everything else, also for an empty plan, gate or concept.
+    """
+    codes = [ExitCode.OK if 0 < planned <= accounted else ExitCode.INCOMPLETE]
+    if accounted > planned:
+        codes.append(ExitCode.INTEGRITY)
+    if not verdicts:
+        codes.append(ExitCode.INCOMPLETE)
+    codes.extend(exit_of_verdict(fold_fsrs(of_fsrs)) for of_fsrs in verdicts.values())
+    return exit_code(codes)

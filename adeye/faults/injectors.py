@@ -1,0 +1,93 @@
+"""What a fault does to a sensor or a channel; the identity, bit for bit, where it is not active."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from adeye.channels.failures import silenced
+from adeye.signals import Bools, ControlCommand, Measurement
+
+
+@dataclass(slots=True)
+class DropOut:
+    """A sensor delivers nothing new; after the fault its next delivery counts again.
+
+    While active ``alive`` and ``fresh`` are false, there are no detections, and stamp and ego
+    estimate stand as they were before.
+    """
+
+    _last: Measurement | None = None
+
+    def apply(self, measurement: Measurement, active: Bools) -> Measurement:
+        """Return the measurement with the fault in the active runs (B,).
+
+        Args:
+            measurement: The newest measurement; returned itself if no run is active.
+            active: (B,) whether the fault is present.
+        """
+        if not active.any():
+            self._last = measurement
+            return measurement
+        faulty = _copy(measurement)
+        faulty.fresh[active] = False
+        faulty.alive[active] = False
+        faulty.mask[active] = False
+        faulty.detections[active] = 0.0
+        faulty.source[active] = -1
+        if self._last is None:
+            self._last = _nothing(measurement)
+        faulty.stamp[active] = self._last.stamp[active]
+        if faulty.estimate is not None and self._last.estimate is not None:
+            faulty.estimate[active] = self._last.estimate[active]
+        # In runs without the fault this is their own newest sample, in the others the old one.
+        self._last = faulty
+        return faulty
+
+
+@dataclass(slots=True)
+class Silence:
+    """A channel says nothing: no new command, stamp frozen, status silent."""
+
+    _last: ControlCommand | None = None
+
+    def apply(self, command: ControlCommand, active: Bools) -> ControlCommand:
+        """Return the command with the fault in the active runs (B,).
+
+        Args:
+            command: The newest command; returned itself if no run is active.
+            active: (B,) whether the fault is present.
+        """
+        if not active.any():
+            self._last = command
+            return command
+        if self._last is None:
+            self._last = command.copy()
+            self._last.acceleration[:] = 0.0
+            self._last.steering_angle[:] = 0.0
+            self._last.stamp[:] = -1.0
+        self._last = silenced(command, self._last, active)
+        return self._last
+
+
+def _copy(measurement: Measurement) -> Measurement:
+    estimate = measurement.estimate
+    return Measurement(
+        measurement.stamp.copy(),
+        measurement.fresh.copy(),
+        measurement.alive.copy(),
+        measurement.mask.copy(),
+        measurement.detections.copy(),
+        measurement.source.copy(),
+        None if estimate is None else estimate.copy(),
+    )
+
+
+def _nothing(measurement: Measurement) -> Measurement:
+    """What a sensor delivers before its first sample."""
+    nothing = _copy(measurement)
+    nothing.stamp[:] = -1.0
+    if nothing.estimate is not None:
+        nothing.estimate[:] = 0.0
+    return nothing

@@ -1,0 +1,221 @@
+"""When each fault of a batch is present: from a time, or from when a condition first holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from adeye.errors import SpecError
+from adeye.faults.injectors import DropOut, Silence
+from adeye.kernel.jit import compiled
+from adeye.kernel.postfix import run_program
+from adeye.signals import Bools, ControlCommand, Floats, Ints, Measurement, Scene, SceneContext
+from adeye.spec.architecture import Architecture
+from adeye.spec.expression import Expression, Program, to_program
+from adeye.spec.fault import Fault
+from adeye.sweep.case import TestCase
+from adeye.world.triggers import TriggerTable
+
+TIME_TOLERANCE = 1e-9
+"""Slack of comparisons of times [s]: multiples of the step are not exact."""
+
+
+class FaultPlan:
+    """The faults of a batch of test cases that share a fault entry; times vary per run.
+
+    A fault is present at the ticks from its onset to before onset plus duration. Where no fault is
+    active the very same objects go through.
+
+    Attributes:
+        ids: F ids, in the order of the test cases' faults.
+    """
+
+    def __init__(self, cases: Sequence[TestCase], context: SceneContext) -> None:
+        """Prepare the faults of a batch.
+
+        Args:
+            cases: Test cases of one structure.
+            context: Objects, events and sizes.
+
+        Raises:
+            SpecError: The test cases differ in their faults, or a target does not exist.
+        """
+        first = cases[0]
+        self.ids: tuple[str, ...] = tuple(fault.id for fault in first.faults)
+        _check(cases, self.ids)
+        shape = (len(cases), len(self.ids))
+        self._at = np.full(shape, np.nan)
+        self._duration = np.full(shape, np.inf)
+        for run, case in enumerate(cases):
+            for index, fault in enumerate(case.faults):
+                if fault.onset.at is not None:
+                    self._at[run, index] = fault.onset.at
+                if fault.duration is not None:
+                    self._duration[run, index] = fault.duration
+        self._begun = np.full(shape, np.nan)
+        self._triggers = TriggerTable.of(cases, context)
+        self._programs = _Programs.of(cases, self._triggers.index)
+        self._drop_outs: dict[str, tuple[DropOut, list[int]]] = {}
+        self._silences: dict[str, tuple[Silence, list[int]]] = {}
+        for index, fault in enumerate(first.faults):
+            if fault.model == "drop_out":
+                self._drop_outs.setdefault(fault.target_id, (DropOut(), []))[1].append(index)
+            else:
+                self._silences.setdefault(fault.target_id, (Silence(), []))[1].append(index)
+
+    def update(self, scene: Scene) -> Bools:
+        """Decide which faults are present at this tick.
+
+        Args:
+            scene: Ground truth at the tick.
+
+        Returns:
+            (B, F); false in runs that have ended.
+        """
+        active = np.zeros(self._begun.shape, dtype=np.bool_)
+        if not self.ids:
+            return active
+        programs = self._programs
+        _update(
+            scene.time,
+            scene.running,
+            self._at,
+            self._duration,
+            self._triggers.values(scene) if programs.count else np.zeros((active.shape[0], 1)),
+            programs.ops,
+            programs.args,
+            programs.lengths,
+            programs.number,
+            self._begun,
+            active,
+        )
+        return active
+
+    def on_readings(
+        self, readings: Mapping[str, Measurement], active: Bools
+    ) -> dict[str, Measurement]:
+        """Apply the faults of sensors to the newest measurements.
+
+        Args:
+            readings: By sensor id.
+            active: (B, F) as ``update`` returned it.
+        """
+        faulty = dict(readings)
+        for name, (injector, columns) in self._drop_outs.items():
+            faulty[name] = injector.apply(readings[name], active[:, columns].any(axis=1))
+        return faulty
+
+    def on_commands(
+        self, proposals: Sequence[ControlCommand], active: Bools
+    ) -> list[ControlCommand]:
+        """Apply the faults of channels to their newest commands.
+
+        Args:
+            proposals: One command per channel.
+            active: (B, F) as ``update`` returned it.
+        """
+        faulty = list(proposals)
+        for index, command in enumerate(proposals):
+            if command.channel in self._silences:
+                injector, columns = self._silences[command.channel]
+                faulty[index] = injector.apply(command, active[:, columns].any(axis=1))
+        return faulty
+
+
+class _Programs:
+    """The onset conditions of a batch as postfix programs.
+
+    Attributes:
+        count: P different programs.
+        ops: (P, L) operations.
+        args: (P, L) their arguments.
+        lengths: (P,).
+        number: (B, F) program of each fault, -1 for one that begins at a time.
+    """
+
+    def __init__(self, compiled_programs: Sequence[Program], number: Ints) -> None:
+        self.count = len(compiled_programs)
+        self.number = number
+        width = max((len(program.ops) for program in compiled_programs), default=1)
+        self.ops = np.zeros((max(1, self.count), width), dtype=np.int64)
+        self.args = np.zeros((max(1, self.count), width), dtype=np.float64)
+        self.lengths = np.zeros(max(1, self.count), dtype=np.int64)
+        for row, program in enumerate(compiled_programs):
+            self.ops[row, : len(program.ops)] = program.ops
+            self.args[row, : len(program.args)] = program.args
+            self.lengths[row] = len(program.ops)
+
+    @classmethod
+    def of(cls, cases: Sequence[TestCase], index: Mapping[str, int]) -> _Programs:
+        """Compile each different condition once."""
+        known: dict[str, int] = {}
+        programs: list[Program] = []
+        number = np.full((len(cases), len(cases[0].faults)), -1, dtype=np.int64)
+        for run, case in enumerate(cases):
+            for column, fault in enumerate(case.faults):
+                when: Expression | None = fault.onset.when
+                if when is None:
+                    continue
+                if when.text not in known:
+                    known[when.text] = len(programs)
+                    programs.append(to_program(when, index))
+                number[run, column] = known[when.text]
+        return cls(programs, number)
+
+
+def _check(cases: Sequence[TestCase], ids: tuple[str, ...]) -> None:
+    for case in cases:
+        if tuple(fault.id for fault in case.faults) != ids:
+            raise SpecError(
+                f"test cases with different faults cannot run in one batch: {', '.join(ids)} and "
+                f"{', '.join(fault.id for fault in case.faults)}",
+                remedy="Group them by fault entry.",
+            )
+    for fault in cases[0].faults:
+        _check_target(fault, cases[0].architecture)
+
+
+def _check_target(fault: Fault, architecture: Architecture) -> None:
+    kind = fault.target.partition(".")[0]
+    known = architecture.sensors if kind == "sensors" else architecture.channels
+    if fault.target_id not in known:
+        raise SpecError(
+            f"fault {fault.id}: architecture {architecture.architecture} has no {fault.target}",
+            remedy=f"It has {', '.join(f'{kind}.{name}' for name in known)}.",
+        )
+
+
+@compiled
+def _update(  # noqa: PLR0913, PLR0917 - a kernel
+    time: float,
+    running: Bools,
+    at: Floats,
+    duration: Floats,
+    variables: Floats,
+    ops: Ints,
+    args: Floats,
+    lengths: Ints,
+    number: Ints,
+    begun: Floats,
+    active: Bools,
+) -> None:
+    for run in range(at.shape[0]):
+        if not running[run]:
+            continue
+        for fault in range(at.shape[1]):
+            program = number[run, fault]
+            if np.isnan(begun[run, fault]):
+                if program < 0:
+                    if time >= at[run, fault] - TIME_TOLERANCE:
+                        begun[run, fault] = at[run, fault]
+                else:
+                    length = lengths[program]
+                    value = run_program(
+                        ops[program, :length], args[program, :length], variables[run]
+                    )
+                    # NaN compares false: an undefined condition begins nothing.
+                    if value > 0.0 or value < 0.0:
+                        begun[run, fault] = time
+            # NaN compares false, too: what has not begun is not active.
+            active[run, fault] = time < begun[run, fault] + duration[run, fault] - TIME_TOLERANCE

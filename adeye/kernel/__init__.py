@@ -1,0 +1,1 @@
+"""Shared compiled numerics: plain numbers and arrays in, plain numbers and arrays out."""

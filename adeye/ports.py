@@ -1,0 +1,194 @@
+"""The protocols that parts implement: sensors, channels, switch, traffic, metrics.
+
+Every part works on a batch of B runs in lockstep. It is built from its spec records (one per run,
+because values may vary inside a batch), reset once, and then called tick by tick. A run's result
+must not depend on the other runs of its batch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from pydantic import BaseModel, ConfigDict
+
+from adeye.signals import (
+    Authority,
+    Bools,
+    ControlCommand,
+    Floats,
+    Measurement,
+    Observation,
+    RoadMap,
+    Scene,
+    SceneContext,
+)
+from adeye.spec.architecture import Sensor, Switch, Vehicle
+
+if TYPE_CHECKING:
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
+
+
+class Parameters(BaseModel):
+    """Base of a plug-in's parameter model: frozen, unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+@dataclass(frozen=True, slots=True)
+class SensorContext:
+    """What a sensor is built with.
+
+    Attributes:
+        sensor_id: Its name in the architecture; owner of its random numbers.
+        specs: (B) its spec record in each run.
+        scene: What does not change during the runs.
+        every: Ticks between two samples.
+        latency: Ticks from sample to delivery.
+        offset_stream: Owner number of its random stream.
+    """
+
+    sensor_id: str
+    specs: Sequence[Sensor]
+    scene: SceneContext
+    every: int
+    latency: int
+    owner: int
+
+
+class SensorModel(Protocol):
+    """A sensor: ground truth in, its newest delivered measurement out."""
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if its clock says so, and return what is delivered at this tick."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelContext:
+    """What a channel is built with; it holds nothing that is not known before the drive.
+
+    Attributes:
+        channel_id: Its name in the architecture.
+        parameters: (B) its parameter record in each run.
+        links: Ids of what is linked to it, in the architecture's order.
+        sensors: Kind of each linked sensor, by id.
+        mounts: (B, 4) x, y, z, yaw of each linked sensor that has a mount, by id.
+        vehicles: (B) the vehicle record in each run.
+        road: The map.
+        desired_speed: (B) speed that the ego is asked to drive [m/s].
+        step: Master clock [s].
+        period: Time between two of its ticks [s].
+    """
+
+    channel_id: str
+    parameters: Sequence[Any]
+    links: tuple[str, ...]
+    sensors: Mapping[str, str]
+    mounts: Mapping[str, Floats]
+    vehicles: Sequence[Vehicle]
+    road: RoadMap
+    desired_speed: Floats
+    step: float
+    period: float
+
+    @property
+    def runs(self) -> int:
+        """Number of runs B in the batch."""
+        return len(self.vehicles)
+
+
+@runtime_checkable
+class ControlChannel(Protocol):
+    """An independent controller of the ego, working on the batch."""
+
+    monitor_ids: tuple[str, ...]
+    """Names of its monitors, in the order of ``ControlCommand.monitors``; may be empty."""
+
+    def reset(self, context: ChannelContext) -> None:
+        """Prepare for the runs of a batch."""
+        ...
+
+    def act(self, observation: Observation) -> ControlCommand:
+        """Answer one observation with one command per run."""
+        ...
+
+
+class SwitchModel(Protocol):
+    """Decides whose command acts."""
+
+    def arbitrate(
+        self, time: float, proposals: Sequence[ControlCommand]
+    ) -> tuple[Floats, Authority]:
+        """Return the acting command (B, 2) and who has authority, why."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchContext:
+    """What a switch is built with.
+
+    Attributes:
+        specs: (B) its spec record in each run.
+        channels: Channel ids in the architecture's order; authority indexes into them.
+        step: Master clock [s].
+    """
+
+    specs: Sequence[Switch]
+    channels: tuple[str, ...]
+    step: float
+
+
+class TrafficBackend(Protocol):
+    """The simulated world of a batch: the ego, the other actors, contact and the end of runs."""
+
+    name: str
+    variant: str
+
+    def reset(self, cases: Sequence[TestCase]) -> tuple[SceneContext, Scene]:
+        """Build the world of each test case; all have one structure."""
+        ...
+
+    def step(self, command: Floats) -> Scene:
+        """Advance one tick with the acting command (B, 2) and return the next scene."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class MetricColumn:
+    """A metric of B runs.
+
+    Attributes:
+        value: (B,) in the metric's unit; meaningless where the status is not ``value``.
+        status: (B,) words: value, no_conflict, not_applicable, undefined, incomplete, error.
+        time: (B,) time of the worst case [s], NaN if there is none.
+        actor: (B,) object index of the worst case, -1 if there is none.
+    """
+
+    value: Floats
+    status: tuple[str, ...]
+    time: Floats
+    actor: Sequence[int]
+
+
+class Metric(Protocol):
+    """A number that a trace is summarised by."""
+
+    uid: str
+    unit: str
+    worse: str
+    source: str
+
+    def compute(self, trace: Trace) -> MetricColumn:
+        """Return one value per run, with the time and the actor of the worst case."""
+        ...
+
+
+class FaultInjector(Protocol):
+    """Wraps the ports; the identity, bit for bit, while no fault is active."""
+
+    def update(self, scene: Scene) -> Bools:
+        """Decide which faults are active at this tick (B, F)."""
+        ...

@@ -1,0 +1,254 @@
+"""Parts from outside the package: loaded by the name that the user wrote, hashed, checked."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
+
+from pydantic import BaseModel, ValidationError
+
+from adeye.errors import SourceLocation, SpecError, suggest
+
+Loc = tuple[str | int, ...]
+
+_FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."
+_CACHE: dict[tuple[str, str, str], Part] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A class from outside the package, and what identifies its code.
+
+    Attributes:
+        obj: The class.
+        name: As the user wrote it.
+        source_digest: sha256 of its source: of the file, or of all files of its package.
+        version: ``__version__`` of its module or package, empty if there is none.
+    """
+
+    obj: Any
+    name: str
+    source_digest: str
+    version: str
+
+    def build(self, *arguments: Any) -> Any:
+        """Make an instance of the class."""
+        return self.obj(*arguments)
+
+
+@dataclass(frozen=True, slots=True)
+class Validated:
+    """Outcome of checking a plug-in's parameters.
+
+    Attributes:
+        parameters: The validated model; None if there are errors, or the class declares none.
+        errors: Place in the parameters and message of each error.
+    """
+
+    parameters: BaseModel | None
+    errors: tuple[tuple[Loc, str], ...]
+
+
+def load_part(name: str, base_dir: Path) -> Part:
+    """Load the class that a user named; nothing else is searched or imported.
+
+    Args:
+        name: ``module:Class`` or ``./file.py:Class``.
+        base_dir: Folder of the file that names it.
+
+    Raises:
+        SpecError: There is no such file, module or class, or its code cannot be executed.
+    """
+    source, _, attribute = name.rpartition(":")
+    if not source or not attribute.isidentifier():
+        raise SpecError(f"{name!r} does not name a class", remedy=_FORM)
+    if source.endswith(".py"):
+        return _from_file(name, (base_dir / source).resolve(), attribute)
+    return _from_module(name, source, attribute)
+
+
+def require(part: Part, kind: str, methods: Sequence[str]) -> None:
+    """Refuse a part that is no class or lacks a method.
+
+    Args:
+        part: What was loaded.
+        kind: What it is used as, for the message.
+        methods: Names that it must have.
+
+    Raises:
+        SpecError: Names the missing methods.
+    """
+    if not inspect.isclass(part.obj):
+        raise SpecError(
+            f"{part.name} is {type(part.obj).__name__}, not a class", remedy=f"Name a {kind} class."
+        )
+    missing = [name for name in methods if not callable(getattr(part.obj, name, None))]
+    if missing:
+        needed = ", ".join(f"{method}()" for method in missing)
+        raise SpecError(
+            f"{part.name} has no {needed}, so it is no {kind}",
+            remedy=f"A {kind} has {', '.join(f'{method}()' for method in methods)}.",
+        )
+
+
+def validate_parameters(part: Part, values: Mapping[str, Any]) -> Validated:
+    """Check YAML parameters against the class attribute ``Parameters`` of a part.
+
+    Args:
+        part: What was loaded.
+        values: The mapping that the user wrote.
+
+    Raises:
+        SpecError: ``Parameters`` is no pydantic model.
+    """
+    model = getattr(part.obj, "Parameters", None)
+    if model is None:
+        errors = tuple(((key,), f"{part.name} declares no Parameters") for key in values)
+        return Validated(None, errors)
+    if not (inspect.isclass(model) and issubclass(model, BaseModel)):
+        raise SpecError(
+            f"{part.name}.Parameters is no parameter model",
+            remedy="Derive it from adeye.ports.Parameters.",
+        )
+    try:
+        return Validated(model.model_validate(dict(values)), ())
+    except ValidationError as error:
+        found = error.errors(include_url=False, include_context=False, include_input=False)
+        return Validated(None, tuple((item["loc"], item["msg"]) for item in found))
+
+
+def plugins_digest(parts: Iterable[Part]) -> str:
+    """Hash names, sources and versions of plug-ins, whatever their order.
+
+    >>> plugins_digest([]) == plugins_digest(())
+    True
+    """
+    digest = hashlib.sha256()
+    lines = {f"{part.name}\0{part.source_digest}\0{part.version}\n" for part in parts}
+    for line in sorted(lines):
+        digest.update(line.encode())
+    return digest.hexdigest()
+
+
+def _from_file(name: str, path: Path, attribute: str) -> Part:
+    if not path.is_file():
+        raise SpecError(f"{name}: there is no file {path}", remedy=_FORM)
+    content = path.read_bytes()
+    digest = hashlib.sha256(content).hexdigest()
+    known = _CACHE.get((str(path), attribute, digest))
+    if known is not None:
+        return known if known.name == name else Part(known.obj, name, digest, known.version)
+    module = _execute(name, path, content, digest)
+    return _remember((str(path), attribute, digest), name, module, digest)
+
+
+def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
+    try:
+        code = compile(content, str(path), "exec")
+    except SyntaxError as error:
+        raise _syntax_error(name, str(path), error) from error
+    except ValueError as error:  # null bytes
+        where = SourceLocation(str(path), 1, 1)
+        raise SpecError(str(error), where=where, remedy=f"Correct the plug-in {name}.") from error
+    # The digest keeps two files of one stem, and two states of one file, apart.
+    label = f"adeye_plugin_{path.stem}_{digest[:12]}"
+    if label in sys.modules:
+        return sys.modules[label]
+    spec = importlib.util.spec_from_loader(label, loader=None, origin=str(path))
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    module.__file__ = str(path)
+    sys.modules[label] = module
+    try:
+        exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
+    except Exception as error:
+        del sys.modules[label]
+        raise _import_error(name, str(path), error) from error
+    return module
+
+
+def _from_module(name: str, source: str, attribute: str) -> Part:
+    try:
+        module = import_module(source)
+    except SyntaxError as error:
+        raise _syntax_error(name, error.filename or source, error) from error
+    except ModuleNotFoundError as error:
+        raise SpecError(
+            f"{name}: there is no module {error.name!r}",
+            remedy="Install its package, or name a file as ./file.py:Class.",
+        ) from error
+    except Exception as error:
+        raise _import_error(name, source, error) from error
+    digest = _module_digest(name, module)
+    known = _CACHE.get((source, attribute, digest))
+    return known or _remember((source, attribute, digest), name, module, digest)
+
+
+def _module_digest(name: str, module: ModuleType) -> str:
+    """Hash the module's file, or every source file of the package that it belongs to."""
+    top = sys.modules[module.__name__.partition(".")[0]]
+    folders = [Path(folder) for folder in getattr(top, "__path__", [])]
+    if folders:
+        files = sorted(
+            (path.relative_to(folder).as_posix(), path)
+            for folder in folders
+            for path in folder.rglob("*.py")
+        )
+    else:
+        origin = getattr(module, "__file__", None)
+        if origin is None or not Path(origin).is_file():
+            raise SpecError(
+                f"{name}: the module {module.__name__!r} has no source file",
+                remedy="A result names the code behind it; give a module that has a file.",
+            )
+        files = [(Path(origin).name, Path(origin))]
+    digest = hashlib.sha256()
+    for label, path in files:
+        content = path.read_bytes()
+        digest.update(f"{label} {len(content)}\n".encode())
+        digest.update(content)
+    return digest.hexdigest()
+
+
+def _remember(key: tuple[str, str, str], name: str, module: ModuleType, digest: str) -> Part:
+    attribute = key[1]
+    if not hasattr(module, attribute):
+        known = sorted(
+            label
+            for label, value in vars(module).items()
+            if inspect.isclass(value) and value.__module__ == module.__name__
+        )
+        raise SpecError(f"{key[0]} has no {attribute!r}", remedy=suggest(attribute, known))
+    top = sys.modules.get(module.__name__.partition(".")[0], module)
+    version = getattr(module, "__version__", getattr(top, "__version__", ""))
+    part = Part(getattr(module, attribute), name, digest, str(version))
+    _CACHE[key] = part
+    return part
+
+
+def _syntax_error(name: str, path: str, error: SyntaxError) -> SpecError:
+    where = SourceLocation(path, error.lineno or 1, error.offset or 1)
+    return SpecError(error.msg, where=where, remedy=f"Correct the plug-in {name}.")
+
+
+def _import_error(name: str, path: str, error: Exception) -> SpecError:
+    """Say where the code of a plug-in raised: in the deepest frame outside the import machinery."""
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith("<frozen") and frame.filename != __file__
+    ]
+    line = (frames[-1].lineno or 1) if frames else 1
+    where = SourceLocation(frames[-1].filename if frames else path, line, 1)
+    return SpecError(
+        f"{type(error).__name__}: {error}", where=where, remedy=f"Correct the plug-in {name}."
+    )

@@ -1,0 +1,1 @@
+"""Sensor models: ground truth in, what each sensor would deliver out."""

@@ -1,0 +1,57 @@
+"""When a sensor samples and when the sample is delivered: rate and latency in whole ticks."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from adeye.signals import DETECTION_COLUMNS, Floats, Measurement
+
+
+def no_measurement(runs: int, objects: int, *, with_estimate: bool) -> Measurement:
+    """Return what a sensor delivers before its first sample arrives."""
+    estimate: Floats | None = np.zeros((runs, 13)) if with_estimate else None
+    return Measurement(
+        stamp=np.full(runs, -1.0),
+        fresh=np.zeros(runs, dtype=np.bool_),
+        alive=np.ones(runs, dtype=np.bool_),
+        mask=np.zeros((runs, objects), dtype=np.bool_),
+        detections=np.zeros((runs, objects, len(DETECTION_COLUMNS))),
+        source=np.full((runs, objects), -1, dtype=np.int64),
+        estimate=estimate,
+    )
+
+
+class Delivery:
+    """Holds samples until their latency has passed; the newest delivered one stays."""
+
+    def __init__(self, every: int, latency: int, first: Measurement) -> None:
+        """Prepare for a batch.
+
+        Args:
+            every: Ticks between two samples.
+            latency: Ticks from sample to delivery.
+            first: What is delivered before the first sample arrives.
+        """
+        self._every = every
+        self._latency = latency
+        self._waiting: deque[tuple[int, Measurement]] = deque()
+        self._newest = first
+
+    def is_due(self, tick: int) -> bool:
+        """Tell whether the sensor samples at a tick."""
+        return tick % self._every == 0
+
+    def push(self, tick: int, sample: Measurement) -> None:
+        """Take a sample made at a tick."""
+        self._waiting.append((tick + self._latency, sample))
+
+    def newest(self, tick: int) -> Measurement:
+        """Return the newest sample delivered by a tick; ``fresh`` if it came at this one."""
+        fresh = False
+        while self._waiting and self._waiting[0][0] <= tick:
+            self._newest = self._waiting.popleft()[1]
+            fresh = True
+        self._newest.fresh[:] = fresh
+        return self._newest

@@ -1,0 +1,172 @@
+"""Localisation and ground truth: the ego's own state, and for the latter every object."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from adeye.kernel.jit import compiled
+from adeye.kernel.random import normal
+from adeye.ports import SensorContext
+from adeye.sensors.delivery import Delivery, no_measurement
+from adeye.signals import (
+    DETECTION_CLASS,
+    DETECTION_LENGTH,
+    DETECTION_WIDTH,
+    DETECTION_X,
+    DETECTION_Y,
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    ESTIMATE_PLACE,
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    OBJECT_X,
+    OBJECT_Y,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_OFFSET,
+    Bools,
+    Floats,
+    Ints,
+    Measurement,
+    Scene,
+    parameter_record,
+)
+
+LATERAL_DRAW, HEADING_DRAW, SPEED_DRAW = 0, 1, 2
+
+
+class LocalisationSensor:
+    """Ego pose in the map and own motion, with white noise across the lane, in heading and speed."""
+
+    def __init__(self, context: SensorContext) -> None:
+        """Pack the noise of every run."""
+        self._context = context
+        self._parameters = parameter_record(
+            {
+                name: [getattr(spec, name) for spec in context.specs]
+                for name in ("lateral_noise", "heading_noise", "speed_noise")
+            }
+        )
+        self._sample_number = 0
+        runs = context.scene.runs
+        first = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
+        self._delivery = Delivery(context.every, context.latency, first)
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if it is time to, and return the newest delivered sample."""
+        if self._delivery.is_due(scene.tick):
+            sample = _truth(self._context, scene)
+            assert sample.estimate is not None
+            _add_noise(
+                self._parameters,
+                self._context.scene.stream_seeds,
+                np.uint64(self._context.owner),
+                self._sample_number,
+                sample.estimate,
+            )
+            self._sample_number += 1
+            self._delivery.push(scene.tick, sample)
+        return self._delivery.newest(scene.tick)
+
+
+class GroundTruthSensor:
+    """The scene as it is: every object and the ego's own state, without error."""
+
+    def __init__(self, context: SensorContext) -> None:
+        """Prepare for a batch."""
+        self._context = context
+        runs = context.scene.runs
+        first = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
+        self._delivery = Delivery(context.every, context.latency, first)
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if it is time to, and return the newest delivered sample."""
+        if self._delivery.is_due(scene.tick):
+            sample = _truth(self._context, scene)
+            _list_objects(
+                scene.ego,
+                scene.objects,
+                self._context.scene.object_sizes,
+                self._context.scene.object_classes,
+                sample.mask,
+                sample.detections,
+                sample.source,
+            )
+            self._delivery.push(scene.tick, sample)
+        return self._delivery.newest(scene.tick)
+
+
+def _truth(context: SensorContext, scene: Scene) -> Measurement:
+    runs, objects = context.scene.runs, len(context.scene.object_ids)
+    sample = no_measurement(runs, objects, with_estimate=True)
+    sample.stamp[:] = scene.time
+    assert sample.estimate is not None
+    sample.estimate[:, :ESTIMATE_PLACE] = scene.ego
+    sample.estimate[:, ESTIMATE_PLACE:] = scene.ego_place
+    return sample
+
+
+@compiled
+def _add_noise(  # noqa: D417
+    parameters: Floats, seeds: Ints, owner: int, number: int, estimate: Floats
+) -> None:
+    """Add noise to the estimates of a batch (B, 13) in place."""
+    for run in range(estimate.shape[0]):
+        record = parameters[run]
+        row = estimate[run]
+        if record["lateral_noise"] > 0.0:
+            shift = record["lateral_noise"] * normal(seeds[run], owner, number, LATERAL_DRAW)
+            heading = row[ESTIMATE_PLACE + PLACE_HEADING]
+            row[EGO_X] -= shift * np.sin(heading)
+            row[EGO_Y] += shift * np.cos(heading)
+            row[ESTIMATE_PLACE + PLACE_D] += shift
+            row[ESTIMATE_PLACE + PLACE_OFFSET] += shift
+        if record["heading_noise"] > 0.0:
+            row[EGO_HEADING] += record["heading_noise"] * normal(
+                seeds[run], owner, number, HEADING_DRAW
+            )
+        if record["speed_noise"] > 0.0:
+            noise = record["speed_noise"] * normal(seeds[run], owner, number, SPEED_DRAW)
+            row[EGO_SPEED] = max(0.0, row[EGO_SPEED] + noise)
+
+
+@compiled
+def _list_objects(  # noqa: D417
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    classes: Ints,
+    mask: Bools,
+    detections: Floats,
+    source: Ints,
+) -> None:
+    """List every object of a batch in the vehicle frame with its exact range rate."""
+    for run in range(ego.shape[0]):
+        cos, sin = np.cos(ego[run, EGO_HEADING]), np.sin(ego[run, EGO_HEADING])
+        for thing in range(objects.shape[1]):
+            state = objects[run, thing]
+            dx, dy = state[OBJECT_X] - ego[run, EGO_X], state[OBJECT_Y] - ego[run, EGO_Y]
+            distance = np.sqrt(dx * dx + dy * dy)
+            vx = state[OBJECT_SPEED] * np.cos(state[OBJECT_HEADING]) - ego[run, EGO_SPEED] * cos
+            vy = state[OBJECT_SPEED] * np.sin(state[OBJECT_HEADING]) - ego[run, EGO_SPEED] * sin
+            row = thing
+            while row > 0:
+                before = row - 1
+                if detections[run, before, DETECTION_X] ** 2 + detections[
+                    run, before, DETECTION_Y
+                ] ** 2 <= dx * dx + dy * dy:
+                    break
+                detections[run, row] = detections[run, before]
+                source[run, row] = source[run, before]
+                row = before
+            detections[run, row, DETECTION_X] = cos * dx + sin * dy
+            detections[run, row, DETECTION_Y] = -sin * dx + cos * dy
+            detections[run, row, 2] = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
+            detections[run, row, 3] = 1.0
+            detections[run, row, DETECTION_LENGTH] = sizes[run, thing, 0]
+            detections[run, row, DETECTION_WIDTH] = sizes[run, thing, 1]
+            detections[run, row, DETECTION_CLASS] = classes[thing]
+            source[run, row] = thing
+            mask[run, thing] = True

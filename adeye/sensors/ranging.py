@@ -1,0 +1,290 @@
+"""Object-level camera, radar and lidar: field of view, range, occlusion by geometry, noise."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from adeye.kernel.geometry import box_bearings, visible_fraction, wrap_to_pi
+from adeye.kernel.jit import compiled
+from adeye.kernel.random import normal
+from adeye.ports import SensorContext
+from adeye.sensors.delivery import Delivery, no_measurement
+from adeye.sensors.weather import camera_range, lidar_range
+from adeye.signals import (
+    DETECTION_CLASS,
+    DETECTION_HAS_RANGE_RATE,
+    DETECTION_LENGTH,
+    DETECTION_RANGE_RATE,
+    DETECTION_WIDTH,
+    DETECTION_X,
+    DETECTION_Y,
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    OBJECT_X,
+    OBJECT_Y,
+    Bools,
+    Floats,
+    Ints,
+    Measurement,
+    Scene,
+    parameter_record,
+)
+
+CAMERA, RADAR, LIDAR = 0, 1, 2
+_KINDS = {"camera": CAMERA, "radar": RADAR, "lidar": LIDAR}
+_NOISES = ("bearing_noise", "distance_noise", "range_noise", "range_rate_noise")
+_OPTIONAL = {**dict.fromkeys(_NOISES, 0.0), "night_range": 1.0, "reference_reflectivity": 1.0}
+DRAWS = 4
+"""Random numbers per object and sample: distance, bearing, range rate, spare."""
+
+
+class RangingSensor:
+    """A camera, radar or lidar that reports boxes."""
+
+    def __init__(self, context: SensorContext) -> None:
+        """Pack the parameters of every run."""
+        self._context = context
+        scene = context.scene
+        self._kind = _KINDS[context.specs[0].kind]
+        fields: dict[str, list[float]] = {
+            "x": [spec.mount.x for spec in context.specs],
+            "y": [spec.mount.y for spec in context.specs],
+            "yaw": [spec.mount.yaw for spec in context.specs],
+            "field_of_view": [spec.field_of_view for spec in context.specs],
+            "range": [spec.range for spec in context.specs],
+            "min_visible": [spec.min_visible for spec in context.specs],
+        }
+        for name, default in _OPTIONAL.items():
+            fields[name] = [float(getattr(spec, name, default)) for spec in context.specs]
+        weather = scene.surroundings
+        self._parameters = parameter_record(
+            {
+                **fields,
+                "rain": weather.rain,
+                "visibility": weather.fog_visibility,
+                "night": weather.night.astype(np.float64),
+            }
+        )
+        self._objects = len(scene.object_ids)
+        self._sample_number = 0
+        first = no_measurement(scene.runs, self._objects, with_estimate=False)
+        self._delivery = Delivery(context.every, context.latency, first)
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if it is time to, and return the newest delivered sample."""
+        if self._delivery.is_due(scene.tick):
+            self._delivery.push(scene.tick, self._sample(scene))
+        return self._delivery.newest(scene.tick)
+
+    def _sample(self, scene: Scene) -> Measurement:
+        context = self._context.scene
+        sample = no_measurement(context.runs, self._objects, with_estimate=False)
+        sample.stamp[:] = scene.time
+        _sample_batch(
+            self._kind,
+            self._parameters,
+            context.stream_seeds,
+            np.uint64(self._context.owner),
+            self._sample_number,
+            scene.ego,
+            scene.objects,
+            context.object_sizes,
+            context.object_reflectivity,
+            context.object_classes,
+            sample.mask,
+            sample.detections,
+            sample.source,
+        )
+        self._sample_number += 1
+        return sample
+
+
+@compiled
+def _sample_batch(  # noqa: D417
+    kind: int,
+    parameters: Floats,
+    seeds: Ints,
+    owner: int,
+    number: int,
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    reflectivity: Floats,
+    classes: Ints,
+    mask: Bools,
+    detections: Floats,
+    source: Ints,
+) -> None:
+    """Sample every run of a batch; one call of ``_sample_run`` each."""
+    for run in range(ego.shape[0]):
+        _sample_run(
+            kind,
+            parameters[run],
+            seeds[run],
+            owner,
+            number,
+            ego[run],
+            objects[run],
+            sizes[run],
+            reflectivity[run],
+            classes,
+            mask[run],
+            detections[run],
+            source[run],
+        )
+
+
+@compiled
+def _sample_run(  # noqa: D417
+    kind: int,
+    parameters: Floats,
+    seed: int,
+    owner: int,
+    number: int,
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    reflectivity: Floats,
+    classes: Ints,
+    mask: Bools,
+    detections: Floats,
+    source: Ints,
+) -> None:
+    """Detect the objects of one run and pack them by increasing distance.
+
+    An object is detected if its nearest point is within the range that the weather leaves, and
+    both the unoccluded share and the share inside the field of view of its angular extent reach
+    ``min_visible``. What is measured is the centre of its box, with noise on distance and bearing
+    drawn by sensor, sample and object, so other sensors and objects do not change it.
+
+    Args:
+        kind: CAMERA, RADAR or LIDAR.
+        parameters: Record of the sensor's parameters and the weather.
+        seed: Stream seed of the run.
+        owner: Owner number of the sensor.
+        number: Number of the sample.
+        ego: (7,) state.
+        objects: (M, 5) states.
+        sizes: (M, 3).
+        reflectivity: (M,).
+        classes: (M,).
+        mask: (M,) out.
+        detections: (M, 7) out.
+        source: (M,) out.
+    """
+    heading = ego[EGO_HEADING]
+    cos, sin = math.cos(heading), math.sin(heading)
+    sensor_x = ego[EGO_X] + cos * parameters["x"] - sin * parameters["y"]
+    sensor_y = ego[EGO_Y] + sin * parameters["x"] + cos * parameters["y"]
+    boresight = heading + parameters["yaw"]
+    half = 0.5 * parameters["field_of_view"]
+    found = 0
+    for thing in range(objects.shape[0]):
+        clear = parameters["range"]
+        if kind == LIDAR:
+            reach = lidar_range(
+                clear,
+                reflectivity[thing],
+                parameters["reference_reflectivity"],
+                parameters["rain"],
+                parameters["visibility"],
+            )
+        elif kind == CAMERA:
+            night = parameters["night_range"] if parameters["night"] > 0.0 else 1.0
+            reach = camera_range(clear, parameters["rain"], parameters["visibility"], night)
+        else:
+            reach = clear
+        nearest, right, left = box_bearings(
+            sensor_x,
+            sensor_y,
+            boresight,
+            objects[thing, OBJECT_X],
+            objects[thing, OBJECT_Y],
+            objects[thing, OBJECT_HEADING],
+            sizes[thing, 0],
+            sizes[thing, 1],
+        )
+        if not nearest <= reach:
+            continue
+        extent = left - right
+        inside = min(left, half) - max(right, -half)
+        if half < math.pi and extent > 0.0 and inside < parameters["min_visible"] * extent:
+            continue
+        seen = visible_fraction(sensor_x, sensor_y, thing, objects, sizes)
+        if seen < parameters["min_visible"]:
+            continue
+        x, y, rate = _measure(
+            kind, parameters, seed, owner, number, thing, ego, objects[thing], sensor_x, sensor_y
+        )
+        dx, dy = x - ego[EGO_X], y - ego[EGO_Y]
+        row = found
+        distance = dx * dx + dy * dy
+        while row > 0:
+            before = row - 1
+            if (
+                detections[before, DETECTION_X] ** 2 + detections[before, DETECTION_Y] ** 2
+                <= distance
+            ):
+                break
+            detections[row] = detections[before]
+            source[row] = source[before]
+            row = before
+        detections[row, DETECTION_X] = cos * dx + sin * dy
+        detections[row, DETECTION_Y] = -sin * dx + cos * dy
+        detections[row, DETECTION_RANGE_RATE] = rate
+        detections[row, DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
+        detections[row, DETECTION_LENGTH] = sizes[thing, 0]
+        detections[row, DETECTION_WIDTH] = sizes[thing, 1]
+        detections[row, DETECTION_CLASS] = classes[thing]
+        source[row] = thing
+        mask[found] = True
+        found += 1
+
+
+@compiled
+def _measure(  # noqa: D417
+    kind: int,
+    parameters: Floats,
+    seed: int,
+    owner: int,
+    number: int,
+    thing: int,
+    ego: Floats,
+    target: Floats,
+    sensor_x: float,
+    sensor_y: float,
+) -> tuple[float, float, float]:
+    """Measured place of a box centre in the map [m] and, for a radar, its range rate [m/s]."""
+    dx, dy = target[OBJECT_X] - sensor_x, target[OBJECT_Y] - sensor_y
+    distance = math.sqrt(dx * dx + dy * dy)
+    bearing = math.atan2(dy, dx)
+    if kind == CAMERA:
+        # Distance from the height in the image: its error grows with the distance squared.
+        sigma = parameters["distance_noise"] * distance * distance / parameters["range"]
+    else:
+        sigma = parameters["range_noise"]
+    first = DRAWS * thing
+    measured = distance
+    if sigma > 0.0:
+        measured += sigma * normal(seed, owner, number, first)
+    if parameters["bearing_noise"] > 0.0:
+        bearing += parameters["bearing_noise"] * normal(seed, owner, number, first + 1)
+    measured = max(measured, 0.0)
+    rate = 0.0
+    if kind == RADAR and distance > 0.0:
+        along = math.cos(wrap_to_pi(target[OBJECT_HEADING] - math.atan2(dy, dx)))
+        own = math.cos(wrap_to_pi(ego[EGO_HEADING] - math.atan2(dy, dx)))
+        rate = target[OBJECT_SPEED] * along - ego[EGO_SPEED] * own
+        if parameters["range_rate_noise"] > 0.0:
+            rate += parameters["range_rate_noise"] * normal(seed, owner, number, first + 2)
+    return (
+        sensor_x + measured * math.cos(bearing),
+        sensor_y + measured * math.sin(bearing),
+        rate,
+    )

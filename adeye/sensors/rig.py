@@ -1,0 +1,67 @@
+"""The sensors of an architecture, built for a batch and sampled together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from adeye.kernel.random import owner_id
+from adeye.ports import SensorContext, SensorModel
+from adeye.registry import load_part
+from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
+from adeye.sensors.ranging import RangingSensor
+from adeye.signals import Floats, Measurement, Scene, SceneContext
+from adeye.spec.clock import period_ticks, ticks
+from adeye.sweep.case import TestCase
+
+BUILT_IN = {
+    "camera": RangingSensor,
+    "radar": RangingSensor,
+    "lidar": RangingSensor,
+    "localisation": LocalisationSensor,
+    "ground_truth": GroundTruthSensor,
+}
+
+
+class Rig:
+    """Every sensor of the architecture; a second one of a kind is a second name."""
+
+    def __init__(self, cases: Sequence[TestCase], scene: SceneContext, base_dir: Path) -> None:
+        """Build the sensors of a batch.
+
+        Args:
+            cases: Test cases of one structure.
+            scene: What does not change during the runs.
+            base_dir: Folder of the file that names plug-ins.
+        """
+        self._sensors: dict[str, SensorModel] = {}
+        for name, first in cases[0].architecture.sensors.items():
+            specs = [case.architecture.sensors[name] for case in cases]
+            context = SensorContext(
+                sensor_id=name,
+                specs=specs,
+                scene=scene,
+                every=period_ticks(first.rate, scene.step, f"sensors.{name}.rate"),
+                latency=ticks(first.latency, scene.step, f"sensors.{name}.latency"),
+                owner=owner_id(f"sensor/{name}"),
+            )
+            if first.kind in BUILT_IN:
+                self._sensors[name] = BUILT_IN[first.kind](context)
+            else:
+                self._sensors[name] = load_part(first.kind, base_dir).build(context)
+
+    def sense(self, scene: Scene) -> dict[str, Measurement]:
+        """Return the newest delivered measurement of each sensor."""
+        return {name: sensor.sense(scene) for name, sensor in self._sensors.items()}
+
+
+def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:
+    """Return the mount pose (B, 4: x, y, z, yaw) of each sensor that has one."""
+    found: dict[str, Floats] = {}
+    for name, sensor in cases[0].architecture.sensors.items():
+        if hasattr(sensor, "mount"):
+            poses = [case.architecture.sensors[name].mount for case in cases]
+            found[name] = np.array([[pose.x, pose.y, pose.z, pose.yaw] for pose in poses])
+    return found

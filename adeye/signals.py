@@ -1,0 +1,416 @@
+"""What flows between the stages of a batch of B runs, and the words for it.
+
+Arrays have the run as leading axis. Stages read and write these types only, so any stage can be
+replaced. Compiled stages work on one run's slice; the column numbers below are shared with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+# Columns of an ego state row.
+EGO_COLUMNS: Final = ("x", "y", "heading", "speed", "acceleration", "steering_angle", "yaw_rate")
+EGO_X, EGO_Y, EGO_HEADING, EGO_SPEED, EGO_ACCELERATION, EGO_STEERING, EGO_YAW_RATE = range(7)
+
+# Columns of an object state row: actors first, then static objects.
+OBJECT_COLUMNS: Final = ("x", "y", "heading", "speed", "acceleration")
+OBJECT_X, OBJECT_Y, OBJECT_HEADING, OBJECT_SPEED, OBJECT_ACCELERATION = range(5)
+
+# Columns of a place on the road; `d` from the right edge, `offset` from the nearest lane's centre.
+PLACE_COLUMNS: Final = ("s", "d", "road_heading", "curvature", "lane", "offset")
+PLACE_S, PLACE_D, PLACE_HEADING, PLACE_CURVATURE, PLACE_LANE, PLACE_OFFSET = range(6)
+
+# Columns of a detection row, in the vehicle frame of the sample's time.
+DETECTION_COLUMNS: Final = ("x", "y", "range_rate", "has_range_rate", "length", "width", "class")
+(
+    DETECTION_X,
+    DETECTION_Y,
+    DETECTION_RANGE_RATE,
+    DETECTION_HAS_RANGE_RATE,
+    DETECTION_LENGTH,
+    DETECTION_WIDTH,
+    DETECTION_CLASS,
+) = range(7)
+
+# Columns of an ego estimate, as localisation and ground truth give it.
+ESTIMATE_COLUMNS: Final = (*EGO_COLUMNS, *PLACE_COLUMNS)
+ESTIMATE_PLACE: Final = len(EGO_COLUMNS)
+
+# Columns of a track row, in the vehicle frame of the channel's tick.
+TRACK_COLUMNS: Final = ("x", "y", "vx", "vy", "length", "width")
+
+OBJECT_CLASSES: Final = (
+    "car",
+    "van",
+    "truck",
+    "bus",
+    "motorcycle",
+    "cyclist",
+    "pedestrian",
+    "parked_truck",
+    "parked_car",
+    "barrier",
+    "building",
+)
+
+STATUS_LABELS: Final = ("ok", "degraded", "requests_authority", "fault", "silent")
+OK, DEGRADED, REQUESTS_AUTHORITY, FAULT, SILENT = range(5)
+
+REASON_LABELS: Final = ("none", "default", "request", "latched", "staleness", "no_channel", "stuck")
+(
+    REASON_NONE,
+    REASON_DEFAULT,
+    REASON_REQUEST,
+    REASON_LATCHED,
+    REASON_STALENESS,
+    REASON_NO_CHANNEL,
+    REASON_STUCK,
+) = range(7)
+
+NO_CHANNEL: Final = -1
+"""Authority when no channel can act: the ego coasts."""
+
+
+@dataclass(frozen=True, slots=True)
+class RoadMap:
+    """The road of each run, as channels know it from the map.
+
+    Attributes:
+        segments: Reference line (right edge), (B, K, 5): x, y, heading, length, curvature.
+        lane_width: (B,) [m].
+        lanes: Number of lanes, the same for the batch.
+        shoulder: Width beside the right edge (B,) [m].
+        speed_limit: (B,) [m/s].
+    """
+
+    segments: Floats
+    lane_width: Floats
+    lanes: int
+    shoulder: Floats
+    speed_limit: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """Environmental conditions of each run (B,), constant over the run.
+
+    Attributes:
+        rain: [m/s] (7.5 mm/h is 7.5e-3 / 3600).
+        fog_visibility: [m].
+        friction: Tyre-road friction coefficient.
+        night: Whether it is dark.
+    """
+
+    rain: Floats
+    fog_visibility: Floats
+    friction: Floats
+    night: Bools
+
+
+@dataclass(slots=True)
+class Scene:
+    """Ground truth at one tick for B runs with M objects (actors, then static objects).
+
+    Attributes:
+        tick: Number of the tick.
+        time: Its time [s].
+        ego: (B, 7), see ``EGO_COLUMNS``.
+        ego_place: (B, 6), see ``PLACE_COLUMNS``.
+        objects: (B, M, 5), see ``OBJECT_COLUMNS``.
+        object_places: (B, M, 6), see ``PLACE_COLUMNS``.
+        begun: (B, V) time at which each storyboard event began [s], NaN before.
+        contact: (B,) object that the ego touches, -1 for none.
+        impact_speed: (B,) relative speed at contact [m/s], 0 before.
+        foreign_contact: (B,) whether two other actors touch.
+        running: (B,) whether the run has not ended.
+    """
+
+    tick: int
+    time: float
+    ego: Floats
+    ego_place: Floats
+    objects: Floats
+    object_places: Floats
+    begun: Floats
+    contact: Ints
+    impact_speed: Floats
+    foreign_contact: Bools
+    running: Bools
+
+
+@dataclass(frozen=True, slots=True)
+class SceneContext:
+    """What does not change during the runs of a batch.
+
+    Attributes:
+        step: Master clock [s].
+        object_ids: M names.
+        object_classes: (M,) index into ``OBJECT_CLASSES``.
+        actor_count: How many of the objects are actors.
+        object_sizes: (B, M, 3) length, width, height [m].
+        object_reflectivity: (B, M) share of light that the surface returns, for lidar.
+        ego_size: (B, 3) length, width, height [m].
+        road: The road of each run.
+        surroundings: Environmental conditions of each run.
+        stream_seeds: (B,) uint64 seed of the random streams.
+        event_ids: Storyboard events, in the order of ``Scene.begun``.
+    """
+
+    step: float
+    object_ids: tuple[str, ...]
+    object_classes: Ints
+    actor_count: int
+    object_sizes: Floats
+    object_reflectivity: Floats
+    ego_size: Floats
+    road: RoadMap
+    surroundings: Surroundings
+    stream_seeds: NDArray[np.uint64]
+    event_ids: tuple[str, ...]
+
+    @property
+    def runs(self) -> int:
+        """Number of runs B in the batch."""
+        return int(self.ego_size.shape[0])
+
+
+@dataclass(slots=True)
+class Measurement:
+    """The newest sample that a sensor has delivered, for B runs and up to M detections.
+
+    Detections are packed in order of increasing distance, so a place in the list tells nothing
+    about which object it is; ``source`` does, for the recorder only.
+
+    Attributes:
+        stamp: (B,) time of the sample [s], -1 before the first.
+        fresh: (B,) whether it was delivered at this tick.
+        alive: (B,) whether the sensor delivers at all.
+        mask: (B, M) which detections are there.
+        detections: (B, M, 7), see ``DETECTION_COLUMNS``.
+        source: (B, M) object behind each detection, -1 for none.
+        estimate: (B, 13) ego estimate, see ``ESTIMATE_COLUMNS``; None if it gives none.
+    """
+
+    stamp: Floats
+    fresh: Bools
+    alive: Bools
+    mask: Bools
+    detections: Floats
+    source: Ints
+    estimate: Floats | None = None
+
+
+@dataclass(slots=True)
+class ControlCommand:
+    """What one channel wants the ego to do, the same form for every channel.
+
+    Attributes:
+        channel: Id of the channel that gives it.
+        acceleration: (B,) [m/s²].
+        steering_angle: (B,) [rad].
+        stamp: (B,) time of the observation that it answers [s], -1 before the first.
+        status: (B,) index into ``STATUS_LABELS``.
+        plan: (B, K, 4) x, y, heading, speed in the map, or None.
+        monitors: (B, Q, 2) raw and confirmed state of the channel's monitors, or None.
+        tracks: (B, K, 6) what the channel believes is there, see ``TRACK_COLUMNS``; NaN rows are
+            empty; or None.
+    """
+
+    channel: str
+    acceleration: Floats
+    steering_angle: Floats
+    stamp: Floats
+    status: Ints
+    plan: Floats | None = None
+    monitors: Bools | None = None
+    tracks: Floats | None = None
+
+    def copy(self) -> ControlCommand:
+        """Copy the arrays, so that a later change leaves this command as it was."""
+        return ControlCommand(
+            self.channel,
+            self.acceleration.copy(),
+            self.steering_angle.copy(),
+            self.stamp.copy(),
+            self.status.copy(),
+            None if self.plan is None else self.plan.copy(),
+            None if self.monitors is None else self.monitors.copy(),
+            None if self.tracks is None else self.tracks.copy(),
+        )
+
+
+@dataclass(slots=True)
+class Authority:
+    """Whose command acts, and why.
+
+    Attributes:
+        channel: (B,) index into the architecture's channels, ``NO_CHANNEL`` for none.
+        reason: (B,) index into ``REASON_LABELS``.
+    """
+
+    channel: Ints
+    reason: Ints
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What is linked to a channel at one of its ticks, and nothing else.
+
+    Attributes:
+        time: [s].
+        measurements: Linked sensors by id; ``source`` is blanked.
+        commands: Linked channels by id: their command of the previous tick, after faults.
+        authority: The switch's state of the previous tick, if linked.
+        running: (B,) runs that have not ended.
+    """
+
+    time: float
+    measurements: Mapping[str, Measurement]
+    commands: Mapping[str, ControlCommand]
+    authority: Authority | None
+    running: Bools
+
+
+@dataclass(frozen=True, slots=True)
+class SignalType:
+    """What an FSR may assume about a signal.
+
+    Attributes:
+        unit: SI unit, ``1`` for none.
+        scale: Size of one unit of robustness in the signal's own unit.
+        kind: ``number``, ``boolean`` or ``enumeration``.
+        labels: Words of an enumeration, by code.
+        text: What it means.
+        cap: Margin that "no conflict" counts with, for a series that declares +inf.
+    """
+
+    unit: str
+    scale: float
+    kind: str
+    text: str
+    labels: tuple[str, ...] = ()
+    cap: float | None = None
+
+
+def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalType]:
+    """List the signals that every run of a scenario has, whatever the architecture.
+
+    Args:
+        object_ids: Actors and static objects.
+        lanes: Number of lanes.
+
+    Returns:
+        Signal types by name.
+    """
+    number = _number
+    signals = {
+        "time": number("s", 1.0, "time since the start"),
+        "ego.x": number("m", 10.0, "place in the map"),
+        "ego.y": number("m", 10.0, "place in the map"),
+        "ego.heading": number("rad", 0.1, "heading in the map"),
+        "ego.speed": number("m/s", 10.0, "speed"),
+        "ego.acceleration": number("m/s²", 1.0, "longitudinal acceleration"),
+        "ego.steering_angle": number("rad", 0.1, "steering angle at the wheels"),
+        "ego.lane": number("1", 1.0, f"lane, 0 at the right to {lanes - 1}; -1 off the lanes"),
+        "ego.lane_offset": number("m", 1.0, "distance from the nearest lane's centre, left > 0"),
+        "ego.on_road": _boolean("centre of the ego on a lane or the shoulder"),
+        "contact": _boolean("the ego touches an object"),
+        "standstill": _boolean("the ego stands"),
+        "in_odd": _boolean("the run is inside the ODD now"),
+    }
+    for name in object_ids:
+        signals |= {
+            f"actor.{name}.x": number("m", 10.0, "place in the map"),
+            f"actor.{name}.y": number("m", 10.0, "place in the map"),
+            f"actor.{name}.heading": number("rad", 0.1, "heading in the map"),
+            f"actor.{name}.speed": number("m/s", 10.0, "speed"),
+            f"actor.{name}.acceleration": number("m/s²", 1.0, "acceleration along its heading"),
+            f"actor.{name}.lane": number("1", 1.0, "lane, -1 off the lanes"),
+            f"actor.{name}.distance": number("m", 10.0, "distance between the bodies"),
+            f"actor.{name}.gap": number("m", 10.0, "bumper-to-bumper gap along the road, ahead > 0"),
+        }
+    signals["any_actor.distance"] = number("m", 10.0, "distance to the nearest body")
+    return signals
+
+
+def architecture_signals(  # noqa: PLR0913 - the parts of an architecture are what they are
+    sensors: tuple[str, ...],
+    channels: tuple[str, ...],
+    monitors: tuple[str, ...],
+    faults: tuple[str, ...],
+    object_ids: tuple[str, ...],
+) -> dict[str, SignalType]:
+    """List the signals that the runs of an architecture have, beside those of the scene.
+
+    Args:
+        sensors: Sensor ids.
+        channels: Channel ids.
+        monitors: Monitor ids, ``<channel>.<monitor>`` shortened to ``<monitor>``.
+        faults: Fault ids of the ODD.
+        object_ids: Actors and static objects.
+
+    Returns:
+        Signal types by name.
+    """
+    signals: dict[str, SignalType] = {}
+    for name in channels:
+        signals |= {
+            f"channel.{name}.acceleration": _number("m/s²", 1.0, "commanded acceleration"),
+            f"channel.{name}.steering_angle": _number("rad", 0.1, "commanded steering angle"),
+            f"channel.{name}.status": SignalType(
+                "1", 1.0, "enumeration", "state of the channel", STATUS_LABELS
+            ),
+            f"channel.{name}.age": _number("s", 0.1, "age of its newest command"),
+            f"authority.{name}": _boolean("its command acts"),
+        }
+    for name in sensors:
+        signals |= {
+            f"sensor.{name}.alive": _boolean("it delivers"),
+            f"sensor.{name}.age": _number("s", 0.1, "age of its newest sample"),
+        }
+        for actor in object_ids:
+            signals[f"sensor.{name}.detects.{actor}"] = _boolean("its newest sample has the actor")
+    for name in monitors:
+        signals[f"monitor.{name}.raw"] = _boolean("it fires at this tick")
+        signals[f"monitor.{name}.confirmed"] = _boolean("it fires after debounce")
+    for name in faults:
+        signals[f"fault.{name}.active"] = _boolean("the fault is present")
+    signals["switch.reason"] = SignalType(
+        "1", 1.0, "enumeration", "why the switch decided so", REASON_LABELS
+    )
+    signals["safe_state"] = _boolean("standstill on a lane or the shoulder, clear of every object")
+    return signals
+
+
+def _number(unit: str, scale: float, text: str) -> SignalType:
+    return SignalType(unit, scale, "number", text)
+
+
+def _boolean(text: str) -> SignalType:
+    return SignalType("1", 1.0, "boolean", text)
+
+
+def parameter_record(fields: Mapping[str, Any]) -> NDArray[np.void]:
+    """Pack one value or column per field into a structured array of float64, one record a run.
+
+    Args:
+        fields: Scalars or (B,) columns by name; at least one is a column.
+
+    Returns:
+        (B,) structured array; compiled stages read ``record["name"]``.
+    """
+    columns = {name: np.asarray(value, dtype=np.float64) for name, value in fields.items()}
+    runs = max((column.shape[0] for column in columns.values() if column.ndim), default=1)
+    packed = np.zeros(runs, dtype=[(name, np.float64) for name in columns])
+    for name, column in columns.items():
+        packed[name] = column
+    return packed

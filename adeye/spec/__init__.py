@@ -1,0 +1,1 @@
+"""What users write: ODD, scenario, architecture, concept and faults, as frozen typed records."""

@@ -1,0 +1,213 @@
+"""A functional safety concept: hazardous events, safety goals, elements and requirements.
+
+The ASIL of a hazardous event is derived from severity, exposure and controllability
+(ISO 26262-3:2018, table 4) and never typed in; a safety goal has the highest of its events.
+"""
+
+from __future__ import annotations
+
+from datetime import date
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, Strict, model_validator
+
+from adeye.spec.quantity import Duration, Identifier, Many, Record, Text
+
+Asil = Literal["QM", "A", "B", "C", "D"]
+ASIL_ORDER: tuple[Asil, ...] = ("QM", "A", "B", "C", "D")
+Reference = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$", max_length=64)]
+
+
+def determine_asil(severity: str, exposure: str, controllability: str) -> Asil | None:
+    """Derive the ASIL of a hazardous event.
+
+    Args:
+        severity: ``S0`` to ``S3``.
+        exposure: ``E0`` to ``E4``.
+        controllability: ``C0`` to ``C3``.
+
+    Returns:
+        The ASIL, or None where a class is 0 and no ASIL is assigned.
+
+    Raises:
+        ValueError: A class is unknown; it is never taken for QM.
+
+    Source:
+        ISO 26262-3:2018, table 4, as quoted in public secondary sources.
+
+    >>> determine_asil("S3", "E4", "C3")
+    'D'
+    >>> determine_asil("S1", "E2", "C3")
+    'QM'
+    """
+    limits = (("S", 3, severity), ("E", 4, exposure), ("C", 3, controllability))
+    total = 0
+    unassigned = False
+    for letter, top, text in limits:
+        if text not in {f"{letter}{value}" for value in range(top + 1)}:
+            msg = f"{text!r} is not one of {letter}0 to {letter}{top}"
+            raise ValueError(msg)
+        unassigned = unassigned or text[1] == "0"
+        total += int(text[1])
+    if unassigned:
+        return None
+    return ASIL_ORDER[max(0, total - 6)]
+
+
+class HazardousEvent(Record):
+    """A malfunction in an operational situation, with its classification."""
+
+    id: Reference
+    function: Text
+    malfunction: Text
+    situation: Text
+    severity: Literal["S0", "S1", "S2", "S3"]
+    exposure: Literal["E0", "E1", "E2", "E3", "E4"]
+    controllability: Literal["C0", "C1", "C2", "C3"]
+    severity_rationale: Text
+    exposure_rationale: Text
+    controllability_rationale: Text
+
+    @property
+    def asil(self) -> Asil | None:
+        """The derived ASIL, or None where none is assigned."""
+        return determine_asil(self.severity, self.exposure, self.controllability)
+
+
+class SafetyGoal(Record):
+    """A top-level safety requirement against hazardous events."""
+
+    id: Reference
+    text: Text
+    hazardous_events: Annotated[Many[Reference], Field(min_length=1)]
+    safe_state: Text
+    ftti: Annotated[Duration, Field(gt=0.0)]
+    ftti_rationale: Text
+
+
+class Element(Record):
+    """An element of the preliminary architectural assumptions (PAA)."""
+
+    id: Identifier
+    kind: Literal["sensor", "perception", "planner", "arbiter", "actuator", "network", "other"]
+    text: Text
+    asil_capability: Asil
+    legacy: bool = False
+    resources: Many[str] = ()
+
+
+class MetricBound(Record):
+    """A bound on a metric of the run, in the metric's own unit."""
+
+    metric: str
+    at_least: float | int | None = None
+    at_most: float | int | None = None
+
+    @model_validator(mode="after")
+    def _one_bound(self) -> Self:
+        if (self.at_least is None) == (self.at_most is None):
+            msg = "give either at_least or at_most"
+            raise ValueError(msg)
+        return self
+
+
+class Requirement(Record):
+    """A functional safety requirement (FSR) with its measurable form."""
+
+    id: Reference
+    goals: Annotated[Many[Reference], Field(min_length=1)]
+    text: Text
+    formula: str | None = None
+    """Signal temporal logic over the signal dictionary."""
+    bound: MetricBound | None = None
+    threshold_source: Text
+    asil: Asil
+    mandatory: bool = True
+    min_exercised: Annotated[int, Field(ge=1)] = 1
+    on_contact: Literal["inconclusive", "fail"] = "inconclusive"
+    applies: Literal["inside", "outside", "everywhere"] = "inside"
+    scenarios: Many[Identifier] = ()
+    """Scenarios that it is judged in; empty: all."""
+    fdti: Annotated[Duration, Field(gt=0.0)] | None = None
+    frti: Annotated[Duration, Field(gt=0.0)] | None = None
+    allocation: Annotated[Many[Identifier], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _one_measure(self) -> Self:
+        if (self.formula is None) == (self.bound is None):
+            msg = "give either a formula or a bound"
+            raise ValueError(msg)
+        return self
+
+    def judged(self) -> dict[str, object]:
+        """The part that a verdict depends on: a new threshold is a new FSR digest."""
+        return self.model_dump(
+            mode="json", include={"id", "formula", "bound", "on_contact", "applies", "scenarios"}
+        )
+
+
+class Assumption(Record):
+    """Something the concept relies on, with its owner and the date until which it is valid."""
+
+    id: Reference
+    text: Text
+    owner: Text
+    valid_until: Annotated[date, Strict(False)]
+
+
+class Waiver(Record):
+    """Accept a missing verdict of one FSR until a date; a FAIL cannot be waived."""
+
+    requirement: Reference
+    reason: Text
+    author: Text
+    expires: Annotated[date, Strict(False)]
+
+
+class Concept(Record):
+    """One file of ``odd/concepts``."""
+
+    concept: Identifier
+    title: Text
+    hazardous_events: Annotated[Many[HazardousEvent], Field(min_length=1)]
+    safety_goals: Annotated[Many[SafetyGoal], Field(min_length=1)]
+    elements: Annotated[Many[Element], Field(min_length=1)]
+    requirements: Annotated[Many[Requirement], Field(min_length=1)]
+    assumptions: Many[Assumption] = ()
+    waivers: Many[Waiver] = ()
+
+    @model_validator(mode="after")
+    def _references_resolve(self) -> Self:
+        events = _unique("hazardous_events", [event.id for event in self.hazardous_events])
+        goals = _unique("safety_goals", [goal.id for goal in self.safety_goals])
+        elements = _unique("elements", [element.id for element in self.elements])
+        requirements = _unique("requirements", [item.id for item in self.requirements])
+        for goal in self.safety_goals:
+            _known(f"safety goal {goal.id}", goal.hazardous_events, events)
+        for item in self.requirements:
+            _known(f"requirement {item.id}", item.goals, goals)
+            _known(f"requirement {item.id}", item.allocation, elements)
+        for waiver in self.waivers:
+            _known("a waiver", [waiver.requirement], requirements)
+        return self
+
+    def goal_asil(self, goal_id: str) -> Asil:
+        """Highest ASIL of the hazardous events behind a safety goal (QM where none has one)."""
+        goal = next(item for item in self.safety_goals if item.id == goal_id)
+        asils = [event.asil for event in self.hazardous_events if event.id in goal.hazardous_events]
+        return max((asil or "QM" for asil in asils), key=ASIL_ORDER.index)
+
+
+def _unique(where: str, ids: list[str]) -> list[str]:
+    for name in ids:
+        if ids.count(name) > 1:
+            msg = f"{where}: {name!r} is defined twice"
+            raise ValueError(msg)
+    return ids
+
+
+def _known(who: str, names: tuple[str, ...] | list[str], known: list[str]) -> None:
+    for name in names:
+        if name not in known:
+            msg = f"{who} names {name!r}, which is none of {', '.join(known)}"
+            raise ValueError(msg)

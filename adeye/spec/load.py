@@ -1,0 +1,277 @@
+"""Load an ODD with everything it names: scenarios, architectures and the concept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.spec.architecture import Architecture
+from adeye.spec.concept import ASIL_ORDER, Concept
+from adeye.spec.document import Document, load_document, validate
+from adeye.spec.odd import Odd
+from adeye.spec.quantity import Record
+from adeye.spec.scenario import LogicalScenario
+
+Spec = TypeVar("Spec", bound=Record)
+Loc = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Loaded(Generic[Spec]):
+    """A validated file: the record, the text it came from and the way back to its lines.
+
+    Attributes:
+        spec: The validated record.
+        content: What the user wrote, inheritance resolved; validates to ``spec`` again.
+        path: The file.
+        documents: The file and those that it extends, nearest first.
+    """
+
+    spec: Spec
+    content: dict[str, Any]
+    path: Path
+    documents: tuple[Document, ...]
+
+    def locate(self, loc: Loc) -> SourceLocation:
+        """Find the file, line and column of a place in the content."""
+        return _deepest(self.documents, loc).locate(loc)
+
+
+@dataclass(frozen=True)
+class OddFiles:
+    """An ODD and everything that it names.
+
+    Attributes:
+        odd: The ODD file.
+        scenarios: By the id under which the ODD uses them.
+        architectures: By their own id, in the ODD's order.
+        concept: The functional safety concept.
+    """
+
+    odd: Loaded[Odd]
+    scenarios: dict[str, Loaded[LogicalScenario]]
+    architectures: dict[str, Loaded[Architecture]]
+    concept: Loaded[Concept]
+
+    @property
+    def gate(self) -> tuple[str, ...]:
+        """Architectures whose verdicts decide: those of ``gate``, else all."""
+        gate = self.odd.spec.gate
+        return gate.architectures if gate else tuple(self.architectures)
+
+
+def load_odd(path: str | Path) -> OddFiles:
+    """Load and validate an ODD, its scenarios, architectures and concept.
+
+    Args:
+        path: The ODD's file.
+
+    Raises:
+        SpecError: Anything is wrong; the message has file, line and column.
+    """
+    odd_path = Path(path)
+    odd = _load(odd_path, Odd)
+    catalogue = _catalogue(odd)
+    scenarios: dict[str, Loaded[LogicalScenario]] = {}
+    for number, use in enumerate(odd.spec.scenarios):
+        where = odd.locate(("scenarios", number, "use"))
+        scenarios[use.name] = load_scenario(_find_scenario(use.use, catalogue, where))
+    architectures: dict[str, Loaded[Architecture]] = {}
+    for number, name in enumerate(odd.spec.architectures):
+        where = odd.locate(("architectures", number))
+        loaded = _load(_beside(odd_path, name, where), Architecture)
+        if loaded.spec.architecture in architectures:
+            raise SpecError(
+                f"architecture {loaded.spec.architecture!r} is listed twice",
+                where=where,
+                remedy="Give each architecture file an id of its own.",
+            )
+        architectures[loaded.spec.architecture] = loaded
+    concept_path = _beside(odd_path, odd.spec.concept, odd.locate(("concept",)))
+    loaded_odd = OddFiles(odd, scenarios, architectures, _load(concept_path, Concept))
+    _check_gate(loaded_odd)
+    _check_asil(loaded_odd.concept)
+    return loaded_odd
+
+
+def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
+    """Load one scenario file with what it extends; its formulas are not yet checked."""
+    return _load(Path(path), LogicalScenario)
+
+
+def load_architecture(path: str | Path) -> Loaded[Architecture]:
+    """Load one architecture file."""
+    return _load(Path(path), Architecture)
+
+
+def shipped(folder: str) -> Path:
+    """Return a folder of the content that comes with the package.
+
+    Args:
+        folder: ``scenarios_db`` or ``odd``.
+    """
+    packaged = Path(str(files("adeye"))) / "_catalogue" / folder
+    if packaged.is_dir():
+        return packaged
+    return Path(str(files("adeye"))).parent / folder
+
+
+def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
+    documents = _with_bases(path)
+    content: Any = {}
+    for document in reversed(documents):
+        content = merge(content, document.value)
+    if len(documents) == 1:
+        return Loaded(validate(documents[0], model), content, path, documents)
+    merged = _Merged(content, documents)
+    return Loaded(validate(merged, model), content, path, documents)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class _Merged:
+    """A document put together from a file and those that it extends."""
+
+    value: Any
+    documents: tuple[Document, ...]
+
+    def locate(self, loc: Loc) -> SourceLocation:
+        return _deepest(self.documents, loc).locate(loc)
+
+    def locate_key(self, loc: Loc) -> SourceLocation:
+        return _deepest(self.documents, loc).locate_key(loc)
+
+
+def _with_bases(path: Path) -> tuple[Document, ...]:
+    documents: list[Document] = []
+    seen: list[Path] = []
+    current: Path | None = path
+    while current is not None:
+        document = load_document(current)
+        seen.append(current.resolve())
+        documents.append(document)
+        current = None
+        if isinstance(document.value, dict) and "extends" in document.value:
+            base = document.value.pop("extends")
+            where = document.locate(("extends",))
+            if not isinstance(base, str):
+                raise SpecError(f"extends: {base!r} is not a file or an id", where=where)
+            name = base if base.endswith((".yaml", ".yml")) else f"{base}.yaml"
+            current = _beside(path, name, where)
+            if current.resolve() in seen:
+                chain = " → ".join(file.stem for file in [*seen, current])
+                raise SpecError(
+                    f"extends is cyclic: {chain}", where=where, remedy="Remove one of the links."
+                )
+    return tuple(documents)
+
+
+def merge(base: Any, override: Any) -> Any:
+    """Lay one content over another: mappings merge key by key, null removes a key.
+
+    >>> merge({"a": 1, "b": {"c": 2, "d": 3}}, {"b": {"c": 4, "d": None}})
+    {'a': 1, 'b': {'c': 4}}
+    """
+    if not isinstance(base, Mapping) or not isinstance(override, Mapping):
+        return override
+    merged = dict(base)
+    for key, value in override.items():
+        if value is None:
+            merged.pop(key, None)
+        else:
+            merged[key] = merge(merged.get(key), value)
+    return merged
+
+
+def _deepest(documents: tuple[Document, ...], loc: Loc) -> Document:
+    for depth in range(len(loc), 0, -1):
+        for document in documents:
+            if _has(document.value, loc[:depth]):
+                return document
+    return documents[0]
+
+
+def _has(value: Any, loc: Loc) -> bool:
+    for part in loc:
+        if isinstance(value, Mapping) and part in value:
+            value = value[part]
+        elif isinstance(value, list) and isinstance(part, int) and part < len(value):
+            value = value[part]
+        else:
+            return False
+    return True
+
+
+def _beside(path: Path, name: str, where: SourceLocation) -> Path:
+    found = path.parent / name
+    if not found.is_file():
+        raise SpecError(
+            f"{name!r} is not a file", where=where, remedy=f"Looked for {found}; check the path."
+        )
+    return found
+
+
+def _catalogue(odd: Loaded[Odd]) -> Path:
+    if odd.spec.catalogue is not None:
+        folder = odd.path.parent / odd.spec.catalogue
+        if not folder.is_dir():
+            raise SpecError(
+                f"catalogue {odd.spec.catalogue!r} is not a folder",
+                where=odd.locate(("catalogue",)),
+                remedy=f"Looked for {folder}.",
+            )
+        return folder
+    for folder in (odd.path.parent.parent / "scenarios_db", odd.path.parent / "scenarios_db"):
+        if folder.is_dir():
+            return folder
+    return shipped("scenarios_db")
+
+
+def scenario_files(catalogue: Path) -> dict[str, Path]:
+    """List the scenarios of a folder by id (the file's stem).
+
+    Raises:
+        SpecError: Two files have one stem.
+    """
+    found: dict[str, Path] = {}
+    for path in sorted(catalogue.rglob("*.yaml")):
+        if path.stem in found:
+            raise SpecError(f"scenario {path.stem!r} is in two files: {found[path.stem]} and {path}")
+        found[path.stem] = path
+    return found
+
+
+def _find_scenario(name: str, catalogue: Path, where: SourceLocation) -> Path:
+    known = scenario_files(catalogue)
+    if name not in known:
+        raise SpecError(
+            f"there is no scenario {name!r} in {catalogue}",
+            where=where,
+            remedy=suggest(name, sorted(known)),
+        )
+    return known[name]
+
+
+def _check_gate(files: OddFiles) -> None:
+    for number, name in enumerate(files.gate):
+        if name not in files.architectures:
+            raise SpecError(
+                f"gate names {name!r}, not one of the ODD's architectures",
+                where=files.odd.locate(("gate", "architectures", number)),
+                remedy=suggest(name, sorted(files.architectures)),
+            )
+
+
+def _check_asil(concept: Loaded[Concept]) -> None:
+    for number, item in enumerate(concept.spec.requirements):
+        for goal in item.goals:
+            needed = concept.spec.goal_asil(goal)
+            if ASIL_ORDER.index(item.asil) < ASIL_ORDER.index(needed):
+                raise SpecError(
+                    f"requirement {item.id} has ASIL {item.asil}, below {needed} of {goal}",
+                    where=concept.locate(("requirements", number, "asil")),
+                    remedy=f"Set it to {needed}.",
+                )

@@ -1,0 +1,194 @@
+"""An ODD: attributes, scenarios with their sweeps, faults, architectures, concept and gate."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from adeye.spec.fault import Fault
+from adeye.spec.quantity import (
+    Condition,
+    Duration,
+    Frequency,
+    Identifier,
+    Length,
+    Many,
+    Number,
+    RainRate,
+    Record,
+    Speed,
+    Text,
+)
+from adeye.spec.scenario import Value
+
+
+class LaneLimits(Record):
+    """Fewest and most lanes."""
+
+    min: Annotated[int, Field(ge=1)] = 1
+    max: Annotated[int, Field(ge=1)] = 8
+
+
+class Scenery(Record):
+    """Scenery attributes (ISO 34503)."""
+
+    road_type: Many[Literal["motorway", "rural", "urban"]] = ("motorway", "rural", "urban")
+    lanes: LaneLimits = LaneLimits()
+    min_radius: Length | None = None
+
+
+class RainLimits(Record):
+    """Heaviest rain."""
+
+    max: RainRate
+
+
+class FrictionLimits(Record):
+    """Lowest friction coefficient."""
+
+    min: Number
+
+
+class FogLimits(Record):
+    """Shortest visibility."""
+
+    min_visibility: Length
+
+
+class EnvironmentalConditions(Record):
+    """Environmental attributes (ISO 34503)."""
+
+    rain: RainLimits | None = None
+    fog: FogLimits | None = None
+    friction: FrictionLimits | None = None
+    illumination: Many[Literal["day", "night"]] = ("day", "night")
+
+
+class SpeedLimits(Record):
+    """Highest speed."""
+
+    max: Speed
+
+
+class DynamicElements(Record):
+    """Attributes of the ego and other participants (ISO 34503)."""
+
+    ego_speed: SpeedLimits | None = None
+    actors: Many[str] = ()
+    """Kinds of actor that may occur; empty: all."""
+
+
+class Attributes(Record):
+    """The operating conditions that the automation is meant for."""
+
+    scenery: Scenery = Scenery()
+    environment: EnvironmentalConditions = EnvironmentalConditions()
+    dynamic_elements: DynamicElements = DynamicElements()
+
+
+class Steps(Record):
+    """An evenly spaced axis, both ends included."""
+
+    start: Annotated[Value, Field(alias="from")]
+    to: Value
+    step: Value
+
+
+Axis = Many[Value] | Steps
+
+
+class Sweep(Record):
+    """A design over parameters, with relations that exclude points."""
+
+    design: Literal["full_factorial", "zip", "list", "random"] = "full_factorial"
+    parameters: dict[str, Axis] = {}
+    points: Many[dict[str, Value]] = ()
+    """The points of a ``list`` design, each with its own values."""
+    samples: Annotated[int, Field(ge=1)] | None = None
+    """How many points a ``random`` design draws, uniformly between the ends of each axis."""
+    where: Many[Condition] = ()
+
+    @model_validator(mode="after")
+    def _fits_design(self) -> Self:
+        if (self.design == "list") != bool(self.points):
+            msg = "points belong to design: list, and only to it"
+            raise ValueError(msg)
+        if (self.design == "random") != (self.samples is not None):
+            msg = "samples belong to design: random, and only to it"
+            raise ValueError(msg)
+        if self.design == "list" and self.parameters:
+            msg = "design: list takes points, no parameters"
+            raise ValueError(msg)
+        return self
+
+
+FaultEntry = Identifier | Annotated[Many[Identifier], Field(min_length=2)]
+
+
+class ScenarioUse(Record):
+    """One scenario of the catalogue in this ODD, with its exposure, faults and sweep."""
+
+    use: Identifier
+    as_id: Annotated[Identifier | None, Field(alias="as")] = None
+    """Another id for it, when the same scenario is used twice."""
+    exposure: Annotated[Frequency, Field(gt=0.0)] | None = None
+    faults: Many[FaultEntry] | None = None
+    sweep: Sweep = Sweep()
+    parameters: dict[str, Value] = {}
+    """Fixed values that replace the scenario's defaults, by parameter or dotted path."""
+
+    @property
+    def name(self) -> str:
+        """The id under which the scenario stands in this ODD."""
+        return self.as_id or self.use
+
+
+class Gate(Record):
+    """Architectures whose verdicts decide the exit code."""
+
+    architectures: Annotated[Many[Identifier], Field(min_length=1)]
+
+
+class Odd(Record):
+    """One file of ``odd/``."""
+
+    odd: Identifier
+    title: str = ""
+    text: str = ""
+    attributes: Attributes = Attributes()
+    scenarios: Annotated[Many[ScenarioUse], Field(min_length=1)]
+    faults: Many[Fault] = ()
+    architectures: Annotated[Many[Text], Field(min_length=1)]
+    concept: Text
+    gate: Gate | None = None
+    step: Annotated[Duration, Field(gt=0.0, le=1.0)] = 0.05
+    seed: Annotated[int, Field(ge=0)] = 0
+    replicates: Annotated[int, Field(ge=1)] = 1
+    max_test_cases: Annotated[int, Field(ge=1)] = 100_000
+    outside: Literal["refuse", "robustness"] = "refuse"
+    catalogue: Text | None = None
+    """Folder of scenarios, relative to this file; default: ``scenarios_db`` beside its folder."""
+    plugins: Many[Text] = ()
+    """Metrics from outside the package, by entry point."""
+
+    @model_validator(mode="after")
+    def _names_resolve(self) -> Self:
+        names = [use.name for use in self.scenarios]
+        faults = [fault.id for fault in self.faults]
+        for kind, ids in (("scenario", names), ("fault", faults)):
+            for name in ids:
+                if ids.count(name) > 1:
+                    msg = f"{kind} {name!r} occurs twice"
+                    raise ValueError(msg)
+        if "none" in faults:
+            msg = "'none' is the fault-free entry and cannot name a fault"
+            raise ValueError(msg)
+        for use in self.scenarios:
+            for entry in use.faults or ():
+                for name in (entry,) if isinstance(entry, str) else entry:
+                    if name != "none" and name not in faults:
+                        known = ", ".join(["none", *faults])
+                        msg = f"scenario {use.name!r} names fault {name!r}, none of {known}"
+                        raise ValueError(msg)
+        return self

@@ -1,0 +1,179 @@
+"""Field types of the spec models: quantities with units and formulas over parameters.
+
+A quantity is text with a unit (``60 km/h``) that becomes an SI float at the boundary. A formula is
+text in the expression language over the parameters of its scenario (``ego_speed - 10 km/h``); it
+stays an expression until a batch of test cases is compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    PlainSerializer,
+    Strict,
+    StringConstraints,
+    ValidationInfo,
+    WithJsonSchema,
+)
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+
+from adeye.errors import ExpressionError, InputError
+from adeye.spec.expression import Expression, parse
+from adeye.units import Dimension, parse_quantity
+
+Identifier = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
+"""A name that users refer to: lower case letters, digits and underscores."""
+
+Text = Annotated[str, StringConstraints(min_length=1, max_length=4000)]
+
+
+class Record(BaseModel):
+    """Base of every spec model: frozen, unknown keys are errors, no silent conversions."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True
+    )
+
+
+SI: dict[str, bool] = {"si": True}
+"""Validation context of stored content: numbers are in SI already."""
+
+
+def _reader(dimension: Dimension) -> Callable[[Any, ValidationInfo], float]:
+    def read(value: Any, info: ValidationInfo) -> float:
+        stored = info.context is not None and info.context.get("si", False)
+        if stored and isinstance(value, int | float) and not isinstance(value, bool):
+            return float(value)
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            msg = f"{value!r} is not a quantity"
+            raise ValueError(msg)
+        try:
+            return parse_quantity(value, dimension)
+        except InputError as error:
+            raise ValueError(str(error)) from error
+
+    return read
+
+
+def _quantity(dimension: Dimension, example: str) -> Any:
+    schema = {"type": ["string", "number"], "examples": [example]}
+    return Annotated[float, BeforeValidator(_reader(dimension)), WithJsonSchema(schema)]
+
+
+Length = _quantity(Dimension.LENGTH, "15 m")
+Duration = _quantity(Dimension.TIME, "0.1 s")
+Speed = _quantity(Dimension.SPEED, "60 km/h")
+Acceleration = _quantity(Dimension.ACCELERATION, "4 m/s^2")
+Jerk = _quantity(Dimension.JERK, "12 m/s^3")
+Angle = _quantity(Dimension.ANGLE, "-3 deg")
+AngularRate = _quantity(Dimension.ANGULAR_RATE, "20 deg/s")
+Frequency = _quantity(Dimension.FREQUENCY, "20 Hz")
+RainRate = _quantity(Dimension.RAIN_RATE, "7.5 mm/h")
+Number = _quantity(Dimension.NONE, "0.5")
+
+
+def require_dimension(
+    expression: Expression, required: Dimension, names: Mapping[str, Dimension | None]
+) -> None:
+    """Refuse an expression whose dimension is not the required one.
+
+    Args:
+        expression: What the user wrote.
+        required: The dimension that the field needs.
+        names: Dimension of each name that it may use.
+
+    Raises:
+        ExpressionError: The dimensions differ; the message names both.
+    """
+    found = expression.dimension(names)
+    if found is not None and found.exponents != required.exponents:
+        raise ExpressionError(
+            f"'{expression.text}' is {found.label}, not {required.label}",
+            remedy=f"Give it a unit of {required.label}.",
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _FormulaOf:
+    """Validate text or a number as an expression that must have one dimension."""
+
+    dimension: Dimension
+    example: str
+
+    def __get_pydantic_core_schema__(
+        self, _source: Any, _handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            self._read,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda expression: expression.text
+            ),
+        )
+
+    def __get_pydantic_json_schema__(
+        self, _schema: CoreSchema, _handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"type": ["string", "number"], "examples": [self.example]}
+
+    def _read(self, value: Any) -> Expression:
+        if isinstance(value, Expression):
+            return value
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            msg = f"{value!r} is neither a quantity nor a formula"
+            raise ValueError(msg)
+        try:
+            expression = parse(str(value))
+            if expression.is_constant:
+                require_dimension(expression, self.dimension, {})
+        except InputError as error:
+            raise ValueError(str(error)) from error
+        return expression
+
+
+def _formula(dimension: Dimension, example: str) -> Any:
+    return Annotated[Expression, _FormulaOf(dimension, example)]
+
+
+LengthFormula = _formula(Dimension.LENGTH, "ego_gap + 5 m")
+DurationFormula = _formula(Dimension.TIME, "2 s")
+SpeedFormula = _formula(Dimension.SPEED, "ego_speed - 10 km/h")
+AccelerationFormula = _formula(Dimension.ACCELERATION, "6 m/s^2")
+JerkFormula = _formula(Dimension.JERK, "12 m/s^3")
+AngleFormula = _formula(Dimension.ANGLE, "90 deg")
+RainFormula = _formula(Dimension.RAIN_RATE, "rain")
+NumberFormula = _formula(Dimension.NONE, "1")
+
+
+def _read_expression(value: Any) -> Expression:
+    if isinstance(value, Expression):
+        return value
+    if not isinstance(value, str):
+        msg = f"{value!r} is not an expression"
+        raise ValueError(msg)
+    try:
+        return parse(value)
+    except InputError as error:
+        raise ValueError(str(error)) from error
+
+
+Condition = Annotated[
+    Expression,
+    BeforeValidator(_read_expression),
+    PlainSerializer(lambda expression: expression.text, return_type=str),
+    WithJsonSchema({"type": "string", "examples": ["time >= 2 s"]}),
+]
+"""A truth-valued expression: a trigger, a constraint, a fault's onset."""
+
+T = TypeVar("T")
+
+Many = Annotated[tuple[T, ...], Strict(False)]
+"""A list in YAML, a tuple in the frozen record."""

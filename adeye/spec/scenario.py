@@ -1,0 +1,278 @@
+"""A logical scenario: world, environment, actors and storyboard over parameters with ranges.
+
+A scenario knows no sensor, no channel and no switch; it meets an architecture only in a test case.
+Numbers are formulas over the scenario's own parameters, so one file describes every variation.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from adeye.spec.quantity import (
+    AccelerationFormula,
+    AngleFormula,
+    Condition,
+    Duration,
+    Identifier,
+    JerkFormula,
+    LengthFormula,
+    Many,
+    NumberFormula,
+    RainFormula,
+    Record,
+    SpeedFormula,
+    Text,
+)
+
+ActorKind = Literal["car", "van", "truck", "bus", "motorcycle", "cyclist", "pedestrian"]
+ObjectKind = Literal["parked_truck", "parked_car", "barrier", "building"]
+Illumination = Literal["day", "night"]
+
+Value = str | int | float
+"""A parameter value as written: a quantity with its unit, or a plain number."""
+
+
+class Parameter(Record):
+    """A varied quantity of the scenario with its default and the range it is meant for."""
+
+    default: Value
+    range: Annotated[Many[Value], Field(min_length=2, max_length=2)] | None = None
+    text: str = ""
+
+
+class Road(Record):
+    """A parametric road with parallel lanes, numbered from 0 at the right."""
+
+    kind: Literal["straight", "curve", "s_curve"] = "straight"
+    length: LengthFormula
+    radius: LengthFormula | None = None
+    """Radius of the curve [m], positive to the left; an S-curve continues with its negative."""
+    lanes: Annotated[int, Field(ge=1, le=8)]
+    lane_width: LengthFormula
+    shoulder: LengthFormula
+    speed_limit: SpeedFormula
+    markings: Literal["full", "worn", "none"] = "full"
+    road_type: Literal["motorway", "rural", "urban"] = "motorway"
+
+    @model_validator(mode="after")
+    def _radius_fits_kind(self) -> Self:
+        if (self.radius is None) != (self.kind == "straight"):
+            msg = f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
+            raise ValueError(msg)
+        return self
+
+
+class StaticObject(Record):
+    """A box that does not move: it blocks sight and can be hit."""
+
+    kind: ObjectKind
+    reflectivity: NumberFormula | None = None
+    s: LengthFormula
+    offset: LengthFormula
+    """Lateral place of its centre from the right edge of the road [m], positive to the left."""
+    heading: AngleFormula | None = None
+    length: LengthFormula
+    width: LengthFormula
+    height: LengthFormula
+
+
+class World(Record):
+    """The road and what stands beside or on it."""
+
+    road: Road
+    objects: dict[Identifier, StaticObject] = {}
+
+
+class Environment(Record):
+    """Environmental conditions during the scenario (ISO 34503 names)."""
+
+    rain: RainFormula
+    fog_visibility: LengthFormula
+    friction: NumberFormula
+    illumination: Illumination = "day"
+
+
+class Goal(Record):
+    """Where the ego is to arrive: a distance along the road [m]."""
+
+    s: LengthFormula
+
+
+class EgoStart(Record):
+    """Where and how fast the ego starts, and the speed that it is asked to drive."""
+
+    lane: NumberFormula
+    s: LengthFormula
+    offset: LengthFormula | None = None
+    speed: SpeedFormula
+    desired_speed: SpeedFormula | None = None
+    goal: Goal | None = None
+
+
+class Size(Record):
+    """Outer dimensions of an actor [m]."""
+
+    length: LengthFormula
+    width: LengthFormula
+    height: LengthFormula
+
+
+class Start(Record):
+    """Initial place of an actor: along the road, or by a bumper-to-bumper gap to another."""
+
+    lane: NumberFormula | None = None
+    offset: LengthFormula | None = None
+    """With a lane: from its centre; without: from the right edge of the road. Positive left."""
+    s: LengthFormula | None = None
+    ahead_of: Identifier | None = None
+    gap: LengthFormula | None = None
+    heading: AngleFormula | None = None
+    """Relative to the road; default along it."""
+    speed: SpeedFormula
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if (self.s is None) == (self.ahead_of is None):
+            msg = "give either s or ahead_of with gap"
+            raise ValueError(msg)
+        if (self.ahead_of is None) != (self.gap is None):
+            msg = "ahead_of and gap go together"
+            raise ValueError(msg)
+        if self.lane is None and self.offset is None:
+            msg = "give a lane, or an offset from the right edge of the road"
+            raise ValueError(msg)
+        return self
+
+
+class Idm(Record):
+    """Reactive driving: Intelligent Driver Model, with MOBIL lane changes if asked."""
+
+    desired_speed: SpeedFormula | None = None
+    lane_changes: bool = False
+
+
+class Actor(Record):
+    """A participant other than the ego: scripted by the storyboard, or reactive."""
+
+    kind: ActorKind
+    size: Size | None = None
+    reflectivity: NumberFormula | None = None
+    """Share of light that its surface returns, for lidar; default: typical of its kind."""
+    start: Start
+    reactive: Idm | None = None
+
+
+class LaneChange(Record):
+    """Move to another lane or by a lateral distance, on a sinusoidal or linear profile."""
+
+    to_lane: NumberFormula | None = None
+    by: LengthFormula | None = None
+    lateral_speed: SpeedFormula
+    """Greatest lateral speed of the manoeuvre [m/s]."""
+    shape: Literal["sinusoidal", "linear"] = "sinusoidal"
+
+    @model_validator(mode="after")
+    def _one_target(self) -> Self:
+        if (self.to_lane is None) == (self.by is None):
+            msg = "give either to_lane or by"
+            raise ValueError(msg)
+        return self
+
+
+class SpeedChange(Record):
+    """Change to a target speed with a rate and, if given, a limit on jerk."""
+
+    to: SpeedFormula
+    rate: AccelerationFormula
+    jerk: JerkFormula | None = None
+
+
+class Stop(Record):
+    """Brake to standstill with a deceleration and, if given, a limit on jerk."""
+
+    rate: AccelerationFormula
+    jerk: JerkFormula | None = None
+
+
+class Cross(Record):
+    """Walk across the road to a lateral place, in a straight line at a constant speed."""
+
+    to: LengthFormula
+    """Lateral place from the right edge of the road [m], positive to the left."""
+    speed: SpeedFormula
+
+
+class Event(Record):
+    """When a condition first holds, an actor begins one action."""
+
+    actor: Identifier
+    when: Condition
+    lane_change: LaneChange | None = None
+    speed: SpeedChange | None = None
+    stop: Stop | None = None
+    cross: Cross | None = None
+
+    @model_validator(mode="after")
+    def _one_action(self) -> Self:
+        actions = [self.lane_change, self.speed, self.stop, self.cross]
+        if sum(action is not None for action in actions) != 1:
+            msg = "an event has exactly one of lane_change, speed, stop, cross"
+            raise ValueError(msg)
+        return self
+
+    @property
+    def action(self) -> LaneChange | SpeedChange | Stop | Cross:
+        """The one action of the event."""
+        chosen = self.lane_change or self.speed or self.stop or self.cross
+        assert chosen is not None
+        return chosen
+
+
+class Tags(Record):
+    """Where the scenario stands in the field's catalogues."""
+
+    iso34502: str = ""
+    nhtsa: str = ""
+    r157: str = ""
+
+
+class Provenance(Record):
+    """Who wrote the scenario and from what."""
+
+    source: Text
+    author: str = ""
+    version: str = "1"
+
+
+class LogicalScenario(Record):
+    """One file of the scenario database."""
+
+    scenario: Identifier
+    title: Text
+    text: str = ""
+    tags: Tags = Tags()
+    provenance: Provenance
+    parameters: dict[Identifier, Parameter] = {}
+    constraints: Many[Condition] = ()
+    world: World
+    environment: Environment
+    ego: EgoStart
+    actors: dict[Identifier, Actor] = {}
+    storyboard: dict[Identifier, Event] = {}
+    realised: Many[Identifier] = ()
+    """Events that must have begun within the horizon, else the run is not realised."""
+    horizon: Duration
+    tail: Duration = 5.0
+
+    def executable(self) -> dict[str, object]:
+        """The part of the scenario that a run depends on: no titles, tags or provenance.
+
+        Default values and ranges of parameters are left out, because the resolved values are part
+        of a test case's identity beside this content.
+        """
+        return self.model_dump(
+            mode="json",
+            exclude={"title", "text", "tags", "provenance", "parameters", "constraints"},
+        )

@@ -1,0 +1,1 @@
+"""The database: plans, results and verdicts in SQL, reached through ``repository`` only."""

@@ -1,0 +1,377 @@
+"""What enters and leaves the database, as frozen dataclasses without SQL."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import cached_property
+from typing import Any, Final
+
+from adeye.errors import InputError
+from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.identity import digest
+from adeye.spec.concept import Concept
+
+MAX_SEED: Final = 2**63 - 1
+
+
+@dataclass(frozen=True)
+class EngineKey:
+    """What a result depends on beside its test case.
+
+    Attributes:
+        backend: Name of the traffic implementation.
+        variant: Arithmetic variant of it.
+        numerics_version: Raised when the bits of a trace change on purpose.
+        plugins_digest: Digest over code and version of the plug-ins in the architecture; empty
+            without plug-ins.
+    """
+
+    backend: str
+    variant: str
+    numerics_version: int
+    plugins_digest: str = ""
+
+    def result_digest(self, test_case: str) -> str:
+        """Identify the result that this engine gives for a test case (sha256 in hex)."""
+        return digest(
+            {
+                "test_case": test_case,
+                "backend": self.backend,
+                "variant": self.variant,
+                "numerics_version": self.numerics_version,
+                "plugins": self.plugins_digest,
+            }
+        )
+
+
+@dataclass(frozen=True)
+class ContentRecord:
+    """Something a user wrote, kept by the digest of its content.
+
+    Share one record between all test cases that have this content: its digest is computed once.
+
+    Attributes:
+        id: The name that users gave it.
+        version: Version text of its provenance; may be empty.
+        content: JSON-compatible content; its digest is the identity.
+    """
+
+    id: str
+    version: str
+    content: Mapping[str, Any]
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of the content (sha256 in hex)."""
+        return digest(self.content)
+
+
+@dataclass(frozen=True)
+class PlannedCase:
+    """One test case of a plan with the names that it has in this campaign.
+
+    Attributes:
+        test_case: Digest of the test case.
+        situation: Digest of the situation.
+        scenario: Id of the scenario in the ODD.
+        scenario_content: Executable content of the scenario, overrides applied.
+        architecture: Id of the architecture.
+        architecture_content: Executable content of the architecture, overrides applied.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        faults: Executable content of the faults of the entry.
+        parameters: Resolved scenario parameters in SI.
+        point: Swept values in SI by the name that the sweep uses.
+        replicate: Number of the replicate, from 0.
+        seed: Seed of the ODD.
+        step_s: Master clock [s].
+        inside_odd: Whether its planned attributes lie inside the ODD.
+        engine: Engine that executes it.
+        point_index: Place of its point in the plan of its ODD.
+        structure: Test cases of different structure never share a block.
+    """
+
+    test_case: str
+    situation: str
+    scenario: str
+    scenario_content: ContentRecord
+    architecture: str
+    architecture_content: ContentRecord
+    fault_entry: str
+    faults: Sequence[Mapping[str, Any]]
+    parameters: Mapping[str, float]
+    point: Mapping[str, float | str]
+    replicate: int
+    seed: int
+    step_s: float
+    inside_odd: bool
+    engine: EngineKey
+    point_index: int
+    structure: str = ""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seed <= MAX_SEED:
+            raise InputError(
+                f"seed: {self.seed} is not within 0 to {MAX_SEED}", remedy="Choose another seed."
+            )
+
+    @property
+    def result_digest(self) -> str:
+        """Digest of the result that its execution will have."""
+        return self.engine.result_digest(self.test_case)
+
+
+@dataclass(frozen=True)
+class CampaignFsr:
+    """How one FSR of the concept is judged in a campaign.
+
+    Attributes:
+        id: Id of the requirement in the concept.
+        digest: Digest of everything that its verdict depends on beside the trace.
+        not_applicable: Why it cannot be judged, by architecture id.
+    """
+
+    id: str
+    digest: str
+    not_applicable: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class CampaignRecord:
+    """A selection of test cases with the concept that judges them.
+
+    Attributes:
+        odd: The ODD with everything that it names.
+        concept: The concept.
+        fsrs: One entry for each requirement of the concept.
+        gate: Architectures that decide the exit code.
+        factors: How the test cases were counted, JSON-compatible.
+        title: One line for people.
+        units: SI suffix of a parameter (``mps``) by scenario and parameter, for column names.
+        provenance: Tool, numerics version, packages, git state, who; JSON-compatible.
+    """
+
+    odd: ContentRecord
+    concept: Concept
+    fsrs: Sequence[CampaignFsr]
+    gate: Sequence[str] = ()
+    factors: Any = None
+    title: str = ""
+    units: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What planning found.
+
+    Attributes:
+        campaign: Id of the campaign.
+        planned: Number of test cases.
+        to_execute: Test cases without a result.
+        to_judge: Test cases with a result that lack a verdict of this campaign.
+        is_new: Whether this selection was not in the database before.
+    """
+
+    campaign: str
+    planned: int
+    to_execute: int
+    to_judge: int
+    is_new: bool
+
+    @property
+    def reused(self) -> int:
+        """Test cases whose result exists."""
+        return self.planned - self.to_execute
+
+
+@dataclass(frozen=True)
+class MetricValue:
+    """A metric of one run: a finite value, or the reason why there is none.
+
+    Attributes:
+        value: In the metric's unit; None unless the status is ``value``.
+        status: ``value``, ``no_conflict``, ``not_applicable``, ``undefined``, ``incomplete`` or
+            ``error``.
+        time_s: Time of the worst case [s].
+        actor: Actor of the worst case.
+    """
+
+    value: float | None
+    status: str = "value"
+    time_s: float | None = None
+    actor: str | None = None
+
+    def __post_init__(self) -> None:
+        has_value = self.value is not None and math.isfinite(self.value)
+        if (self.value is not None) != has_value or has_value != (self.status == "value"):
+            msg = f"metric value {self.value!r} does not fit status {self.status!r}"
+            raise ValueError(msg)
+
+
+@dataclass(frozen=True)
+class VerdictRecord:
+    """The verdict of one FSR on one run with its binding predicate.
+
+    Attributes:
+        fsr_id: Id of the requirement.
+        fsr_digest: Digest of the requirement that was judged.
+        verdict: Never NOT_RUN.
+        is_exercised: Whether the precondition held.
+        robustness_low: Lower end of the robustness; infinite is stored as NULL.
+        robustness_high: Upper end of it.
+        margin: Difference to the threshold in its own unit, negative when violated.
+        unit: Unit of margin, value and threshold.
+        signal: Signal of the binding predicate.
+        predicate: Its text.
+        time_s: Its time [s].
+        actor: Its actor.
+        value: Its value.
+        threshold: Its threshold.
+        detail: Why, in words.
+    """
+
+    fsr_id: str
+    fsr_digest: str
+    verdict: Verdict
+    is_exercised: bool
+    robustness_low: float | None = None
+    robustness_high: float | None = None
+    margin: float | None = None
+    unit: str | None = None
+    signal: str | None = None
+    predicate: str | None = None
+    time_s: float | None = None
+    actor: str | None = None
+    value: float | None = None
+    threshold: float | None = None
+    detail: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.verdict is Verdict.NOT_RUN:
+            msg = f"{self.fsr_id}: a run that was executed cannot be NOT_RUN"
+            raise ValueError(msg)
+        numbers = (self.robustness_low, self.robustness_high, self.margin)
+        if self.verdict is not Verdict.ERROR and any(
+            number is not None and math.isnan(number) for number in numbers
+        ):
+            msg = f"{self.fsr_id}: NaN is never {self.verdict}, it is ERROR"
+            raise ValueError(msg)
+
+
+@dataclass(frozen=True)
+class EventRecord:
+    """Something that happened in a run: contact, handover, fault, storyboard event.
+
+    Attributes:
+        time_s: When [s].
+        kind: What kind of event.
+        subject: Whom it concerns: actor, channel, fault or sensor id.
+        text: One line for people.
+    """
+
+    time_s: float
+    kind: str
+    subject: str | None
+    text: str
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """The result of one execution.
+
+    Everything but ``executed_by`` and ``executed_at`` must be the same in every execution.
+
+    Attributes:
+        test_case: Digest of the test case.
+        engine: Engine that executed it.
+        outcome: What happened; an infrastructure error has no result.
+        trace_rows: Length of the trace.
+        duration_s: Simulated time [s].
+        trace_digest: 128-bit digest of the trace in hex.
+        is_realised: Whether the scenario came about as asked.
+        end_reason: ``contact``, ``goal`` or ``horizon``.
+        metrics: Every built-in metric by id.
+        verdicts: Verdicts of the campaign's FSRs.
+        events: In order of time.
+        outcome_channel: Channel that caused the outcome.
+        outcome_detail: Why, in words; no addresses, paths or times of day.
+        is_machine_dependent: Whether a wall-clock deadline was hit.
+        executed_by: Host and process.
+        executed_at: UTC time of day.
+    """
+
+    test_case: str
+    engine: EngineKey
+    outcome: Outcome
+    trace_rows: int
+    duration_s: float
+    trace_digest: str
+    is_realised: bool
+    end_reason: str
+    metrics: Mapping[str, MetricValue]
+    verdicts: Sequence[VerdictRecord]
+    events: Sequence[EventRecord] = ()
+    outcome_channel: str | None = None
+    outcome_detail: str | None = None
+    is_machine_dependent: bool = False
+    executed_by: str = ""
+    executed_at: datetime | None = None
+
+    def __post_init__(self) -> None:
+        if self.outcome is Outcome.INFRASTRUCTURE_ERROR:
+            msg = "an infrastructure error is no result; fail the block instead"
+            raise ValueError(msg)
+        if self.executed_at is not None and self.executed_at.tzinfo is None:
+            msg = f"executed_at {self.executed_at} has no time zone"
+            raise ValueError(msg)
+
+    @cached_property
+    def result_digest(self) -> str:
+        """Identity of the result."""
+        return self.engine.result_digest(self.test_case)
+
+
+@dataclass(frozen=True)
+class BlockCase:
+    """A test case of a claimed block and what it still needs.
+
+    Attributes:
+        ordinal: Its place in the campaign.
+        test_case: Its digest.
+        result_digest: Digest that its result must have.
+        has_result: Whether the result exists already.
+        missing_fsrs: Ids of FSRs without a verdict on it.
+    """
+
+    ordinal: int
+    test_case: str
+    result_digest: str
+    has_result: bool
+    missing_fsrs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A leased range of ordinals; ``attempt`` is the fencing token."""
+
+    id: int
+    campaign: str
+    attempt: int
+    cases: tuple[BlockCase, ...]
+
+    @property
+    def to_execute(self) -> tuple[BlockCase, ...]:
+        """Cases without a result; one of those that share a result."""
+        missing = {case.result_digest: case for case in self.cases if not case.has_result}
+        return tuple(missing.values())
+
+    @property
+    def to_judge(self) -> tuple[BlockCase, ...]:
+        """Cases whose result exists but lacks verdicts."""
+        judged = {
+            case.result_digest: case for case in self.cases if case.has_result and case.missing_fsrs
+        }
+        return tuple(judged.values())

@@ -1,0 +1,392 @@
+"""The tables of the database, as SQLAlchemy Core.
+
+Every table but ``work`` and ``artifact`` is insert-only and carries ``row_hash``, a hash over the
+row's other values, so that ``verify`` can name a row that was altered. JSON is kept as canonical
+text, because the text is what is hashed.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    CheckConstraint,
+    Column,
+    Float,
+    ForeignKey,
+    ForeignKeyConstraint,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Table,
+    Text,
+)
+
+METRIC_IDS: Final = (
+    "contact",
+    "impact_speed_mps",
+    "min_distance_m",
+    "min_ttc_s",
+    "min_time_headway_s",
+    "max_drac_mps2",
+    "max_required_deceleration_mps2",
+    "rss_violation_s",
+    "fault_to_safe_state_s",
+    "max_jerk_mps3",
+    "max_deceleration_mps2",
+    "max_lane_offset_m",
+    "first_detection_distance_m",
+    "takeover_time_s",
+    "standstill_gap_m",
+)
+"""Built-in metrics, four columns each: value, status, time of the worst case, actor."""
+
+METRIC_STATUSES: Final = (
+    "value",
+    "no_conflict",
+    "not_applicable",
+    "undefined",
+    "incomplete",
+    "error",
+)
+WORK_STATES: Final = ("pending", "leased", "done", "quarantined")
+RUN_VERDICTS: Final = ("PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "INVALID", "ERROR")
+"""Verdicts that a row can have; NOT_RUN is the absence of a row."""
+
+metadata = MetaData(
+    naming_convention={
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+        "ck": "ck_%(table_name)s_%(constraint_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_N_name)s",
+        "pk": "pk_%(table_name)s",
+    }
+)
+
+
+def _digest(name: str, references: str | None = None, *, key: bool = False) -> Column[str]:
+    keys = [] if references is None else [ForeignKey(references)]
+    return Column(name, String(64), *keys, primary_key=key, nullable=False)
+
+
+def _text(name: str, *, key: bool = False, null: bool = False) -> Column[str]:
+    return Column(name, Text, primary_key=key, nullable=null)
+
+
+def _number(name: str, *, null: bool = True) -> Column[float]:
+    return Column(name, Float, nullable=null)
+
+
+def _count(name: str, *, key: bool = False) -> Column[int]:
+    return Column(name, Integer, primary_key=key, nullable=False, autoincrement=False)
+
+
+def _flag(name: str) -> Column[bool]:
+    return Column(name, Boolean, nullable=False)
+
+
+def _row_hash() -> Column[str]:
+    return Column("row_hash", String(32), nullable=False)
+
+
+def _campaign(*, key: bool = False) -> Column[str]:
+    return Column(
+        "campaign_id", String(32), ForeignKey("campaign.id"), primary_key=key, nullable=False
+    )
+
+
+def _one_of(column: str, words: tuple[str, ...], name: str) -> CheckConstraint:
+    listed = ", ".join(f"'{word}'" for word in words)
+    return CheckConstraint(f"{column} IN ({listed})", name=name)
+
+
+def _content(name: str) -> Table:
+    return Table(
+        name,
+        metadata,
+        _digest("digest", key=True),
+        _text("id"),
+        _text("version"),
+        _text("content"),
+        _row_hash(),
+    )
+
+
+odd = _content("odd")
+scenario = _content("scenario")
+architecture = _content("architecture")
+concept = _content("concept")
+
+
+def _part(name: str, *columns: Column[str] | Column[float] | Column[int] | Column[bool]) -> Table:
+    return Table(
+        name,
+        metadata,
+        _digest("concept_digest", "concept.digest", key=True),
+        _text("id", key=True),
+        *columns,
+        _text("content"),
+        _row_hash(),
+    )
+
+
+hazardous_event = _part(
+    "hazardous_event",
+    _text("severity"),
+    _text("exposure"),
+    _text("controllability"),
+    _text("asil", null=True),
+)
+safety_goal = _part(
+    "safety_goal", _text("asil"), _number("ftti_s", null=False), _text("safe_state"), _text("text")
+)
+fsr = _part(
+    "fsr",
+    _text("asil"),
+    _flag("mandatory"),
+    _count("min_exercised"),
+    _text("text"),
+    _text("measure"),
+    _text("threshold_source"),
+)
+element = _part(
+    "element", _text("kind"), _text("asil_capability"), _flag("legacy"), _text("text")
+)
+assumption = _part("assumption", _text("owner"), _text("valid_until"), _text("text"))
+allocation = Table(
+    "allocation",
+    metadata,
+    _digest("concept_digest", key=True),
+    _text("fsr_id", key=True),
+    _text("element_id", key=True),
+    _row_hash(),
+    ForeignKeyConstraint(["concept_digest", "fsr_id"], ["fsr.concept_digest", "fsr.id"]),
+    ForeignKeyConstraint(
+        ["concept_digest", "element_id"], ["element.concept_digest", "element.id"]
+    ),
+)
+
+test_case = Table(
+    "test_case",
+    metadata,
+    _digest("digest", key=True),
+    _digest("situation_digest"),
+    _digest("scenario_digest", "scenario.digest"),
+    _digest("architecture_digest", "architecture.digest"),
+    _text("fault_entry"),
+    _text("faults"),
+    _text("parameters"),
+    _count("replicate"),
+    Column("seed", BigInteger, nullable=False),
+    _number("step_s", null=False),
+    _digest("odd_digest", "odd.digest"),
+    _count("point_index"),
+    _row_hash(),
+    Index(None, "situation_digest"),
+)
+
+campaign = Table(
+    "campaign",
+    metadata,
+    Column("number", Integer, primary_key=True, autoincrement=True),
+    Column("id", String(32), nullable=False, unique=True),
+    _text("created_at"),
+    _text("odd_id"),
+    _digest("odd_digest", "odd.digest"),
+    _digest("concept_digest", "concept.digest"),
+    _text("title"),
+    _count("planned"),
+    _text("factors"),
+    _text("gate"),
+    _text("units"),
+    _text("fsr_digests"),
+    _text("provenance"),
+    _row_hash(),
+)
+campaign_case = Table(
+    "campaign_case",
+    metadata,
+    _campaign(key=True),
+    _count("ordinal", key=True),
+    _digest("test_case_digest", "test_case.digest"),
+    _digest("result_digest"),
+    _text("scenario"),
+    _text("architecture"),
+    _flag("inside_odd"),
+    _text("point"),
+    _row_hash(),
+    Index(None, "test_case_digest"),
+    Index(None, "result_digest"),
+)
+campaign_fsr = Table(
+    "campaign_fsr",
+    metadata,
+    _campaign(key=True),
+    _text("fsr_id", key=True),
+    _text("architecture", key=True),
+    _text("scenario", key=True),
+    _digest("fsr_digest"),
+    _text("asil"),
+    _flag("mandatory"),
+    _count("min_exercised"),
+    _text("applies"),
+    _flag("in_gate"),
+    _flag("applicable"),
+    _text("reason", null=True),
+    _text("waived_until", null=True),
+    _count("planned"),
+    _row_hash(),
+    _one_of("applies", ("inside", "outside", "everywhere"), "applies"),
+)
+
+work = Table(
+    "work",
+    metadata,
+    Column("id", Integer, primary_key=True, autoincrement=True),
+    _campaign(),
+    _text("kind"),
+    _count("from_ordinal"),
+    _count("to_ordinal"),
+    _text("state"),
+    _text("owner", null=True),
+    _count("attempt"),
+    _count("failures"),
+    _text("until", null=True),
+    _number("until_boot_s"),
+    _text("detail", null=True),
+    _one_of("kind", ("execute", "judge", "reused"), "kind"),
+    _one_of("state", WORK_STATES, "state"),
+    CheckConstraint("from_ordinal < to_ordinal", name="range"),
+    CheckConstraint("(state = 'leased') = (owner IS NOT NULL)", name="owner"),
+    Index(None, "campaign_id", "state"),
+)
+
+run = Table(
+    "run",
+    metadata,
+    _digest("result_digest", key=True),
+    _digest("test_case_digest", "test_case.digest"),
+    _text("backend"),
+    _text("variant"),
+    _count("numerics_version"),
+    _text("plugins_digest"),
+    _text("outcome"),
+    _text("outcome_channel", null=True),
+    _text("outcome_detail", null=True),
+    _count("trace_rows"),
+    _number("duration_s", null=False),
+    Column("trace_digest", String(32), nullable=False),
+    _flag("realised"),
+    _text("end_reason"),
+    _flag("machine_dependent"),
+    Column("result_hash", String(64), nullable=False),
+    _text("executed_by"),
+    _text("executed_at"),
+    _row_hash(),
+    Index(None, "test_case_digest"),
+)
+
+
+def _metric_columns() -> list[Column[str] | Column[float]]:
+    columns: list[Column[str] | Column[float]] = []
+    for name in METRIC_IDS:
+        columns += [
+            _number(name),
+            _text(f"{name}_status"),
+            _number(f"{name}_time_s"),
+            _text(f"{name}_actor", null=True),
+        ]
+    return columns
+
+
+metric = Table(
+    "metric",
+    metadata,
+    _digest("result_digest", "run.result_digest", key=True),
+    *_metric_columns(),
+    _row_hash(),
+    *(_one_of(f"{name}_status", METRIC_STATUSES, f"{name}_status") for name in METRIC_IDS),
+    *(
+        CheckConstraint(f"({name}_status = 'value') = ({name} IS NOT NULL)", name=name)
+        for name in METRIC_IDS
+    ),
+)
+verdict = Table(
+    "verdict",
+    metadata,
+    _digest("result_digest", "run.result_digest", key=True),
+    _digest("fsr_digest", key=True),
+    _text("fsr_id"),
+    _text("verdict"),
+    _number("robustness_low"),
+    _number("robustness_high"),
+    _number("margin"),
+    _text("unit", null=True),
+    _text("signal", null=True),
+    _text("predicate", null=True),
+    _number("time_s"),
+    _text("actor", null=True),
+    _number("value"),
+    _number("threshold"),
+    _flag("exercised"),
+    _text("detail", null=True),
+    _row_hash(),
+    _one_of("verdict", RUN_VERDICTS, "verdict"),
+)
+event = Table(
+    "event",
+    metadata,
+    _digest("result_digest", "run.result_digest", key=True),
+    _count("seq", key=True),
+    _number("time_s", null=False),
+    _text("kind"),
+    _text("subject", null=True),
+    _text("text"),
+    _row_hash(),
+)
+tally = Table(
+    "tally",
+    metadata,
+    Column("work_id", Integer, ForeignKey("work.id"), primary_key=True, autoincrement=False),
+    _campaign(),
+    _text("fsr_id", key=True),
+    _digest("fsr_digest"),
+    _text("architecture", key=True),
+    _text("scenario", key=True),
+    _text("verdict", key=True),
+    _count("runs"),
+    _count("exercised"),
+    _number("worst_robustness"),
+    _number("worst_margin"),
+    _text("worst_unit", null=True),
+    _digest("worst_result_digest", "run.result_digest"),
+    _row_hash(),
+    _one_of("verdict", RUN_VERDICTS, "verdict"),
+    CheckConstraint("exercised BETWEEN 0 AND runs", name="exercised"),
+    Index(None, "campaign_id"),
+)
+artifact = Table(
+    "artifact",
+    metadata,
+    _digest("digest", key=True),
+    _text("kind"),
+    Column("result_digest", String(64), ForeignKey("run.result_digest"), nullable=True),
+    _count("bytes"),
+    _text("created_at"),
+    Index(None, "result_digest"),
+)
+
+INSERT_ONLY: Final = tuple(
+    table for table in metadata.sorted_tables if table not in {work, artifact}
+)
+"""Tables whose rows are never changed or deleted, in dependency order."""
+
+NONDETERMINISTIC: Final = {
+    "run": ("executed_by", "executed_at", "row_hash"),
+    "tally": ("work_id", "row_hash"),
+    "campaign": ("number", "created_at", "provenance", "row_hash"),
+}
+"""Columns that differ between two executions of one plan and are in no result hash."""

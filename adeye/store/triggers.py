@@ -1,0 +1,33 @@
+"""Triggers that keep results from being changed or deleted, per dialect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Final
+
+from adeye.store.tables import INSERT_ONLY
+
+
+def _sqlite(table: str) -> tuple[str, ...]:
+    return tuple(
+        f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table}\n"
+        f"BEGIN SELECT RAISE(ABORT, '{table} is insert-only'); END"
+        for action in ("UPDATE", "DELETE")
+    )
+
+
+_DIALECTS: Final[Mapping[str, Callable[[str], tuple[str, ...]]]] = MappingProxyType(
+    {"sqlite": _sqlite}
+)
+
+
+def trigger_ddl(dialect: str = "sqlite") -> tuple[str, ...]:
+    """Write the statements that create every trigger.
+
+    Raises:
+        KeyError: The dialect has no triggers written for it.
+    """
+    return tuple(
+        statement for table in INSERT_ONLY for statement in _DIALECTS[dialect](table.name)
+    )

@@ -1,0 +1,208 @@
+"""The SQL views: the documented, stable interface for people who know SQL.
+
+They count what was planned as well as what was run: a planned run without a verdict is NOT_RUN in
+every view that names verdicts.
+"""
+
+from __future__ import annotations
+
+from string import Template
+from typing import Final
+
+from adeye.store.tables import METRIC_IDS
+
+PAIR_METRICS: Final = (
+    "contact",
+    "impact_speed_mps",
+    "min_distance_m",
+    "min_ttc_s",
+    "min_time_headway_s",
+    "max_required_deceleration_mps2",
+    "max_deceleration_mps2",
+    "rss_violation_s",
+    "fault_to_safe_state_s",
+)
+"""Metrics that ``v_architecture_pairs`` compares."""
+
+COUNTED: Final = {
+    "FAIL": "n_fail",
+    "ERROR": "n_error",
+    "INVALID": "n_invalid",
+    "INCONCLUSIVE": "n_inconclusive",
+    "VACUOUS": "n_vacuous",
+    "PASS": "n_pass",
+}
+"""Column that counts a verdict."""
+
+# Whether an FSR is judged on a case, inside or outside the ODD.
+_JUDGED = """f.campaign_id = c.campaign_id AND f.architecture = c.architecture
+    AND f.scenario = c.scenario AND f.applicable
+    AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
+        ELSE NOT c.inside_odd END"""
+
+_VERDICTS = """CREATE VIEW v_verdicts AS
+SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
+    c.result_digest AS run, c.test_case_digest AS test_case, f.fsr_id AS fsr, f.asil, f.mandatory,
+    COALESCE(v.verdict, 'NOT_RUN') AS verdict, v.exercised, v.margin, v.unit, v.robustness_low,
+    v.robustness_high, v.signal, v.predicate, v.time_s, v.actor, v.value, v.threshold, v.detail
+FROM campaign_case c
+JOIN test_case t ON t.digest = c.test_case_digest
+JOIN campaign_fsr f ON $judged
+LEFT JOIN verdict v ON v.result_digest = c.result_digest AND v.fsr_digest = f.fsr_digest"""
+
+_RUNS = """CREATE VIEW v_runs AS
+SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
+    t.replicate, t.seed, c.inside_odd, t.parameters, c.point, r.result_digest AS run,
+    t.digest AS test_case, t.situation_digest AS situation, r.outcome, r.outcome_channel,
+    r.outcome_detail, r.realised, r.end_reason, r.duration_s, r.backend, r.trace_digest,
+    r.machine_dependent, r.executed_at,
+    $metrics,
+    (SELECT json_group_object(fsr, verdict) FROM (
+        SELECT v.fsr, v.verdict FROM v_verdicts v
+        WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal ORDER BY v.fsr)) AS verdicts
+FROM campaign_case c
+JOIN test_case t ON t.digest = c.test_case_digest
+JOIN run r ON r.result_digest = c.result_digest
+JOIN metric m ON m.result_digest = r.result_digest"""
+
+_FSR_STATUS = """CREATE VIEW v_fsr_status AS
+WITH counted AS (
+    SELECT campaign_id, fsr_id, architecture, scenario, SUM(runs) AS judged,
+        SUM(exercised) AS exercised,
+        $counts
+    FROM tally GROUP BY campaign_id, fsr_id, architecture, scenario),
+worst AS (
+    SELECT campaign_id, fsr_id, architecture, scenario, worst_margin, worst_robustness,
+        worst_unit, worst_result_digest, ROW_NUMBER() OVER (
+            PARTITION BY campaign_id, fsr_id, architecture, scenario
+            ORDER BY $worst_first) AS place
+    FROM tally)
+SELECT f.campaign_id AS campaign, f.fsr_id AS fsr, f.architecture, f.scenario, f.asil,
+    f.mandatory, f.in_gate, f.applicable, f.reason, f.min_exercised, f.waived_until, f.planned,
+    $filled,
+    f.planned - COALESCE(n.judged, 0) AS n_not_run, COALESCE(n.exercised, 0) AS exercised,
+    w.worst_margin, w.worst_unit AS unit, w.worst_robustness, w.worst_result_digest AS worst_run,
+    CASE WHEN NOT f.applicable THEN NULL $fold END AS verdict
+FROM campaign_fsr f
+LEFT JOIN counted n ON n.campaign_id = f.campaign_id AND n.fsr_id = f.fsr_id
+    AND n.architecture = f.architecture AND n.scenario = f.scenario
+LEFT JOIN worst w ON w.campaign_id = f.campaign_id AND w.fsr_id = f.fsr_id
+    AND w.architecture = f.architecture AND w.scenario = f.scenario AND w.place = 1"""
+
+_GATE = """CREATE VIEW v_gate AS
+WITH summed AS (
+    SELECT campaign, architecture, fsr, asil, in_gate, MAX(applicable) AS applicable,
+        MAX(reason) AS reason, min_exercised, waived_until, SUM(planned) AS planned,
+        $sums,
+        SUM(n_not_run) AS n_not_run, SUM(exercised) AS exercised
+    FROM v_fsr_status WHERE mandatory
+    GROUP BY campaign, architecture, fsr),
+worst AS (
+    SELECT campaign, architecture, fsr, worst_margin, unit, worst_robustness, worst_run,
+        ROW_NUMBER() OVER (
+            PARTITION BY campaign, architecture, fsr
+            ORDER BY n_fail > 0 DESC, (worst_robustness IS NULL) = (n_fail = 0),
+                worst_robustness, worst_run) AS place
+    FROM v_fsr_status WHERE worst_run IS NOT NULL)
+SELECT s.*, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
+    CASE WHEN NOT s.applicable THEN IIF(s.in_gate, 'ERROR', NULL) $fold END AS verdict,
+    CASE WHEN NOT s.applicable THEN IIF(s.in_gate, 'ERROR', NULL) $waived_fold
+        END AS verdict_waived
+FROM summed s
+LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
+    AND w.fsr = s.fsr AND w.place = 1"""
+
+_PAIRS = """CREATE VIEW v_architecture_pairs AS
+SELECT a.campaign, a.scenario, a.fault_entry, a.situation, a.parameters, a.replicate,
+    a.architecture AS architecture_a, b.architecture AS architecture_b, a.point AS point_a,
+    b.point AS point_b, a.run AS run_a, b.run AS run_b, a.outcome AS outcome_a,
+    b.outcome AS outcome_b,
+    $differences,
+    a.verdicts AS verdicts_a, b.verdicts AS verdicts_b
+FROM v_runs a
+JOIN v_runs b ON b.campaign = a.campaign AND b.situation = a.situation
+    AND b.fault_entry = a.fault_entry AND b.scenario = a.scenario
+    AND b.architecture > a.architecture
+WHERE NOT EXISTS (
+    SELECT 1 FROM json_each(a.point) x JOIN json_each(b.point) y
+        ON y.key = x.key AND y.value IS NOT x.value)"""
+
+_COVERAGE = """CREATE VIEW v_coverage AS
+SELECT c.campaign_id AS campaign, c.scenario, c.architecture, t.fault_entry,
+    COUNT(*) AS planned, COUNT(r.result_digest) AS done,
+    SUM(EXISTS (
+        SELECT 1 FROM v_verdicts v
+        WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal AND v.exercised)) AS exercised
+FROM campaign_case c
+JOIN test_case t ON t.digest = c.test_case_digest
+LEFT JOIN run r ON r.result_digest = c.result_digest
+GROUP BY c.campaign_id, c.scenario, c.architecture, t.fault_entry"""
+
+_TIMELINE = """CREATE VIEW v_timeline AS
+SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
+    e.result_digest AS run, e.seq, e.time_s, e.kind, e.subject, e.text
+FROM campaign_case c
+JOIN test_case t ON t.digest = c.test_case_digest
+JOIN event e ON e.result_digest = c.result_digest"""
+
+# A failed run first; there an infinite robustness, NULL, is the worst, elsewhere the best.
+WORST_FIRST: Final = (
+    "verdict = 'FAIL' DESC, (worst_robustness IS NULL) = (verdict <> 'FAIL'), "
+    "worst_robustness, worst_result_digest"
+)
+
+
+def _fold(table: str, min_exercised: str, *, waived: bool = False) -> str:
+    """Fold counted verdicts as ``evaluation.verdict.fold_runs`` does."""
+    waivable = (
+        ""
+        if waived
+        else "WHEN n_invalid > 0 THEN 'INVALID' WHEN n_inconclusive > 0 THEN 'INCONCLUSIVE' "
+        f"WHEN {table}.planned > COALESCE({_judged_count(table)}, 0) THEN 'NOT_RUN' "
+    )
+    return (
+        f"WHEN {table}.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' "
+        f"WHEN n_error > 0 THEN 'ERROR' {waivable}"
+        f"WHEN n_pass >= {min_exercised} THEN 'PASS' ELSE 'VACUOUS'"
+    )
+
+
+def _judged_count(table: str) -> str:
+    return "n.judged" if table == "f" else "s.planned - s.n_not_run"
+
+
+def _lines(parts: list[str]) -> str:
+    return ",\n    ".join(parts)
+
+
+def view_ddl() -> dict[str, str]:
+    """Write the statement that creates each view, in the order of their dependencies."""
+    counted = [
+        f"SUM(CASE verdict WHEN '{verdict}' THEN runs ELSE 0 END) AS {column}"
+        for verdict, column in COUNTED.items()
+    ]
+    pairs = [
+        f"a.{name} AS {name}_a, b.{name} AS {name}_b, b.{name} - a.{name} AS {name}_difference"
+        for name in PAIR_METRICS
+    ]
+    metrics = [
+        f"m.{name}, m.{name}_status, m.{name}_time_s, m.{name}_actor" for name in METRIC_IDS
+    ]
+    return {
+        "v_verdicts": Template(_VERDICTS).substitute(judged=_JUDGED),
+        "v_runs": Template(_RUNS).substitute(metrics=_lines(metrics)),
+        "v_fsr_status": Template(_FSR_STATUS).substitute(
+            counts=_lines(counted),
+            worst_first=WORST_FIRST,
+            filled=_lines([f"COALESCE(n.{name}, 0) AS {name}" for name in COUNTED.values()]),
+            fold=_fold("f", "1"),
+        ),
+        "v_gate": Template(_GATE).substitute(
+            sums=_lines([f"SUM({name}) AS {name}" for name in COUNTED.values()]),
+            fold=_fold("s", "s.min_exercised"),
+            waived_fold=_fold("s", "s.min_exercised", waived=True),
+        ),
+        "v_architecture_pairs": Template(_PAIRS).substitute(differences=_lines(pairs)),
+        "v_coverage": _COVERAGE,
+        "v_timeline": _TIMELINE,
+    }

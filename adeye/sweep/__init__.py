@@ -1,0 +1,1 @@
+"""From what users write to test cases: designs, constraints and expansion."""

@@ -1,0 +1,262 @@
+"""Axes of a sweep: what each varies, its values, and how many points a design has."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any, Literal
+
+from adeye.errors import InputError, SourceLocation, SweepError, suggest
+from adeye.spec.expression import parse
+from adeye.spec.load import Loaded, OddFiles
+from adeye.spec.odd import Axis as AxisSpec
+from adeye.spec.odd import Steps
+from adeye.spec.scenario import LogicalScenario, Parameter, Value
+from adeye.units import Dimension
+
+Kind = Literal["parameter", "scenario", "architecture", "faults"]
+MAX_AXIS_VALUES = 1_000_000
+_QUANTITY = re.compile(r"^\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*$")
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One varied quantity.
+
+    Attributes:
+        name: As the sweep writes it.
+        kind: What it varies: a scenario parameter, or a place in a file by dotted path.
+        path: The dotted path below its file, empty for a parameter.
+        texts: The values as written, one per level.
+        values: The same in SI, or text where a value is not a quantity.
+        where: Its place in the ODD file.
+    """
+
+    name: str
+    kind: Kind
+    path: tuple[str, ...]
+    texts: tuple[Value, ...]
+    values: tuple[float | str, ...]
+    where: SourceLocation
+
+    def __len__(self) -> int:
+        """Number of levels."""
+        return len(self.texts)
+
+
+@dataclass(frozen=True, slots=True)
+class AxisReader:
+    """Reads the axes of one scenario use.
+
+    Attributes:
+        files: The ODD and everything it names.
+        use_name: Id of the scenario in the ODD.
+        scenario: Its file.
+    """
+
+    files: OddFiles
+    use_name: str
+    scenario: Loaded[LogicalScenario]
+
+    def read(
+        self, name: str, spec: AxisSpec, where: SourceLocation, *, distinct: bool = True
+    ) -> Axis:
+        """Turn one axis of a sweep into its levels.
+
+        Args:
+            name: A scenario parameter or a dotted path.
+            spec: A list of values or evenly spaced steps.
+            where: Its place in the ODD file.
+            distinct: Whether a value may occur only once, as in a full factorial.
+
+        Raises:
+            SweepError: Unknown name, empty axis, a value of the wrong unit or out of range.
+        """
+        texts = _steps(name, spec, where) if isinstance(spec, Steps) else tuple(spec)
+        if not texts:
+            raise SweepError(f"{name}: the axis has no values", where=where, remedy="List some.")
+        kind, path = self.resolve(name, where)
+        values = tuple(self._value(name, kind, text, where) for text in texts)
+        if distinct and len(set(values)) != len(values):
+            raise SweepError(
+                f"{name}: a value occurs twice in {list(texts)}", where=where, remedy="Remove it."
+            )
+        return Axis(name, kind, path, texts, values, where)
+
+    def resolve(self, name: str, where: SourceLocation) -> tuple[Kind, tuple[str, ...]]:
+        """Tell what a name varies, and refuse one that nothing has."""
+        parameters = self.scenario.spec.parameters
+        if name in parameters:
+            return "parameter", ()
+        head, *rest = name.split(".")
+        path = tuple(rest)
+        if head == "architecture" and path:
+            if not any(has_path(arch.spec, path) for arch in self.files.architectures.values()):
+                raise SweepError(
+                    f"{name}: no architecture has this path",
+                    where=where,
+                    remedy=self._suggest_path(path),
+                )
+            return "architecture", path
+        if head == "scenario" and path:
+            if not has_path(self.scenario.spec, path):
+                raise SweepError(
+                    f"{name}: scenario {self.use_name} has no such path", where=where
+                )
+            return "scenario", path
+        if head == "faults" and len(path) >= 2:
+            ids = [fault.id for fault in self.files.odd.spec.faults]
+            if path[0] not in ids:
+                raise SweepError(
+                    f"{name}: there is no fault {path[0]!r}",
+                    where=where,
+                    remedy=suggest(path[0], ids),
+                )
+            return "faults", path
+        raise SweepError(
+            f"{name!r} is neither a parameter of scenario {self.use_name} nor a dotted path that "
+            "begins with scenario., architecture. or faults.",
+            where=where,
+            remedy=suggest(name, sorted(parameters)),
+        )
+
+    def _suggest_path(self, path: tuple[str, ...]) -> str:
+        known: set[str] = set()
+        for architecture in self.files.architectures.values():
+            found: Any = architecture.spec
+            for part in path:
+                children = _children(found)
+                if part not in children:
+                    known |= set(children)
+                    break
+                found = children[part]
+        return f"There are: {', '.join(sorted(known))}." if known else "Check the path."
+
+    def _value(self, name: str, kind: Kind, text: Value, where: SourceLocation) -> float | str:
+        if kind == "parameter":
+            parameter = self.scenario.spec.parameters[name]
+            return parameter_value(name, parameter, text, where)
+        value, _ = quantity_or_text(text)
+        return value
+
+
+def parameter_value(
+    name: str, parameter: Parameter, text: Value, where: SourceLocation | None
+) -> float:
+    """Read a value of a scenario parameter in the unit family of its default.
+
+    Raises:
+        SweepError: Not a quantity, another unit, or outside the parameter's range.
+    """
+    value, dimension = quantity_or_text(text)
+    _, expected = quantity_or_text(parameter.default)
+    if isinstance(value, str) or dimension is None or expected is None:
+        raise SweepError(
+            f"{name}: {text!r} is not a quantity like {parameter.default!r}", where=where
+        )
+    if dimension.exponents != expected.exponents:
+        raise SweepError(
+            f"{name}: {text!r} is {dimension.label}, not {expected.label}",
+            where=where,
+            remedy=f"Write it like {parameter.default!r}.",
+        )
+    if parameter.range is not None:
+        low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)
+        slack = 1e-9 * max(abs(low), abs(high), 1e-9)
+        if not low - slack <= value <= high + slack:
+            raise SweepError(
+                f"{name}: {text} is outside the scenario's range "
+                f"[{parameter.range[0]}, {parameter.range[1]}]",
+                where=where,
+                remedy="Narrow the sweep or widen the range in the scenario.",
+            )
+    return value
+
+
+def quantity_or_text(text: Value) -> tuple[float | str, Dimension | None]:
+    """Read a quantity as SI with its dimension; other text stays text without dimension.
+
+    >>> quantity_or_text("90 m")[0]
+    90.0
+    >>> quantity_or_text("left")
+    ('left', None)
+    """
+    if isinstance(text, int | float):
+        if not math.isfinite(text):
+            raise SweepError(f"{text!r} is not a finite number")
+        return float(text), Dimension.NONE
+    try:
+        expression = parse(text)
+        if expression.names or not expression.is_constant:
+            return text, None
+        return float(expression.evaluate({})), expression.dimension({})
+    except InputError:
+        return text, None
+
+
+def default_values(scenario: LogicalScenario) -> dict[str, float]:
+    """Resolve the default of every parameter in SI."""
+    return {
+        name: parameter_value(name, parameter, parameter.default, None)
+        for name, parameter in scenario.parameters.items()
+    }
+
+
+def _children(value: Any) -> Mapping[str, Any]:
+    if isinstance(value, Mapping):
+        return value
+    fields = getattr(type(value), "model_fields", None)
+    return {name: getattr(value, name) for name in fields} if fields else {}
+
+
+def has_path(record: Any, path: tuple[str, ...]) -> bool:
+    """Tell whether a spec record has a field at a dotted path."""
+    for part in path:
+        children = _children(record)
+        if part not in children:
+            return False
+        record = children[part]
+    return True
+
+
+def _steps(name: str, steps: Steps, where: SourceLocation) -> tuple[str, ...]:
+    ends = [_split(name, text, where) for text in (steps.start, steps.to, steps.step)]
+    units = {unit for _, unit in ends}
+    if len(units) != 1:
+        raise SweepError(
+            f"{name}: from, to and step have different units: {sorted(units)}",
+            where=where,
+            remedy="Write all three in one unit.",
+        )
+    (start, unit), (stop, _), (step, _) = ends
+    if step <= 0 or stop < start:
+        raise SweepError(
+            f"{name}: from {steps.start} to {steps.to} in steps of {steps.step} is empty",
+            where=where,
+            remedy="The step must be positive and `to` not below `from`.",
+        )
+    count, rest = divmod(stop - start, step)
+    if rest:
+        nearest = [str(start + step * k) + f" {unit}" for k in (int(count), int(count) + 1)]
+        raise SweepError(
+            f"{name}: {steps.to} is not reached in steps of {steps.step} from {steps.start}",
+            where=where,
+            remedy=f"The nearest ends are {' and '.join(nearest)}.",
+        )
+    if count + 1 > MAX_AXIS_VALUES:
+        raise SweepError(
+            f"{name}: {int(count) + 1:,} values, more than {MAX_AXIS_VALUES:,}",
+            where=where,
+            remedy="Take a larger step.",
+        )
+    return tuple(f"{start + step * k} {unit}".strip() for k in range(int(count) + 1))
+
+
+def _split(name: str, text: Value, where: SourceLocation) -> tuple[Decimal, str]:
+    match = _QUANTITY.match(str(text))
+    if match is None:
+        raise SweepError(f"{name}: {text!r} is not a quantity", where=where)
+    return Decimal(match[1]), match[2]

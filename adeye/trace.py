@@ -1,0 +1,150 @@
+"""The recorded signals of a batch of runs: columns, lengths and the digest of each run.
+
+Row k holds what was true at t_k and what was decided from it; the last row of a run has a scene
+only. Rows beyond a run's length are zero and never read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from adeye.signals import Bools, Floats, Ints, SceneContext
+from adeye.spec.architecture import Architecture
+
+TRACE_SCHEMA: Final = "adeye/trace@1"
+
+COLUMNS: Final = {
+    "ego": "(B, T, 7) ego state, signals.EGO_COLUMNS",
+    "ego_place": "(B, T, 6) ego on the road, signals.PLACE_COLUMNS",
+    "objects": "(B, T, M, 5) object states, signals.OBJECT_COLUMNS",
+    "object_places": "(B, T, M, 6) objects on the road, signals.PLACE_COLUMNS",
+    "begun": "(B, T, V) time at which each storyboard event began [s], NaN before",
+    "contact": "(B, T) object touched, -1 for none",
+    "impact_speed": "(B, T) relative speed at contact [m/s]",
+    "foreign_contact": "(B, T) two other actors touch",
+    "sensor_stamp": "(B, T, S) time of the newest sample [s], -1 before the first",
+    "sensor_alive": "(B, T, S) the sensor delivers",
+    "detected": "(B, T, S, M) the newest sample has the object",
+    "detections": "(B, T, S, M, 2) its measured place in the map, by object [m]",
+    "acceleration": "(B, T, C) commanded acceleration of each channel, after faults [m/s²]",
+    "steering_angle": "(B, T, C) commanded steering angle of each channel, after faults [rad]",
+    "stamp": "(B, T, C) time of the observation behind the command [s]",
+    "status": "(B, T, C) state of each channel, signals.STATUS_LABELS",
+    "monitors": "(B, T, Q, 2) raw and confirmed",
+    "tracks": "(B, T, C, K, 6) tracks of each channel, signals.TRACK_COLUMNS, NaN where none",
+    "authority": "(B, T) index of the acting channel, -1 for none",
+    "reason": "(B, T) why, signals.REASON_LABELS",
+    "command": "(B, T, 2) acting acceleration [m/s²] and steering angle [rad]",
+    "fault_active": "(B, T, F) the fault is present",
+}
+"""Every column of a trace, in the order in which the digest covers them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Names behind the axes of a trace's columns.
+
+    Attributes:
+        scenario: Id of the scenario in its ODD.
+        architecture: The architecture of the group's first test case: ids and structure.
+        sensors: S ids.
+        channels: C ids.
+        monitors: Q ids.
+        faults: F ids: the faults of the test cases' entry.
+        context: Objects, sizes, roads and surroundings of the runs.
+        horizon: Obligations start within it [s].
+        tail: What is simulated after it [s].
+        realised: Storyboard events that must begin within the horizon.
+    """
+
+    scenario: str
+    architecture: Architecture
+    sensors: tuple[str, ...]
+    channels: tuple[str, ...]
+    monitors: tuple[str, ...]
+    faults: tuple[str, ...]
+    context: SceneContext
+    horizon: float
+    tail: float
+    realised: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelEvent:
+    """The first failure of a channel in a run."""
+
+    outcome: str
+    channel: str
+    time: float
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """The recorded signals of B runs.
+
+    Attributes:
+        layout: Names behind the axes.
+        time: (T,) [s].
+        length: (B,) rows that a run has.
+        horizon_row: (B,) last row at which an obligation may start.
+        complete: (B,) whether the run ended by goal or horizon, not by contact.
+        columns: Arrays by name, see ``COLUMNS``.
+        channel_events: First failure of a channel in each run, or None.
+        case_digests: Digest of the test case behind each run.
+    """
+
+    layout: Layout
+    time: Floats
+    length: Ints
+    horizon_row: Ints
+    complete: Bools
+    columns: dict[str, Floats | Ints | Bools]
+    channel_events: tuple[ChannelEvent | None, ...]
+    case_digests: tuple[str, ...]
+    _digests: list[str] = field(default_factory=list, repr=False, compare=False)
+
+    @property
+    def runs(self) -> int:
+        """Number of runs B."""
+        return int(self.length.shape[0])
+
+    def __getitem__(self, name: str) -> Floats | Ints | Bools:
+        """Return a column by its name."""
+        return self.columns[name]
+
+    def digests(self) -> list[str]:
+        """Hash the array values of every run to 128 bits (BLAKE2b), in the order of COLUMNS."""
+        if not self._digests:
+            self._digests.extend(self._digest(run) for run in range(self.runs))
+        return self._digests
+
+    def _digest(self, run: int) -> str:
+        rows = int(self.length[run])
+        state = hashlib.blake2b(digest_size=16)
+        state.update(f"{TRACE_SCHEMA} {rows} {self.horizon_row[run]} {self.complete[run]}".encode())
+        state.update(np.ascontiguousarray(self.time[:rows]).tobytes())
+        for name in COLUMNS:
+            values = np.ascontiguousarray(self.columns[name][run, :rows])
+            state.update(f"{name} {values.dtype.str} {values.shape}".encode())
+            state.update(values.tobytes())
+        return state.hexdigest()
+
+    def select(self, runs: Sequence[int]) -> Trace:
+        """Keep some runs, for instance to draw one of them."""
+        chosen = np.asarray(runs, dtype=np.int64)
+        return Trace(
+            layout=self.layout,
+            time=self.time,
+            length=self.length[chosen],
+            horizon_row=self.horizon_row[chosen],
+            complete=self.complete[chosen],
+            columns={name: values[chosen] for name, values in self.columns.items()},
+            channel_events=tuple(self.channel_events[run] for run in runs),
+            case_digests=tuple(self.case_digests[run] for run in runs),
+        )

@@ -1,0 +1,62 @@
+"""When runs end: at contact, after horizon and tail, or a tail after the goal."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from adeye.signals import Bools, Floats, Ints
+from adeye.spec.clock import ticks
+
+
+class Ending:
+    """Keeps which runs have ended, and up to which row their obligations may start."""
+
+    def __init__(self, *, step: float, horizon: float, tail: float, goal: Floats) -> None:
+        """Start with every run running.
+
+        Args:
+            step: Master clock [s].
+            horizon: Obligations start within it [s].
+            tail: What is simulated after it, and after the goal [s].
+            goal: (B,) place along the road where the ego is to arrive [m], inf for none.
+
+        Raises:
+            SpecError: Horizon or tail is no whole number of steps.
+        """
+        self._horizon = ticks(horizon, step, "horizon")
+        self._tail = ticks(tail, step, "tail")
+        self._goal = goal
+        self.running: Bools = np.ones(goal.shape, dtype=np.bool_)
+        self._contact: Bools = np.zeros(goal.shape, dtype=np.bool_)
+        self._horizon_row: Ints = np.full(goal.shape, self._horizon, dtype=np.int64)
+
+    def update(self, tick: int, ego_s: Floats, contact: Ints) -> None:
+        """End the runs that end at a tick.
+
+        Args:
+            tick: Number of the tick.
+            ego_s: (B,) place of the ego along the road [m].
+            contact: (B,) object that the ego touches, -1 for none.
+        """
+        running = self.running
+        arrived = running & (ego_s >= self._goal) & (tick < self._horizon_row)
+        self._horizon_row[arrived] = tick
+        touched = running & (contact >= 0)
+        self._contact |= touched
+        self._horizon_row[touched] = np.minimum(self._horizon_row[touched], tick)
+        self.running = running & ~touched & (tick < self._horizon_row + self._tail)
+
+    @property
+    def ended(self) -> Bools:
+        """Runs that have ended (B,)."""
+        return ~self.running
+
+    @property
+    def horizon_row(self) -> Ints:
+        """Last row at which an obligation may start (B,): horizon, goal or contact."""
+        return self._horizon_row
+
+    @property
+    def complete(self) -> Bools:
+        """Runs that ended by goal or horizon, not by contact (B,)."""
+        return ~self.running & ~self._contact

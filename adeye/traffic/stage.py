@@ -1,0 +1,125 @@
+"""The ego, the scripted actors and the static objects of a batch in motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adeye.kernel.storyboard import begin_events, move_actors
+from adeye.signals import Bools, Floats, Ints, Scene
+from adeye.traffic.contact import Contacts
+from adeye.traffic.ego import Ego
+from adeye.traffic.ending import Ending
+from adeye.traffic.places import locate_all
+
+if TYPE_CHECKING:
+    from adeye.world.compile import World
+    from adeye.world.formulas import Situation
+
+
+class Stage:
+    """Moves everything but the reactive actors, and keeps what is true at the present tick.
+
+    Attributes:
+        world: What the runs began with.
+        runs: Number of runs B.
+        ego: (B, 7) states.
+        objects: (B, M, 5) states.
+        ending: Which runs have ended.
+    """
+
+    def __init__(self, world: World, cases: Sequence[Situation]) -> None:
+        """Set everything to its start, and begin the events whose condition holds at once."""
+        context = world.context
+        self.world = world
+        self.runs = context.runs
+        self.ego: Floats = world.ego.copy()
+        self.objects: Floats = world.objects.copy()
+        self.ending = Ending(
+            step=context.step, horizon=world.horizon, tail=world.tail, goal=world.goal
+        )
+        self._tick = 0
+        self._actors: Floats = world.actors.copy()
+        self._ego_place: Floats = np.zeros((self.runs, 6))
+        self._object_places: Floats = np.zeros((*self.objects.shape[:2], 6))
+        self._begun: Floats = np.full((self.runs, len(context.event_ids)), np.nan)
+        self._motion = Ego(cases, context)
+        self._contacts = Contacts(context)
+        self._everyone: Bools = np.ones(self.runs, dtype=np.bool_)
+        self._contacts.update(self._everyone, self.ego, self.objects, self.ego, self.objects)
+        self._settle(self._everyone)
+
+    def advance(self, command: Floats, reacted: Floats) -> None:
+        """Move everything from this tick to the next; runs that have ended stay as they are.
+
+        Args:
+            command: (B, 2) acting acceleration [m/s²] and steering angle [rad].
+            reacted: (B, A, 5) states at the next tick of the reactive actors; others are not read.
+        """
+        running = self.ending.running.copy()
+        ego, objects = self.ego.copy(), self.objects.copy()
+        self._tick += 1
+        self._motion.move(running, command, self.ego)
+        world = self.world
+        move_actors(
+            running,
+            world.scripted,
+            self._actors,
+            world.context.road.segments,
+            self._tick,
+            world.context.step,
+            self.objects,
+        )
+        chosen = running[:, np.newaxis] & ~world.scripted
+        self.objects[:, : len(world.scripted)][chosen] = reacted[chosen]
+        self._contacts.update(running, ego, objects, self.ego, self.objects)
+        self._settle(running)
+
+    def scene(self) -> Scene:
+        """Copy what is true at the present tick."""
+        contacts = self._contacts
+        return Scene(
+            tick=self._tick,
+            time=self._tick * self.world.context.step,
+            ego=self.ego.copy(),
+            ego_place=self._ego_place.copy(),
+            objects=self.objects.copy(),
+            object_places=self._object_places.copy(),
+            begun=self._begun.copy(),
+            contact=contacts.touched.copy(),
+            impact_speed=contacts.impact_speed.copy(),
+            foreign_contact=contacts.foreign.copy(),
+            running=self.ending.running.copy(),
+        )
+
+    def _settle(self, running: Bools) -> None:
+        """Find everything on the road, end runs and begin events at the present tick."""
+        world, script = self.world, self.world.script
+        locate_all(
+            running,
+            self.ego,
+            self.objects,
+            world.context.road.segments,
+            world.context.road.lane_width,
+            world.context.road.lanes,
+            self._ego_place,
+            self._object_places,
+        )
+        if len(world.context.event_ids):
+            begin_events(
+                running,
+                script.ops,
+                script.args,
+                script.lengths,
+                script.programs,
+                world.triggers.values(self.scene()),
+                world.triggers.first_event,
+                script.actions,
+                self._tick,
+                world.context.step,
+                self._begun,
+                self._actors,
+            )
+        self.ending.update(self._tick, self._ego_place[:, 0], self._contacts.touched)

@@ -1,0 +1,242 @@
+"""Compile a batch of test cases into the arrays that a run begins with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from adeye.errors import SpecError
+from adeye.kernel.elementary import atan
+from adeye.kernel.jit import compiled
+from adeye.kernel.road import curvature_at, position
+from adeye.kernel.storyboard import ACTOR_WIDTH, place_actor
+from adeye.signals import (
+    Bools,
+    Floats,
+    RoadMap,
+    SceneContext,
+    Surroundings,
+)
+from adeye.world.formulas import Formulas, Situation
+from adeye.world.objects import class_indices
+from adeye.world.places import Starts, resolve_starts
+from adeye.world.roads import build_roads
+from adeye.world.script import Script, compile_script
+from adeye.world.triggers import TriggerTable
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """Everything that a batch of B runs begins with; A of the M objects are actors.
+
+    Attributes:
+        context: What does not change during the runs.
+        ego: (B, 7) initial states, see ``signals.EGO_COLUMNS``.
+        objects: (B, M, 5) initial states, see ``signals.OBJECT_COLUMNS``.
+        actors: (B, A, ACTOR_WIDTH) initial states, see ``kernel.storyboard``.
+        scripted: (A,) which actors follow the storyboard; the others are reactive.
+        lane_changes: (A,) which reactive actors may change lanes.
+        desired_speed: (B, A) speed that reactive actors want to drive [m/s].
+        ego_desired_speed: (B,) speed that the ego is asked to drive [m/s].
+        goal: (B,) place along the road where the ego is to arrive [m], inf for none.
+        script: The storyboard.
+        triggers: The trigger variables.
+        horizon: Obligations start within it [s].
+        tail: What is simulated after it [s].
+    """
+
+    context: SceneContext
+    ego: Floats
+    objects: Floats
+    actors: Floats
+    scripted: Bools
+    lane_changes: Bools
+    desired_speed: Floats
+    ego_desired_speed: Floats
+    goal: Floats
+    script: Script
+    triggers: TriggerTable
+    horizon: float
+    tail: float
+
+
+def compile_world(cases: Sequence[Situation]) -> World:
+    """Evaluate the formulas of a batch of test cases.
+
+    Args:
+        cases: Test cases whose scenarios have one structure, and one step.
+
+    Returns:
+        Arrays with the run as leading axis, in the order of the cases.
+
+    Raises:
+        SpecError: A value is not possible, or the test cases do not fit into one batch.
+    """
+    if len({case.step for case in cases}) != 1:
+        raise SpecError(
+            "a batch needs test cases of one step",
+            remedy="Group the test cases by their step.",
+        )
+    formulas = Formulas.of(cases)
+    scenario = formulas.scenario
+    road = build_roads(formulas)
+    vehicles = [case.architecture.vehicle for case in cases]
+    ego_size = np.array([[v.length, v.width, v.height] for v in vehicles])
+    starts = resolve_starts(formulas, road, ego_size[:, 0])
+    actors = tuple(scenario.actors.values())
+    kinds = (*(a.kind for a in actors), *(o.kind for o in scenario.world.objects.values()))
+    context = SceneContext(
+        step=cases[0].step,
+        object_ids=(*scenario.actors, *scenario.world.objects),
+        object_classes=class_indices(kinds),
+        actor_count=len(actors),
+        object_sizes=starts.sizes,
+        ego_size=ego_size,
+        road=road,
+        surroundings=_surroundings(formulas),
+        stream_seeds=np.array([case.stream_seed for case in cases], dtype=np.uint64),
+        event_ids=tuple(scenario.storyboard),
+    )
+    triggers = TriggerTable.of(cases, context)
+    wheelbase = np.array([vehicle.wheelbase for vehicle in vehicles])
+    return World(
+        context=context,
+        ego=_ego_states(starts, road, wheelbase),
+        objects=_object_states(starts, road),
+        actors=_actor_states(starts, len(actors)),
+        scripted=np.array([actor.reactive is None for actor in actors], dtype=np.bool_),
+        lane_changes=np.array(
+            [actor.reactive is not None and actor.reactive.lane_changes for actor in actors],
+            dtype=np.bool_,
+        ),
+        desired_speed=_desired_speeds(formulas, starts, len(actors)),
+        ego_desired_speed=_ego_desired_speed(formulas),
+        goal=formulas.values(
+            "ego.goal.s", lambda s: None if s.ego.goal is None else s.ego.goal.s, np.inf
+        ),
+        script=compile_script(formulas, road, triggers.index),
+        triggers=triggers,
+        horizon=scenario.horizon,
+        tail=scenario.tail,
+    )
+
+
+def ego_desired_speeds(cases: Sequence[Situation]) -> Floats:
+    """Speed that the ego is asked to drive (B,) [m/s]: ``desired_speed``, else its first speed."""
+    return _ego_desired_speed(Formulas.of(cases))
+
+
+def _ego_desired_speed(formulas: Formulas) -> Floats:
+    return formulas.limited(
+        "ego.desired_speed",
+        lambda s: s.ego.speed if s.ego.desired_speed is None else s.ego.desired_speed,
+        above=-1e-12,
+        unit="m/s",
+    )
+
+
+def _surroundings(formulas: Formulas) -> Surroundings:
+    night = np.zeros(formulas.runs, dtype=np.bool_)
+    for scenario, rows, _ in formulas.parts:
+        night[rows] = scenario.environment.illumination == "night"
+    return Surroundings(
+        rain=formulas.limited(
+            "environment.rain", lambda s: s.environment.rain, above=-1e-15, unit="m/s"
+        ),
+        fog_visibility=formulas.limited(
+            "environment.fog_visibility", lambda s: s.environment.fog_visibility, above=0.0
+        ),
+        friction=formulas.limited(
+            "environment.friction", lambda s: s.environment.friction, above=0.0, unit=""
+        ),
+        night=night,
+    )
+
+
+def _desired_speeds(formulas: Formulas, starts: Starts, actors: int) -> Floats:
+    speeds = starts.speed[:, :actors].copy()
+    for scenario, rows, columns in formulas.parts:
+        for number, actor in enumerate(scenario.actors.values()):
+            if actor.reactive is not None and actor.reactive.desired_speed is not None:
+                speeds[rows, number] = actor.reactive.desired_speed.evaluate(columns)
+    if not np.isfinite(speeds).all() or (speeds < 0.0).any():
+        raise SpecError(
+            "actors.*.reactive.desired_speed: a desired speed is negative or not finite",
+            remedy="Narrow the range of the parameters that it is computed from.",
+        )
+    return speeds
+
+
+def _ego_states(starts: Starts, road: RoadMap, wheelbase: Floats) -> Floats:
+    """The ego drives along its lane; in a curve its wheels are turned already."""
+    states = np.zeros((len(wheelbase), 7))
+    place_ego(starts.ego_s, starts.ego_d, starts.ego_speed, wheelbase, road.segments, states)
+    return states
+
+
+@compiled
+def place_ego(
+    s: Floats, d: Floats, speed: Floats, wheelbase: Floats, segments: Floats, states: Floats
+) -> None:
+    """Place the ego of each run along the road, steered to follow it.
+
+    Args:
+        s: (B,) along the road [m].
+        d: (B,) from the right edge [m].
+        speed: (B,) [m/s].
+        wheelbase: (B,) [m].
+        segments: (B, K, 5) reference lines.
+        states: (B, 7) out.
+    """
+    for run in range(s.shape[0]):
+        row = states[run]
+        row[0], row[1], row[2] = position(segments[run], s[run], d[run])
+        bend = curvature_at(segments[run], s[run])
+        bend /= 1.0 - bend * d[run]
+        row[3] = speed[run]
+        row[5] = atan(wheelbase[run] * bend)
+        row[6] = speed[run] * bend
+
+
+def _object_states(starts: Starts, road: RoadMap) -> Floats:
+    states = np.zeros((*starts.s.shape, 5))
+    place_objects(starts.s, starts.d, starts.heading, starts.speed, road.segments, states)
+    return states
+
+
+@compiled
+def place_objects(
+    s: Floats, d: Floats, heading: Floats, speed: Floats, segments: Floats, states: Floats
+) -> None:
+    """Place the objects of each run in the map.
+
+    Args:
+        s: (B, M) along the road [m].
+        d: (B, M) from the right edge [m].
+        heading: (B, M) relative to the road [rad].
+        speed: (B, M) [m/s].
+        segments: (B, K, 5) reference lines.
+        states: (B, M, 5) out.
+    """
+    for run in range(s.shape[0]):
+        for thing in range(s.shape[1]):
+            row = states[run, thing]
+            row[0], row[1], along = position(segments[run], s[run, thing], d[run, thing])
+            row[2] = along + heading[run, thing]
+            row[3] = speed[run, thing]
+
+
+def _actor_states(starts: Starts, actors: int) -> Floats:
+    states = np.zeros((starts.s.shape[0], actors, ACTOR_WIDTH))
+    for run in range(states.shape[0]):
+        for actor in range(actors):
+            place_actor(
+                states[run, actor],
+                starts.s[run, actor],
+                starts.d[run, actor],
+                starts.heading[run, actor],
+                starts.speed[run, actor],
+            )
+    return states

@@ -1,0 +1,35 @@
+"""Boxes around actors and static objects: their classes and default sizes."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from adeye.signals import OBJECT_CLASSES, Ints
+
+DEFAULT_SIZES: Final[dict[str, tuple[float, float, float]]] = {
+    "car": (4.5, 1.8, 1.5),
+    "van": (5.9, 2.0, 2.6),
+    "truck": (12.0, 2.5, 3.8),
+    "bus": (12.0, 2.55, 3.2),
+    "motorcycle": (2.2, 0.8, 1.5),
+    "cyclist": (1.8, 0.6, 1.75),
+    "pedestrian": (0.5, 0.6, 1.75),
+}
+"""Length, width, height of an actor without a size of its own [m].
+
+Typical values, not norms: a compact car (segment C), a long-wheelbase delivery van, a rigid truck
+and a city bus at the 12 m of Directive 96/53/EC, which also limits the width to 2.55 m and the
+height to 4.0 m; a person with a step's length and a shoulder's width.
+"""
+
+
+def class_index(kind: str) -> int:
+    """Return the number of an actor's or object's kind in ``signals.OBJECT_CLASSES``."""
+    return OBJECT_CLASSES.index(kind)
+
+
+def class_indices(kinds: tuple[str, ...]) -> Ints:
+    """Return the numbers (M,) of several kinds."""
+    return np.array([class_index(kind) for kind in kinds], dtype=np.int64)

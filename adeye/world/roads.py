@@ -1,0 +1,117 @@
+"""Build the reference lines of parametric roads: straight, curve and S-curve.
+
+The reference line is the right edge of lane 0 and starts in the origin of the map, heading along
+x. Every road goes on straight for ``RUN_OUT`` beyond its length, so that driving past its end stays
+defined. A curve and an S-curve begin with a straight lead-in of ``LEAD_IN``:
+
+- straight: ``length + RUN_OUT`` straight;
+- curve: lead-in, an arc over the rest of the length, run-out;
+- s_curve: lead-in, an arc over half of the rest, the opposite arc over the other half, run-out.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from adeye.errors import SpecError
+from adeye.kernel.elementary import sin, sin_cos
+from adeye.kernel.jit import compiled
+from adeye.signals import Floats, RoadMap
+from adeye.world.formulas import Formulas
+
+LEAD_IN: Final = 100.0
+"""Straight part before the first arc [m]."""
+
+RUN_OUT: Final = 1000.0
+"""Straight part after the length of the road [m]."""
+
+MAX_TURN: Final = 0.9 * np.pi
+"""Largest angle of one arc [rad]; with more, places on the road would be ambiguous."""
+
+
+def build_roads(formulas: Formulas) -> RoadMap:
+    """Build the road of each run.
+
+    Args:
+        formulas: Scenarios of the batch with their parameters.
+
+    Raises:
+        SpecError: A width, length or radius is not possible.
+    """
+    road = formulas.scenario.world.road
+    lane_width = formulas.limited("lane_width", lambda s: s.world.road.lane_width, above=0.0)
+    shoulder = formulas.limited("shoulder", lambda s: s.world.road.shoulder, above=-1e-9)
+    limit = formulas.limited(
+        "speed_limit", lambda s: s.world.road.speed_limit, above=0.0, unit="m/s"
+    )
+    length = formulas.limited("length", lambda s: s.world.road.length, above=0.0)
+    if road.kind == "straight":
+        pieces = [(length + RUN_OUT, np.zeros(formulas.runs))]
+    else:
+        radius = formulas.values("radius", lambda s: s.world.road.radius)
+        arcs = 1 if road.kind == "curve" else 2
+        arc = (length - LEAD_IN) / arcs
+        _check_arcs(road.kind, radius, arc, road.lanes * lane_width)
+        straight = np.zeros(formulas.runs)
+        pieces = [(np.full(formulas.runs, LEAD_IN), straight)]
+        pieces += [(arc, (-1.0) ** number / radius) for number in range(arcs)]
+        pieces.append((np.full(formulas.runs, RUN_OUT), straight))
+    return RoadMap(_join(pieces), lane_width, road.lanes, shoulder, limit)
+
+
+def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:
+    if (arc <= 0.0).any():
+        raise SpecError(
+            f"road.length: a {kind} begins with {LEAD_IN:g} m straight, and nothing is left of "
+            f"the length for its arc",
+            remedy=f"Make the road longer than {LEAD_IN:g} m.",
+        )
+    # The inner edge is the left one in a left curve; the second arc of an S-curve turns both.
+    tight = np.abs(radius) <= width
+    if tight.any():
+        raise SpecError(
+            f"road.radius: {radius[tight][0]:g} m is not larger than the {width[tight][0]:g} m "
+            "that the lanes take",
+            remedy="Use a larger radius.",
+        )
+    turn = arc / np.abs(radius)
+    if (turn > MAX_TURN).any():
+        raise SpecError(
+            f"road.radius: an arc of the {kind} turns by {np.degrees(turn.max()):.0f} deg, "
+            f"more than {np.degrees(MAX_TURN):.0f} deg",
+            remedy="Use a larger radius or a shorter road.",
+        )
+
+
+def _join(pieces: list[tuple[Floats, Floats]]) -> Floats:
+    segments = np.zeros((pieces[0][0].shape[0], len(pieces), 5))
+    for number, (length, curvature) in enumerate(pieces):
+        segments[:, number, 3] = length
+        segments[:, number, 4] = curvature
+    join_segments(segments)
+    return segments
+
+
+@compiled
+def join_segments(segments: Floats) -> None:
+    """Place segments one after the other, from the origin along x.
+
+    The chord of an arc that turns by ``a`` on a length ``l`` is ``l sin(a/2) / (a/2)`` long and
+    turned by ``a/2``.
+
+    Args:
+        segments: (B, K, 5), length and curvature given; x, y and heading out.
+    """
+    for run in range(segments.shape[0]):
+        x, y, heading = 0.0, 0.0, 0.0
+        for number in range(segments.shape[1]):
+            row = segments[run, number]
+            row[0], row[1], row[2] = x, y, heading
+            half = 0.5 * row[4] * row[3]
+            chord = row[3] if half == 0.0 else row[3] * sin(half) / half
+            sine, cosine = sin_cos(heading + half)
+            x += chord * cosine
+            y += chord * sine
+            heading += 2.0 * half

@@ -1,0 +1,486 @@
+"""Robustness against two oracles, rtamt and a slow reference that follows the definition."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import ExpressionError
+from adeye.evaluation.stl.formula import parse_formula
+from adeye.evaluation.stl.robustness import SATISFIED, UNDECIDED, VIOLATED, StlResult, evaluate
+from adeye.evaluation.stl.series import SampleStatus, Series
+from adeye.evaluation.verdict import Verdict
+
+NAMES = ("a", "b", "c")
+
+
+class Signals(dict[str, Series]):
+    """Series by name."""
+
+    def series(self, name: str) -> Series:
+        return self[name]
+
+
+def numbers(values: Any, **options: Any) -> Series:
+    rows = np.atleast_2d(np.asarray(values, dtype=float))
+    return Series(rows, options.pop("scale", 1.0), options.pop("unit", "1"), "number", **options)
+
+
+def truths(values: Any, **options: Any) -> Series:
+    return Series(np.atleast_2d(np.asarray(values)), 1.0, "1", "boolean", **options)
+
+
+def judge(
+    text: str,
+    signals: dict[str, Series],
+    *,
+    step_s: float = 1.0,
+    length: list[int] | None = None,
+    horizon: list[int] | None = None,
+    complete: bool = True,
+) -> StlResult:
+    runs, rows = next(iter(signals.values())).values.shape
+    lengths = np.array(length or [rows] * runs)
+    return evaluate(
+        parse_formula(text),
+        Signals(signals),
+        step_s=step_s,
+        length=lengths,
+        horizon=np.array(horizon) if horizon else lengths - 1,
+        complete=np.full(runs, complete),
+    )
+
+
+# --- random formulas as nested tuples, with a text for each parser
+
+
+class Random:
+    """A generator of its own, so that formulas do not change with numpy."""
+
+    def __init__(self, seed: int) -> None:
+        self.bits = np.random.default_rng(seed)
+
+    def pick(self, *options: Any) -> Any:
+        return options[int(self.bits.integers(len(options)))]
+
+    def term(self, depth: int) -> tuple[Any, ...]:
+        kind = self.pick("signal", "signal", "+", "-", "*", "abs") if depth else "signal"
+        if kind == "signal":
+            return ("signal", self.pick(*NAMES))
+        if kind == "abs":
+            return ("abs", self.term(depth - 1))
+        return (kind, self.term(depth - 1), self.term(depth - 1))
+
+    def predicate(self) -> tuple[Any, ...]:
+        threshold = ("number", round(float(self.bits.random()), 2))
+        return (self.pick("<", "<=", ">", ">="), self.term(2), threshold)
+
+    def formula(self, depth: int, *, edges: bool) -> tuple[Any, ...]:
+        if depth == 0:
+            return self.predicate()
+        binary = ("and", "or", "implies", "until")
+        unary = ("not", "always", "eventually", *(("rise", "fall") if edges else ()))
+        kind = self.pick(*binary, *unary)
+        operands = [self.formula(depth - 1, edges=edges) for _ in range(2 if kind in binary else 1)]
+        if kind in {"always", "eventually", "until"}:
+            first = int(self.bits.integers(4))
+            return (kind, (first, first + int(self.bits.integers(5))), *operands)
+        return (kind, *operands)
+
+
+def text_of(node: tuple[Any, ...], separator: str) -> str:
+    kind, *parts = node
+    if kind in {"signal", "number"}:
+        return str(parts[0])
+    window = ""
+    if kind in {"always", "eventually", "until"}:
+        first, last = parts.pop(0)
+        window = f"[{first}{separator}{last}]"
+    texts = [text_of(part, separator) for part in parts]
+    return (
+        f"({texts[0]} {kind}{window} {texts[1]})"
+        if len(texts) == 2
+        else f"{kind}{window}({texts[0]})"
+    )
+
+
+# --- the slow reference
+
+
+@dataclass
+class Reference:
+    """Robustness by the definition, one bound at a time; unknown rows have the widest bound."""
+
+    signals: dict[str, np.ndarray]
+    length: int
+    is_boolean: bool = False
+
+    def term(self, node: tuple[Any, ...], k: int) -> float:
+        kind, *parts = node
+        if kind == "number":
+            return float(parts[0])
+        if kind == "signal":
+            return float(self.signals[parts[0]][k])
+        values = [self.term(part, k) for part in parts]
+        if kind == "abs":
+            return abs(values[0])
+        if kind == "*":
+            return values[0] * values[1]
+        return values[0] + values[1] if kind == "+" else values[0] - values[1]
+
+    def bound(self, node: tuple[Any, ...], k: int, sign: int) -> float:  # noqa: PLR0911 - one a case
+        """Give the upper (sign 1) or lower (-1) bound."""
+        if k >= self.length:
+            return sign * (1.0 if self.is_boolean else math.inf)
+        kind, *parts = node
+        if kind in {"<", "<=", ">", ">="}:
+            left, right = (self.term(part, k) for part in parts)
+            margin = right - left if kind.startswith("<") else left - right
+            if self.is_boolean:
+                return 1.0 if margin > 0.0 or (margin == 0.0 and kind.endswith("=")) else -1.0
+            return margin
+        if kind == "not":
+            return -self.bound(parts[0], k, -sign)
+        if kind in {"rise", "fall"}:
+            return self.edge(kind, parts[0], k, sign)
+        if kind in {"always", "eventually"}:
+            (first, last), operand = parts
+            values = [self.bound(operand, j, sign) for j in range(k + first, k + last + 1)]
+            return min(values) if kind == "always" else max(values)
+        if kind == "until":
+            return self.until(parts, k, sign)
+        if kind == "implies":
+            return max(-self.bound(parts[0], k, -sign), self.bound(parts[1], k, sign))
+        values = [self.bound(part, k, sign) for part in parts]
+        return min(values) if kind == "and" else max(values)
+
+    def edge(self, kind: str, operand: tuple[Any, ...], k: int, sign: int) -> float:
+        if k == 0:
+            return -1.0
+        if kind == "rise":
+            return min(self.bound(operand, k, sign), -self.bound(operand, k - 1, -sign))
+        return min(-self.bound(operand, k, -sign), self.bound(operand, k - 1, sign))
+
+    def until(self, parts: list[Any], k: int, sign: int) -> float:
+        (first, last), left, right = parts
+        best = -math.inf
+        for j in range(k + first, k + last + 1):
+            held = min((self.bound(left, i, sign) for i in range(k, j)), default=math.inf)
+            best = max(best, min(self.bound(right, j, sign), held))
+        return best
+
+
+def traces(random: Random, runs: int, rows: int) -> dict[str, Series]:
+    return {name: numbers(random.bits.normal(size=(runs, rows))) for name in NAMES}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_robustness_agrees_with_rtamt(seed: int) -> None:
+    """100 pairs a seed: 25 formulas on 4 traces each."""
+    rtamt = pytest.importorskip("rtamt")
+    random = Random(seed)
+    rows, last = 60, 20
+    for number in range(25):
+        # At its first row rtamt lets a condition rise from nothing, so edges begin at row 1.
+        edges = number % 2 == 1
+        body = random.formula(3, edges=edges)
+        signals = traces(random, 4, rows)
+        mine = (
+            f"always[1, {last}] {text_of(body, ',')}" if edges else f"always {text_of(body, ',')}"
+        )
+        result = judge(mine, signals, horizon=[last] * 4)
+        peer = rtamt.StlDiscreteTimeSpecification()
+        for name in NAMES:
+            peer.declare_var(name, "float")
+        peer.set_sampling_period(1, "s", 0.1)
+        peer.spec = f"always[{int(edges)}:{last}]({text_of(body, ':')})"
+        peer.parse()
+        for b in range(4):
+            data = {name: signals[name].values[b].tolist() for name in NAMES}
+            expected = peer.evaluate({"time": list(range(rows)), **data})[0][1]
+            assert result.robustness_low[b] == pytest.approx(expected, abs=1e-9), mine
+            assert result.robustness_high[b] == pytest.approx(expected, abs=1e-9), mine
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bounds_on_truncated_traces_agree_with_the_definition(seed: int) -> None:
+    random = Random(100 + seed)
+    rows = 14
+    for _ in range(60):
+        body = random.formula(3, edges=True)
+        signals = traces(random, 4, rows)
+        lengths = [1, 4, 9, rows]
+        horizon = int(random.bits.integers(8))
+        for complete in (True, False):
+            result = judge(
+                f"always {text_of(body, ',')}",
+                signals,
+                length=lengths,
+                horizon=[horizon] * 4,
+                complete=complete,
+            )
+            for b, length in enumerate(lengths):
+                values = {name: series.values[b] for name, series in signals.items()}
+                slow = Reference(values, length)
+                last = min(horizon, length - 1) if complete else horizon
+                for sign, bound in ((-1, result.robustness_low), (1, result.robustness_high)):
+                    expected = min(slow.bound(body, k, sign) for k in range(last + 1))
+                    assert bound[b] == expected, text_of(body, ",")
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_satisfaction_on_the_threshold_agrees_with_the_boolean_definition(seed: int) -> None:
+    """Whole numbers meet their thresholds often, so robustness is often exactly 0."""
+    random = Random(200 + seed)
+    ties = 0
+    for _ in range(150):
+        body = random.formula(2, edges=True)
+        values = {name: random.bits.integers(-1, 2, size=(4, 14)) for name in NAMES}
+        text = re.sub(r"0\.\d+", lambda found: str(round(float(found[0]))), text_of(body, ","))
+        whole = rounded(body)
+        lengths, signals = [1, 5, 9, 14], {name: numbers(v) for name, v in values.items()}
+        result = judge(f"always {text}", signals, length=lengths, horizon=[6] * 4)
+        for b, length in enumerate(lengths):
+            slow = Reference({n: v[b] for n, v in values.items()}, length, is_boolean=True)
+            rows = range(min(6, length - 1) + 1)
+            low, high = (min(slow.bound(whole, k, sign) for k in rows) for sign in (-1, 1))
+            expected = SATISFIED if low > 0.0 else VIOLATED if high < 0.0 else UNDECIDED
+            assert result.verdict[b] == expected, text
+            ties += int(expected != UNDECIDED and result.robustness_low[b] == 0.0)
+    assert ties > 20
+
+
+def rounded(node: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Round the thresholds of a formula."""
+    if node[0] == "number":
+        return ("number", round(node[1]))
+    is_part = [isinstance(part, tuple) and isinstance(part[0], str) for part in node]
+    return tuple(rounded(p) if known else p for p, known in zip(node, is_part, strict=True))
+
+
+def test_a_longer_trace_narrows_the_bounds_around_the_robustness() -> None:
+    random = Random(7)
+    rows = 30
+    for _ in range(40):
+        body = random.formula(3, edges=True)
+        one = traces(random, 1, rows)
+        signals = {n: numbers(np.repeat(s.values, rows, axis=0)) for n, s in one.items()}
+        result = judge(
+            f"always {text_of(body, ',')}",
+            signals,
+            length=list(range(1, rows + 1)),
+            horizon=[6] * rows,
+            complete=False,
+        )
+        low, high = result.robustness_low, result.robustness_high
+        assert np.all(low[1:] >= low[:-1])
+        assert np.all(high[1:] <= high[:-1])
+        assert result.robustness_low[-1] == result.robustness_high[-1]
+
+
+def test_a_run_is_judged_alike_alone_and_in_any_batch() -> None:
+    random = Random(8)
+    for _ in range(20):
+        text = f"always {text_of(random.formula(3, edges=True), ',')}"
+        signals = traces(random, 5, 20)
+        lengths = [3, 20, 11, 7, 20]
+        together = judge(text, signals, length=lengths, horizon=[9] * 5, complete=False)
+        for b, length in enumerate(lengths):
+            # Alone, the arrays end with the run.
+            alone_signals = {n: numbers(s.values[b, :length]) for n, s in signals.items()}
+            alone = judge(text, alone_signals, horizon=[9], complete=False)
+            assert alone.robustness_low[0] == together.robustness_low[b]
+            assert alone.robustness_high[0] == together.robustness_high[b]
+            assert alone.verdict[0] == together.verdict[b]
+            assert alone.vacuous[0] == together.vacuous[b]
+
+
+def test_until_without_window_must_be_fulfilled_by_the_horizon() -> None:
+    left, right = truths([[1, 1, 1, 0, 0]]), truths([[0, 0, 0, 1, 0]])
+    signals = {"x": left, "y": right}
+    assert judge("x until y", signals, horizon=[3]).verdict[0] == SATISFIED
+    assert judge("x until y", signals, horizon=[2]).verdict[0] == VIOLATED
+    cut = judge("x until y", signals, length=[3], horizon=[4], complete=False)
+    assert cut.verdict[0] == UNDECIDED
+    assert judge("x until y", signals, length=[3], horizon=[4]).verdict[0] == VIOLATED
+
+
+def test_until_broken_before_the_cut_is_violated() -> None:
+    signals = {"x": truths([[1, 0, 1, 1, 1]]), "y": truths([[0, 0, 0, 0, 1]])}
+    assert judge("x until y", signals, length=[3], complete=False).verdict[0] == VIOLATED
+
+
+def test_eventually_ranges_over_the_horizon() -> None:
+    stands = {"standstill": truths([[0, 0, 0, 1, 1, 1]])}
+    text = "eventually always[0 s, 2 s] standstill"
+    assert judge(text, stands, horizon=[3]).verdict[0] == SATISFIED
+    assert judge(text, stands, horizon=[2]).verdict[0] == VIOLATED
+    assert judge(text, stands, horizon=[5], length=[5]).verdict[0] == UNDECIDED
+    cut = judge(text, stands, horizon=[5], length=[2], complete=False)
+    assert cut.verdict[0] == UNDECIDED
+
+
+def test_outermost_operators_under_connectives_range_over_the_horizon() -> None:
+    signals = {"takeover": truths([[0, 1, 0, 0]]), "gap": numbers([[5.0, 4.0, 3.0, 2.0]])}
+    result = judge("(eventually takeover) implies (always gap > 2.5)", signals, horizon=[2])
+    assert result.verdict[0] == SATISFIED
+    assert not result.vacuous[0]
+    assert judge("(eventually takeover) implies (always gap > 2.5)", signals).verdict[0] == VIOLATED
+    assert judge("not (always gap > 2.5)", signals).verdict[0] == SATISFIED
+
+
+def test_an_obligation_open_at_contact_is_undecided() -> None:
+    signals = {
+        "fault": truths([[0, 1, 1, 1, 1, 0]]),
+        "detected": truths([[0, 0, 0, 0, 0, 0]]),
+        "contact": truths([[0, 0, 0, 0, 1, 0]]),
+    }
+    text = "always (rise(fault) implies eventually[0 s, 4 s] detected)"
+    result = judge(text, signals, length=[5], horizon=[5], complete=False)
+    assert result.verdict_of(0) is Verdict.INCONCLUSIVE
+    assert result.robustness_low[0] == -math.inf
+    contact = judge("always not contact", signals, length=[5], horizon=[5], complete=False)
+    assert contact.verdict_of(0) is Verdict.FAIL
+
+
+def test_a_cut_trace_never_passes_an_always_that_should_go_on() -> None:
+    signals = {"gap": numbers([[9.0, 8.0, 7.0, 0.0]], unit="m")}
+    options: dict[str, Any] = {"length": [3], "horizon": [3]}
+    assert judge("always gap > 1 m", signals, **options).verdict[0] == SATISFIED
+    assert judge("always gap > 1 m", signals, complete=False, **options).verdict[0] == UNDECIDED
+    decided = judge("always gap > 1 m", signals, length=[3], horizon=[2], complete=False)
+    assert decided.verdict[0] == SATISFIED
+
+
+def test_at_the_threshold_strictness_decides() -> None:
+    signals = {"gap": numbers([[3.0, 0.0, 3.0]])}
+    at_least, more = judge("always gap >= 0", signals), judge("always gap > 0", signals)
+    assert at_least.robustness_low[0] == more.robustness_low[0] == 0.0
+    assert at_least.verdict_of(0) is Verdict.PASS
+    assert more.verdict_of(0) is Verdict.FAIL
+    assert judge("always not (gap <= 0)", signals).verdict_of(0) is Verdict.FAIL
+
+
+def test_a_precondition_that_never_holds_is_vacuous() -> None:
+    signals = {"fault": truths([[0, 0, 0]]), "detected": truths([[1, 1, 1]])}
+    result = judge("always (fault implies detected)", signals)
+    assert result.vacuous[0]
+    assert result.verdict_of(0) is Verdict.VACUOUS
+    assert not judge("always (detected implies not fault)", signals).vacuous[0]
+    assert not judge("always (not fault or detected)", signals).vacuous[0]
+
+
+def test_a_precondition_after_the_horizon_exercises_nothing() -> None:
+    signals = {"fault": truths([[0, 0, 1]]), "ok": truths([[1, 1, 1]])}
+    assert judge("always (fault implies ok)", signals, horizon=[1]).vacuous[0]
+    assert not judge("always (fault implies ok)", signals, horizon=[2]).vacuous[0]
+    assert judge("always[0 s, 1 s] (fault implies ok)", signals).vacuous[0]
+    assert judge("fault implies ok", signals).vacuous[0]
+
+
+def test_a_rise_at_row_0_is_no_rise() -> None:
+    signals = {"fault": truths([[1, 1, 1]]), "ok": truths([[1, 1, 1]])}
+    assert judge("always (rise(fault) implies ok)", signals).vacuous[0]
+    assert judge("eventually rise(fault)", signals).verdict[0] == VIOLATED
+    assert judge("eventually fall(not fault)", signals).verdict[0] == VIOLATED
+
+
+def test_every_top_level_implication_must_be_exercised() -> None:
+    signals = {"p": truths([[1, 0]]), "q": truths([[0, 0]]), "r": truths([[1, 1]])}
+    assert not judge("always (p implies r)", signals).vacuous[0]
+    assert judge("always ((p implies r) and (q implies r))", signals).vacuous[0]
+    assert judge("always (p implies (q implies r))", signals).vacuous[0]
+    assert not judge("always (p implies (r implies r))", signals).vacuous[0]
+
+
+def test_a_violated_implication_is_a_fail_not_vacuous() -> None:
+    signals = {"p": truths([[1, 0]]), "r": truths([[0, 1]])}
+    result = judge("always (p implies r)", signals)
+    assert result.verdict_of(0) is Verdict.FAIL
+    assert not result.vacuous[0]
+
+
+def test_nan_is_an_error_of_its_run_only() -> None:
+    signals = {"gap": numbers([[1.0, np.nan, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, np.nan]])}
+    result = judge("always gap > 0", signals, length=[3, 3, 2])
+    assert result.error.tolist() == [True, False, False]
+    assert [result.verdict_of(b) for b in range(3)] == [Verdict.ERROR, Verdict.PASS, Verdict.PASS]
+    assert np.isnan(result.robustness_low[0])
+    assert result.binding(0) is None
+
+
+def test_no_conflict_counts_with_the_cap() -> None:
+    ttc = numbers([[np.inf, np.inf], [np.inf, 3.0]], unit="s", scale=2.0, cap=10.0)
+    result = judge("always ttc >= 1.5 s", {"ttc": ttc})
+    assert result.robustness_low.tolist() == [5.0, 0.75]
+    undeclared = numbers([[np.inf, np.inf]], unit="s")
+    assert judge("always ttc >= 1.5 s", {"ttc": undeclared}).verdict_of(0) is Verdict.ERROR
+
+
+def test_a_sample_that_does_not_apply_decides_nothing() -> None:
+    status = np.array([[0, SampleStatus.NOT_APPLICABLE, 0]], dtype=np.int8)
+    gap = Series(np.array([[5.0, np.nan, 5.0]]), 1.0, "m", "number", status=status)
+    lead = truths([[1, 0, 1]])
+    signals = {"gap": gap, "lead": lead}
+    assert judge("always gap > 2 m", signals).verdict_of(0) is Verdict.INCONCLUSIVE
+    assert judge("always (lead implies gap > 2 m)", signals).verdict_of(0) is Verdict.PASS
+    assert judge("always gap > 6 m", signals).verdict_of(0) is Verdict.FAIL
+
+
+def test_windows_count_rows_inside_them() -> None:
+    signals = {"x": truths([[0, 0, 0, 1, 0, 0]])}
+    for window, expected in (
+        ("[0 s, 0.3 s]", SATISFIED),
+        ("[0, 0.29]", VIOLATED),
+        ("[300 ms, 0.3 s]", SATISFIED),
+        ("[0.31 s, 0.5 s]", VIOLATED),
+    ):
+        result = judge(f"eventually{window} x", signals, step_s=0.1)
+        assert result.verdict[0] == expected, window
+    with pytest.raises(ExpressionError, match="contains no row"):
+        judge("eventually[0.31 s, 0.39 s] x", signals, step_s=0.1)
+
+
+def test_a_formula_without_outermost_operator_is_judged_at_row_0() -> None:
+    signals = {"x": truths([[1, 0, 0]])}
+    assert judge("x", signals).verdict[0] == SATISFIED
+    assert judge("always[1 s, 2 s] x", signals).verdict[0] == VIOLATED
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"length": np.array([0])},
+        {"length": np.array([4])},
+        {"horizon": np.array([-1])},
+        {"horizon": np.array([1, 2])},
+        {"complete": np.array([True, True])},
+        {"step_s": 0.0},
+        {"length": np.array([3, 3])},
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(change: dict[str, Any]) -> None:
+    options: dict[str, Any] = {
+        "step_s": 0.1,
+        "length": np.array([3]),
+        "horizon": np.array([2]),
+        "complete": np.array([True]),
+    }
+    with pytest.raises(ValueError, match=r".+"):
+        evaluate(parse_formula("x"), Signals(x=truths([[1, 0, 0]])), **{**options, **change})
+
+
+def test_series_of_different_lengths_are_refused() -> None:
+    signals = {"x": truths([[1, 0, 0]]), "y": truths([[1, 0]])}
+    with pytest.raises(ValueError, match="do not fit"):
+        judge("x and y", signals)
+
+
+def test_the_wrong_kind_is_refused_at_evaluation_too() -> None:
+    with pytest.raises(ExpressionError, match="is a length"):
+        judge("always gap > 2 s", {"gap": numbers([[1.0]], unit="m")})

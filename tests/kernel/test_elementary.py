@@ -1,0 +1,145 @@
+"""Elementary functions: within an ulp of the mathematical library, exact where they must be."""
+
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from adeye.kernel import elementary as own
+
+UNIT = 2.0**-52
+
+
+def samples(low: float, high: float, count: int = 2001) -> list[float]:
+    """Even and clustered arguments, so that every branch near zero is met."""
+    even = np.linspace(low, high, count)
+    near_zero = np.sign(even) * np.abs(even / max(abs(low), abs(high))) ** 7
+    return [float(x) for x in np.concatenate([even, near_zero]) if low <= x <= high]
+
+
+def ulps(value: float, exact: float) -> float:
+    return abs(value - exact) / math.ulp(exact) if value != exact else 0.0
+
+
+@pytest.mark.parametrize(
+    ("function", "oracle", "low", "high", "bound"),
+    [
+        (own.sin, math.sin, -40.0, 40.0, 1.0),
+        (own.cos, math.cos, -40.0, 40.0, 1.0),
+        (own.sin, math.sin, -1.5e6, 1.5e6, 1.0),
+        (own.tan, math.tan, -1.5, 1.5, 2.5),
+        (own.atan, math.atan, -50.0, 50.0, 1.0),
+        (own.asin, math.asin, -1.0, 1.0, 3.0),
+        (own.exp, math.exp, -700.0, 700.0, 1.5),
+        (own.exp, math.exp, -2.0, 2.0, 1.5),
+        (own.log, math.log, 1e-9, 3.0, 1.0),
+        (own.log, math.log, 1e-9, 1e12, 1.0),
+    ],
+)
+def test_agrees_with_the_mathematical_library(
+    function: Callable[[float], float],
+    oracle: Callable[[float], float],
+    low: float,
+    high: float,
+    bound: float,
+) -> None:
+    worst = max(ulps(function(x), oracle(x)) for x in samples(low, high))
+    assert worst <= bound
+
+
+def test_direction_agrees_in_every_quadrant() -> None:
+    for turn in samples(-math.pi, math.pi, 401):
+        y, x = 3.0 * math.sin(turn), 3.0 * math.cos(turn)
+        assert ulps(own.atan2(y, x), math.atan2(y, x)) <= 2.0
+
+
+def test_direction_of_axes_is_exact() -> None:
+    assert own.atan2(0.0, 0.0) == 0.0
+    assert own.atan2(0.0, 2.0) == 0.0
+    assert own.atan2(0.0, -2.0) == math.pi
+    assert own.atan2(-0.0, -2.0) == math.pi
+    assert own.atan2(2.0, 0.0) == math.pi / 2
+    assert own.atan2(-2.0, 0.0) == -math.pi / 2
+    assert math.isnan(own.atan2(math.nan, 0.0))
+    assert math.isnan(own.atan2(1.0, math.nan))
+
+
+def test_zero_angle_is_exact() -> None:
+    assert own.sin_cos(0.0) == (0.0, 1.0)
+    assert own.exp(0.0) == 1.0
+    assert own.log(1.0) == 0.0
+
+
+def test_odd_functions_are_odd_to_the_bit() -> None:
+    for x in samples(0.0, 30.0, 301):
+        assert own.sin(-x) == -own.sin(x)
+        assert own.cos(-x) == own.cos(x)
+        assert own.atan(-x) == -own.atan(x)
+
+
+def test_logarithm_inverts_exponential() -> None:
+    for x in samples(-20.0, 20.0, 301):
+        assert own.log(own.exp(x)) == pytest.approx(x, rel=1e-15, abs=4 * UNIT)
+
+
+@pytest.mark.parametrize("exponent", [-3.0, 0.0, 1.0, 4.0, 16.0])
+def test_whole_powers_are_products(exponent: float) -> None:
+    for base in samples(0.01, 5.0, 51):
+        assert own.power(base, exponent) == pytest.approx(base**exponent, rel=16 * UNIT)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 3.7, 4.3, -1.25])
+def test_broken_powers_agree(exponent: float) -> None:
+    for base in samples(0.01, 5.0, 51):
+        assert own.power(base, exponent) == pytest.approx(base**exponent, rel=1e-14)
+
+
+def test_powers_of_zero() -> None:
+    assert own.power(0.0, 4.0) == 0.0
+    assert own.power(0.0, 4.2) == 0.0
+    assert own.power(0.0, 0.0) == 1.0
+    assert own.power(0.0, -1.0) == math.inf
+    assert own.power(0.0, -1.5) == math.inf
+    assert math.isnan(own.power(-1.0, 0.5))
+
+
+def test_outside_the_domain_is_never_a_number() -> None:
+    beyond = 2.0 * own.LARGEST_ANGLE
+    assert all(math.isnan(f(beyond)) for f in (own.sin, own.cos, own.tan))
+    assert all(math.isnan(f(math.inf)) for f in (own.sin, own.cos, own.tan))
+    assert all(math.isnan(f(math.nan)) for f in (own.sin, own.atan, own.asin, own.exp, own.log))
+    assert math.isnan(own.asin(1.0 + 1e-9))
+    assert math.isnan(own.log(-1.0))
+
+
+def test_ends_of_exponential_and_logarithm() -> None:
+    assert own.exp(710.0) == math.inf
+    assert own.exp(-750.0) == 0.0
+    assert own.log(0.0) == -math.inf
+    assert own.log(math.inf) == math.inf
+
+
+def test_machine_code_and_plain_python_give_the_same_bits() -> None:
+    program = (
+        "from adeye.kernel import elementary as e\n"
+        "xs = [0.001 * k * k - 7.0 for k in range(200)]\n"
+        "for x in xs:\n"
+        "    row = (e.sin(x), e.cos(x), e.atan(x), e.atan2(x, 1.3 - x), e.exp(x),\n"
+        "           e.log(abs(x) + 0.1), e.power(abs(x), 3.3))\n"
+        "    print(*(float(value).hex() for value in row))\n"
+    )
+    outputs = [
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env={"NUMBA_DISABLE_JIT": flag, "PYTHONPATH": ":".join(sys.path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for flag in ("0", "1")
+    ]
+    assert outputs[0].count("\n") == 200
+    assert outputs[0] == outputs[1]

@@ -1,0 +1,242 @@
+"""Boxes: hand-made contacts, symmetry, and a sweep that lets nothing through."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from adeye.kernel.geometry import (
+    SWEEP_TOLERANCE,
+    box_distance,
+    boxes_overlap,
+    contains_point,
+    point_box_distance,
+    signed_box_distance,
+    swept_contact,
+    wrap_to_pi,
+)
+
+CAR = (4.5, 1.8)
+UNIT = (0.0, 0.0, 0.0, 4.0, 2.0)
+Pose = tuple[float, float, float]
+
+
+def sweep(
+    start_1: Pose, end_1: Pose, start_2: Pose, end_2: Pose, size: tuple[float, float] = CAR
+) -> tuple[bool, float]:
+    return swept_contact(*start_1, *end_1, *size, *start_2, *end_2, *size)
+
+
+def random_pairs(count: int) -> NDArray[np.float64]:
+    draw = np.random.default_rng(5)
+    rows = draw.uniform(size=(count, 10))
+    low = np.array([-6.0, -6.0, -3.2, 0.5, 0.5] * 2)
+    high = np.array([6.0, 6.0, 3.2, 6.0, 3.0] * 2)
+    pairs: NDArray[np.float64] = low + (high - low) * rows
+    return pairs
+
+
+@pytest.mark.parametrize(
+    ("angle", "wrapped"),
+    [
+        (0.0, 0.0),
+        (math.pi, math.pi),
+        (-math.pi, math.pi),
+        (3.0 * math.pi, math.pi),
+        (-3.0, -3.0),
+        (7.0, 7.0 - 2.0 * math.pi),
+        (-7.0, 2.0 * math.pi - 7.0),
+        (4.0, 4.0 - 2.0 * math.pi),
+        (-4.0, 2.0 * math.pi - 4.0),
+    ],
+)
+def test_wrapped_angle(angle: float, wrapped: float) -> None:
+    assert wrap_to_pi(angle) == wrapped
+
+
+def test_wrapping_keeps_the_direction() -> None:
+    for angle in np.linspace(-50.0, 50.0, 401):
+        wrapped = wrap_to_pi(float(angle))
+        assert -math.pi < wrapped <= math.pi
+        assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-13)
+        assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-13)
+
+
+def test_infinite_angle_has_no_direction() -> None:
+    assert math.isnan(wrap_to_pi(math.inf))
+    assert math.isnan(wrap_to_pi(math.nan))
+
+
+def test_point_in_box() -> None:
+    assert contains_point(2.0, 1.0, *UNIT)
+    assert not contains_point(2.01, 0.0, *UNIT)
+    assert not contains_point(0.0, -1.01, *UNIT)
+    assert contains_point(0.0, 1.9, 0.0, 0.0, math.pi / 2, 4.0, 2.0)
+    assert not contains_point(math.nan, 0.0, *UNIT)
+
+
+def test_point_to_box() -> None:
+    assert point_box_distance(1.0, 0.5, *UNIT) == 0.0
+    assert point_box_distance(5.0, 0.5, *UNIT) == 3.0
+    assert point_box_distance(1.0, -3.0, *UNIT) == 2.0
+    assert point_box_distance(5.0, 5.0, *UNIT) == 5.0
+    assert math.isnan(point_box_distance(math.nan, 0.0, *UNIT))
+
+
+def test_box_behind_another_is_a_gap_away() -> None:
+    assert box_distance(0.0, 0.0, 0.0, 4.0, 2.0, 10.0, 0.0, 0.0, 4.0, 2.0) == 6.0
+
+
+def test_diagonal_neighbours_are_a_corner_apart() -> None:
+    assert box_distance(0.0, 0.0, 0.0, 4.0, 2.0, 7.0, 6.0, 0.0, 4.0, 2.0) == 5.0
+
+
+def test_corner_against_a_side() -> None:
+    diamond = (4.0, 0.0, math.pi / 4, 2.0, 2.0)
+    assert box_distance(*UNIT, *diamond) == pytest.approx(2.0 - math.sqrt(2.0), rel=1e-14)
+
+
+def test_touching_boxes_are_in_contact() -> None:
+    assert boxes_overlap(*UNIT, 4.0, 0.0, 0.0, 4.0, 2.0)
+    assert not boxes_overlap(*UNIT, math.nextafter(4.0, 5.0), 0.0, 0.0, 4.0, 2.0)
+    assert signed_box_distance(*UNIT, 4.0, 0.0, 0.0, 4.0, 2.0) == 0.0
+
+
+def test_overlap_is_a_negative_distance() -> None:
+    assert signed_box_distance(*UNIT, 0.5, 1.5, 0.0, 4.0, 2.0) == -0.5
+    assert box_distance(*UNIT, 0.5, 1.5, 0.0, 4.0, 2.0) == 0.0
+
+
+def test_crossed_boxes_overlap_without_a_corner_inside() -> None:
+    assert boxes_overlap(0.0, 0.0, 0.0, 10.0, 1.0, 0.0, 0.0, math.pi / 2, 10.0, 1.0)
+
+
+def test_unknown_box_is_never_apart() -> None:
+    assert boxes_overlap(*UNIT, math.nan, 0.0, 0.0, 4.0, 2.0)
+    assert math.isnan(box_distance(*UNIT, 10.0, 0.0, math.nan, 4.0, 2.0))
+    assert math.isnan(signed_box_distance(*UNIT, math.nan, 0.0, 0.0, 4.0, 2.0))
+
+
+def test_distance_is_symmetric_and_agrees_with_overlap() -> None:
+    overlapping = 0
+    for pair in random_pairs(300):
+        there = signed_box_distance(*pair)
+        back = signed_box_distance(*pair[5:], *pair[:5])
+        assert there == pytest.approx(back, abs=1e-12)
+        assert boxes_overlap(*pair) == (there <= 0.0)
+        overlapping += there <= 0.0
+    assert 50 < overlapping < 250
+
+
+def test_distance_equals_the_nearest_of_many_points() -> None:
+    for pair in random_pairs(40):
+        x, y, heading, length, width = pair[5:]
+        c, s = math.cos(heading), math.sin(heading)
+        along = np.linspace(-0.5, 0.5, 41)
+        rim = [(length * a, width * b) for a in along for b in (-0.5, 0.5)]
+        rim += [(length * a, width * b) for a in (-0.5, 0.5) for b in along]
+        sampled = min(
+            point_box_distance(x + u * c - v * s, y + u * s + v * c, *pair[:5]) for u, v in rim
+        )
+        exact = box_distance(*pair)
+        if exact > 0.0:
+            assert exact <= sampled + 1e-9
+            assert sampled <= exact + max(length, width) / 40.0
+
+
+def test_moving_out_by_the_overlap_parts_two_aligned_boxes() -> None:
+    depth = -signed_box_distance(*UNIT, 3.0, 0.5, 0.0, 4.0, 2.0)
+    assert depth == 1.0
+    assert signed_box_distance(*UNIT, 3.0 + depth, 0.5, 0.0, 4.0, 2.0) == 0.0
+
+
+def test_head_on_at_60_mps_each_touches_at_the_right_time() -> None:
+    # 7.5 m between bumpers, 6 m closed in a step of 0.05 s and 12 m in one of 0.1 s.
+    contact, share = sweep((0, 0, 0), (6.0, 0, 0), (12.0, 0, math.pi), (6.0, 0, math.pi))
+    assert contact
+    assert share == pytest.approx(7.5 / 12.0, rel=1e-12)
+
+
+def test_crossing_thin_boxes_do_not_tunnel() -> None:
+    # Neither pose of the step overlaps: the one passes through the other in between.
+    contact, share = sweep(
+        (0.0, -1.5, math.pi / 2),
+        (0.0, 1.5, math.pi / 2),
+        (-3.0, 0.0, 0.0),
+        (3.0, 0.0, 0.0),
+        size=(0.2, 0.2),
+    )
+    assert contact
+    assert share == pytest.approx((3.0 - 0.2) / 6.0, rel=1e-9)
+
+
+def test_passing_beside_each_other_is_no_contact() -> None:
+    assert sweep((0, 0, 0), (6, 0, 0), (12, 1.81, math.pi), (6, 1.81, math.pi)) == (False, math.inf)
+    assert sweep((0, 0, 0), (6, 0, 0), (9, 1.8, math.pi), (0, 1.8, math.pi))[0]
+
+
+def test_contact_at_the_start_has_share_zero() -> None:
+    assert sweep((0, 0, 0), (3, 0, 0), (4, 0, 0), (9, 0, 0)) == (True, 0.0)
+
+
+def test_boxes_at_rest_apart_stay_apart() -> None:
+    assert sweep((0, 0, 0), (0, 0, 0), (5, 0, 0), (5, 0, 0)) == (False, math.inf)
+
+
+def test_heading_turns_the_shorter_way_over_the_seam() -> None:
+    # From 179 to -179 degrees: 2 degrees, not a full spin that would sweep the neighbour.
+    near, far = math.radians(179.0), math.radians(-179.0)
+    contact, _ = sweep((0, 0, near), (0, 0, far), (0, 2.2, 0), (0, 2.2, 0))
+    assert not contact
+
+
+def test_turning_box_hits_what_only_its_corner_sweeps() -> None:
+    # A quarter turn; at both ends the neighbour is clear, in between the corner reaches it.
+    end = (0.0, 0.0, math.pi / 2)
+    corner = 0.5 * math.hypot(4.0, 4.0)
+    square = (4.0, 4.0)
+    place = (2.0 + corner - 0.1, 0.0, 0.0)
+    assert not boxes_overlap(0.0, 0.0, 0.0, *square, *place, *square)
+    contact, share = sweep((0.0, 0.0, 0.0), end, place, place, size=square)
+    assert contact
+    assert 0.2 < share < 0.5
+    beyond = (2.0 + corner + 2.0 * SWEEP_TOLERANCE, 0.0, 0.0)
+    assert not sweep((0.0, 0.0, 0.0), end, beyond, beyond, size=square)[0]
+
+
+def test_unknown_pose_counts_as_contact() -> None:
+    assert sweep((0, 0, 0), (math.nan, 0, 0), (50, 0, 0), (50, 0, 0)) == (True, 0.0)
+    assert sweep((0, 0, math.nan), (0, 0, 0), (50, 0, 0), (50, 0, 0)) == (True, 0.0)
+
+
+def test_sweep_agrees_with_many_small_steps() -> None:
+    draw = np.random.default_rng(11)
+    found = 0
+    for _ in range(60):
+        a, b, c, d = (
+            (float(x), float(y), float(h))
+            for x, y, h in draw.uniform([-7.0, -7.0, -3.1], [7.0, 7.0, 3.1], (4, 3))
+        )
+        turn_1, turn_2 = wrap_to_pi(b[2] - a[2]), wrap_to_pi(d[2] - c[2])
+        nearest, first = math.inf, math.inf
+        for share in np.linspace(0.0, 1.0, 401):
+            distance = signed_box_distance(
+                *(p + share * (q - p) for p, q in zip(a[:2], b[:2], strict=True)),
+                a[2] + share * turn_1,
+                *CAR,
+                *(p + share * (q - p) for p, q in zip(c[:2], d[:2], strict=True)),
+                c[2] + share * turn_2,
+                *CAR,
+            )
+            nearest = min(nearest, distance)
+            if distance <= 0.0:
+                first = min(first, float(share))
+        contact, share = sweep(a, b, c, d)
+        found += contact
+        if nearest <= 0.0:
+            assert contact
+            assert first - 1.0 / 400.0 - 1e-3 <= share <= first
+        elif nearest > 0.15:
+            assert not contact
+    assert 10 < found < 50

@@ -1,0 +1,172 @@
+"""The shape of the repository: layers, module size, mirror tests, names, light imports."""
+
+import ast
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "adeye"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+MAX_LINES = 400
+MAX_FILE_BYTES = 1_000_000
+VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "manager", "data", "misc"}
+
+# Third parties that belong to one part of the product.
+ONE_PLACE = {
+    "alembic": ("adeye.store",),
+    "highway_env": ("adeye.traffic.highway",),
+    "jinja2": ("adeye.report",),
+    "rich": ("adeye.cli",),
+    "scipy": ("adeye.evaluation", "adeye.sweep"),
+    "sqlalchemy": ("adeye.store",),
+    "typer": ("adeye.cli",),
+}
+# Released together with, and pinned by, a declared dependency.
+COMPANIONS = {"pydantic_core": "pydantic"}
+
+
+def dotted(module: Path) -> str:
+    parts = module.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(module: Path) -> Iterator[str]:
+    """Yield the top-level name of everything the module imports, also inside functions."""
+    for node in ast.walk(ast.parse(module.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            yield node.module.partition(".")[0]
+
+
+def third_parties(module: Path) -> set[str]:
+    return {name for name in imports(module) if name not in sys.stdlib_module_names} - {"adeye"}
+
+
+def needs_mirror_test(module: Path) -> bool:
+    """A package's face and `python -m` only pass on; migrations run in the upgrade tests."""
+    inside = module.relative_to(PACKAGE)
+    return module.stem not in {"__init__", "__main__"} and inside.parts[:2] != (
+        "store",
+        "migrations",
+    )
+
+
+def stored_files() -> list[Path]:
+    """Return every file git tracks or would add."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("a source archive has no list of tracked files")
+    listing = subprocess.run(
+        ["git", "-c", "safe.directory=*", "ls-files", "-coz", "--exclude-standard"],
+        cwd=ROOT,
+        capture_output=True,
+        check=True,
+    )
+    paths = (ROOT / name.decode() for name in listing.stdout.split(b"\0") if name)
+    return [path for path in paths if path.is_file()]
+
+
+def test_the_scan_sees_the_package() -> None:
+    assert {"adeye", "adeye.spec.scenario", "adeye.errors"} <= {dotted(path) for path in MODULES}
+
+
+def test_module_has_at_most_400_lines() -> None:
+    sizes = {dotted(path): len(path.read_text("utf-8").splitlines()) for path in MODULES}
+    assert {name: lines for name, lines in sizes.items() if lines > MAX_LINES} == {}
+
+
+def test_module_begins_with_a_docstring() -> None:
+    silent = [
+        dotted(path)
+        for path in MODULES
+        if not ast.get_docstring(ast.parse(path.read_text("utf-8")))
+    ]
+    assert silent == []
+
+
+def test_module_has_its_mirror_test() -> None:
+    mirrors = {
+        path: ROOT / "tests" / path.relative_to(PACKAGE).with_name(f"test_{path.name}")
+        for path in MODULES
+        if needs_mirror_test(path)
+    }
+    missing = {dotted(p): str(t.relative_to(ROOT)) for p, t in mirrors.items() if not t.exists()}
+    assert missing == {}
+
+
+def test_folder_of_modules_is_a_package() -> None:
+    # A forgotten __init__.py hides modules from import-linter.
+    folders = {path.parent for path in MODULES}
+    assert [str(f.relative_to(ROOT)) for f in folders if not (f / "__init__.py").exists()] == []
+
+
+def test_test_folders_are_not_packages() -> None:
+    assert list((ROOT / "tests").rglob("__init__.py")) == []
+
+
+def test_module_name_says_its_subject() -> None:
+    parts = {part for path in MODULES for part in dotted(path).split(".")}
+    assert parts & VAGUE_NAMES == set()
+
+
+def test_no_stored_file_is_over_one_megabyte() -> None:
+    sizes = {str(path.relative_to(ROOT)): path.stat().st_size for path in stored_files()}
+    assert sizes
+    assert {name: size for name, size in sizes.items() if size > MAX_FILE_BYTES} == {}
+
+
+def test_third_party_import_is_a_declared_dependency() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    declared = {text.partition(">")[0].lower() for text in project["dependencies"]}
+    distributions = packages_distributions()
+    undeclared = {
+        (dotted(path), name)
+        for path in MODULES
+        for name in third_parties(path)
+        if not declared & {d.lower() for d in distributions.get(COMPANIONS.get(name, name), [])}
+    }
+    assert undeclared == set()
+
+
+@pytest.mark.parametrize("library", ONE_PLACE)
+def test_library_is_imported_in_its_one_place(library: str) -> None:
+    strangers = [
+        dotted(path)
+        for path in MODULES
+        if library in third_parties(path)
+        and not any(
+            dotted(path) == place or dotted(path).startswith(f"{place}.")
+            for place in ONE_PLACE[library]
+        )
+    ]
+    assert strangers == []
+
+
+def test_kernel_imports_numpy_and_numba_only() -> None:
+    kernel = [path for path in MODULES if path.is_relative_to(PACKAGE / "kernel")]
+    assert kernel
+    foreign = {dotted(path): third_parties(path) - {"numpy", "numba"} for path in kernel}
+    assert {name: libraries for name, libraries in foreign.items() if libraries} == {}
+
+
+def test_imports_keep_the_contracts() -> None:
+    linter = Path(sys.executable).with_name("lint-imports")
+    result = subprocess.run([linter], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_importing_the_command_line_loads_nothing_heavy() -> None:
+    heavy = ["highway_env", "numba", "numpy", "pandas", "scipy", "sqlalchemy"]
+    program = f"import sys, adeye.cli; print(sorted(set({heavy!r}) & set(sys.modules)))"
+    result = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.strip() == "[]"
