@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from adeye.channels import ChannelRack
+from adeye.channels.rack import ChannelRack
 from adeye.faults import FaultPlan
 from adeye.ports import SwitchContext
 from adeye.recorder import Recorder

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
 from adeye.signals import (
     DETECTION_X,
@@ -205,8 +206,7 @@ def _place_detections(  # noqa: D417
                 continue
             x = detections[run, slot, DETECTION_X]
             y = detections[run, slot, DETECTION_Y]
-            heading = ego[run, row, EGO_HEADING]
-            cos, sin = np.cos(heading), np.sin(heading)
+            s, c = sin_cos(ego[run, row, EGO_HEADING])
             detected[run, thing] = True
-            places[run, thing, 0] = ego[run, row, EGO_X] + cos * x - sin * y
-            places[run, thing, 1] = ego[run, row, EGO_Y] + sin * x + cos * y
+            places[run, thing, 0] = ego[run, row, EGO_X] + c * x - s * y
+            places[run, thing, 1] = ego[run, row, EGO_Y] + s * x + c * y

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
+
+from pydantic import BaseModel
 
 from adeye.channels.guard import GuardedChannel
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.safety import SafetyChannel
 from adeye.channels.scalar import ScalarChannel
-from adeye.ports import ControlChannel
-from adeye.registry import Part, load_part, require
+from adeye.errors import SpecError
+from adeye.ports import ChannelContext, ControlChannel
+from adeye.registry import Part, load_part, require, validate_parameters
+from adeye.signals import ControlCommand, Observation
+from adeye.trace import ChannelEvent
 
 BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
     "nominal": NominalChannel,
@@ -50,9 +56,52 @@ def plugin_channel(part: Part) -> ControlChannel:
         SpecError: The class has no ``act``.
     """
     require(part, "channel", ("act",))
-    if not hasattr(part.obj, "reset"):
-        return ScalarChannel(part.obj)
-    return GuardedChannel(cast("Any", _LateChannel)(part))
+    if hasattr(part.obj, "reset"):
+        return PluginChannel(part, GuardedChannel(_LateChannel(part)))
+    return PluginChannel(part, ScalarChannel(part.obj))
+
+
+class PluginChannel:
+    """A contained plug-in that is given its parameters as the model that it declares."""
+
+    def __init__(self, part: Part, channel: GuardedChannel | ScalarChannel) -> None:
+        """Wrap a contained channel.
+
+        Args:
+            part: The class that it is made from.
+            channel: What contains its failures.
+        """
+        self._part = part
+        self._channel = channel
+        self.monitor_ids: tuple[str, ...] = channel.monitor_ids
+
+    @property
+    def events(self) -> list[ChannelEvent | None]:
+        """First failure of the channel in each run, or None."""
+        return self._channel.events
+
+    def reset(self, context: ChannelContext) -> None:
+        """Validate the parameters of every run and prepare for the batch.
+
+        Raises:
+            SpecError: The parameters do not fit the class's ``Parameters``.
+        """
+        models = [self._validated(context.channel_id, item) for item in context.parameters]
+        self._channel.reset(replace(context, parameters=models))
+
+    def act(self, observation: Observation) -> ControlCommand:
+        """Answer one observation."""
+        return self._channel.act(observation)
+
+    def _validated(self, channel_id: str, values: Any) -> Any:
+        if isinstance(values, BaseModel):
+            return values
+        checked = validate_parameters(self._part, values or {})
+        if checked.errors:
+            loc, message = checked.errors[0]
+            path = ".".join(str(step) for step in ("channels", channel_id, "parameters", *loc))
+            raise SpecError(f"{path}: {message}", remedy=f"See {self._part.name}.Parameters.")
+        return checked.parameters
 
 
 class _LateChannel:
@@ -63,9 +112,10 @@ class _LateChannel:
         self.monitor_ids: tuple[str, ...] = tuple(getattr(part.obj, "monitor_ids", ()))
         self._channel: Any = None
 
-    def reset(self, context: Any) -> None:
+    def reset(self, context: ChannelContext) -> None:
         self._channel = self._part.build()
         self._channel.reset(context)
 
-    def act(self, observation: Any) -> Any:
-        return self._channel.act(observation)
+    def act(self, observation: Observation) -> ControlCommand:
+        command: ControlCommand = self._channel.act(observation)
+        return command

@@ -2,18 +2,118 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from adeye.channels import make_channel
 from adeye.channels.clock import ClockedChannel
-from adeye.channels.guard import GuardedChannel
+from adeye.channels.factory import BUILT_IN, make_channel
 from adeye.channels.links import observe
-from adeye.ports import ChannelContext
+from adeye.ports import ChannelContext, ControlChannel
 from adeye.sensors.rig import mounts
 from adeye.signals import Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.spec.clock import period_ticks, ticks
 from adeye.sweep.case import TestCase
 from adeye.trace import ChannelEvent
+
+
+class ChannelRack:
+    """Every channel of the architecture, also those without authority."""
+
+    def __init__(self, cases: Sequence[TestCase], scene: SceneContext, base_dir: Path) -> None:
+        """Build the channels of a batch.
+
+        Args:
+            cases: Test cases of one structure.
+            scene: What does not change during the runs.
+            base_dir: Folder of the file that names plug-ins.
+        """
+        architecture = cases[0].architecture
+        poses = mounts(cases)
+        kinds = {name: sensor.kind for name, sensor in architecture.sensors.items()}
+        desired = desired_speeds(cases)
+        self._links: dict[str, tuple[str, ...]] = {}
+        self._clocked: dict[str, ClockedChannel] = {}
+        self._inner: dict[str, ControlChannel] = {}
+        self._is_plugin: dict[str, bool] = {}
+        for name, spec in architecture.channels.items():
+            every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
+            delay = ticks(spec.delay, scene.step, f"channels.{name}.delay")
+            inner = make_channel(spec.kind, base_dir)
+            clocked = ClockedChannel(inner, every, delay)
+            clocked.reset(
+                ChannelContext(
+                    channel_id=name,
+                    parameters=[case.architecture.channels[name].parameters for case in cases],
+                    links=spec.links,
+                    sensors={link: kinds[link] for link in spec.links if link in kinds},
+                    mounts={link: poses[link] for link in spec.links if link in poses},
+                    vehicles=[case.architecture.vehicle for case in cases],
+                    road=scene.road,
+                    desired_speed=desired,
+                    step=scene.step,
+                    period=every * scene.step,
+                )
+            )
+            self._links[name] = spec.links
+            self._inner[name] = inner
+            self._clocked[name] = clocked
+            self._is_plugin[name] = spec.kind not in BUILT_IN
+        self._commands: dict[str, ControlCommand] = {}
+        self._authority: Authority | None = None
+
+    @property
+    def monitor_ids(self) -> tuple[str, ...]:
+        """Monitors of all channels, in the order of the channels."""
+        return tuple(name for channel in self._clocked.values() for name in channel.monitor_ids)
+
+    @property
+    def events(self) -> list[ChannelEvent | None]:
+        """First failure of any channel in each run."""
+        merged: list[ChannelEvent | None] = []
+        for channel in self._inner.values():
+            own: list[ChannelEvent | None] = getattr(channel, "events", [])
+            if not merged:
+                merged = list(own)
+            merged = [_earlier(a, b) for a, b in zip(merged, own, strict=True)] if own else merged
+        return merged
+
+    def act(self, scene: Scene, readings: Mapping[str, Measurement]) -> list[ControlCommand]:
+        """Ask every channel for its command at this tick."""
+        proposals = []
+        for name, channel in self._clocked.items():
+            observation = None
+            if channel.is_due:
+                observation = observe(
+                    self._links[name],
+                    scene.time,
+                    readings,
+                    self._commands,
+                    self._authority,
+                    scene.running,
+                    protect=self._is_plugin[name],
+                )
+            proposals.append(channel.act(observation))
+        return proposals
+
+    def remember(self, proposals: Sequence[ControlCommand], authority: Authority) -> None:
+        """Keep what linked channels will see at the next tick: commands after faults, authority."""
+        self._commands = {proposal.channel: proposal for proposal in proposals}
+        self._authority = Authority(authority.channel.copy(), authority.reason.copy())
+
+
+def desired_speeds(cases: Sequence[TestCase]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Speed that the ego is asked to drive in each run (B,) [m/s]: its own, or its start speed."""
+    speeds = []
+    for case in cases:
+        ego = case.scenario.ego
+        formula = ego.desired_speed if ego.desired_speed is not None else ego.speed
+        speeds.append(float(formula.evaluate(dict(case.parameters))))
+    return np.array(speeds)
+
+
+def _earlier(one: ChannelEvent | None, other: ChannelEvent | None) -> ChannelEvent | None:
+    if one is None or other is None:
+        return one or other
+    return one if one.time <= other.time else other

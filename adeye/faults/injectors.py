@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from adeye.channels.failures import silenced
 from adeye.signals import Bools, ControlCommand, Measurement
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from adeye.kernel.elementary import sin_cos
+from adeye.kernel.elementary import LARGEST_ANGLE, sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.sight import box_bearings, ray_box_distance, visible_fraction
 
@@ -33,12 +33,12 @@ _DEEPEST = 24
 
 @compiled
 def wrap_to_pi(angle: float) -> float:
-    """Return the same direction as an angle in (-pi, pi] [rad]; NaN for an infinite one."""
+    """Return the same direction in (-pi, pi] [rad]; NaN beyond ``LARGEST_ANGLE``."""
     if -math.pi < angle <= math.pi:
         return angle
-    if not abs(angle) < math.inf:
+    if not abs(angle) <= LARGEST_ANGLE:
         return math.nan
-    rest = math.fmod(angle, 2.0 * math.pi)
+    rest = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
     if rest > math.pi:
         return rest - 2.0 * math.pi
     if rest <= -math.pi:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import normal
 from adeye.ports import SensorContext
@@ -118,9 +119,9 @@ def _add_noise(  # noqa: D417
         row = estimate[run]
         if record["lateral_noise"] > 0.0:
             shift = record["lateral_noise"] * normal(seeds[run], owner, number, LATERAL_DRAW)
-            heading = row[ESTIMATE_PLACE + PLACE_HEADING]
-            row[EGO_X] -= shift * np.sin(heading)
-            row[EGO_Y] += shift * np.cos(heading)
+            s, c = sin_cos(row[ESTIMATE_PLACE + PLACE_HEADING])
+            row[EGO_X] -= shift * s
+            row[EGO_Y] += shift * c
             row[ESTIMATE_PLACE + PLACE_D] += shift
             row[ESTIMATE_PLACE + PLACE_OFFSET] += shift
         if record["heading_noise"] > 0.0:
@@ -144,13 +145,14 @@ def _list_objects(  # noqa: D417
 ) -> None:
     """List every object of a batch in the vehicle frame with its exact range rate."""
     for run in range(ego.shape[0]):
-        cos, sin = np.cos(ego[run, EGO_HEADING]), np.sin(ego[run, EGO_HEADING])
+        s, c = sin_cos(ego[run, EGO_HEADING])
         for thing in range(objects.shape[1]):
             state = objects[run, thing]
             dx, dy = state[OBJECT_X] - ego[run, EGO_X], state[OBJECT_Y] - ego[run, EGO_Y]
             distance = np.sqrt(dx * dx + dy * dy)
-            vx = state[OBJECT_SPEED] * np.cos(state[OBJECT_HEADING]) - ego[run, EGO_SPEED] * cos
-            vy = state[OBJECT_SPEED] * np.sin(state[OBJECT_HEADING]) - ego[run, EGO_SPEED] * sin
+            sine, cosine = sin_cos(state[OBJECT_HEADING])
+            vx = state[OBJECT_SPEED] * cosine - ego[run, EGO_SPEED] * c
+            vy = state[OBJECT_SPEED] * sine - ego[run, EGO_SPEED] * s
             row = thing
             while row > 0:
                 before = row - 1
@@ -161,8 +163,8 @@ def _list_objects(  # noqa: D417
                 detections[run, row] = detections[run, before]
                 source[run, row] = source[run, before]
                 row = before
-            detections[run, row, DETECTION_X] = cos * dx + sin * dy
-            detections[run, row, DETECTION_Y] = -sin * dx + cos * dy
+            detections[run, row, DETECTION_X] = c * dx + s * dy
+            detections[run, row, DETECTION_Y] = -s * dx + c * dy
             detections[run, row, 2] = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
             detections[run, row, 3] = 1.0
             detections[run, row, DETECTION_LENGTH] = sizes[run, thing, 0]

@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 
-from adeye.kernel.geometry import box_bearings, visible_fraction, wrap_to_pi
+from adeye.kernel.elementary import atan2, cos, sin_cos
+from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import normal
+from adeye.kernel.sight import box_bearings, visible_fraction
 from adeye.ports import SensorContext
 from adeye.sensors.delivery import Delivery, no_measurement
 from adeye.sensors.weather import camera_range, lidar_range
@@ -179,9 +181,9 @@ def _sample_run(  # noqa: D417
         source: (M,) out.
     """
     heading = ego[EGO_HEADING]
-    cos, sin = math.cos(heading), math.sin(heading)
-    sensor_x = ego[EGO_X] + cos * parameters["x"] - sin * parameters["y"]
-    sensor_y = ego[EGO_Y] + sin * parameters["x"] + cos * parameters["y"]
+    s, c = sin_cos(heading)
+    sensor_x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
+    sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
     boresight = heading + parameters["yaw"]
     half = 0.5 * parameters["field_of_view"]
     found = 0
@@ -213,7 +215,9 @@ def _sample_run(  # noqa: D417
         if not nearest <= reach:
             continue
         extent = left - right
-        inside = min(left, half) - max(right, -half)
+        # The left edge may lie beyond pi, so the field of view is met from both sides.
+        inside = max(0.0, min(left, half) - max(right, -half))
+        inside += max(0.0, min(left - 2.0 * math.pi, half) - max(right - 2.0 * math.pi, -half))
         if half < math.pi and extent > 0.0 and inside < parameters["min_visible"] * extent:
             continue
         seen = visible_fraction(sensor_x, sensor_y, thing, objects, sizes)
@@ -235,8 +239,8 @@ def _sample_run(  # noqa: D417
             detections[row] = detections[before]
             source[row] = source[before]
             row = before
-        detections[row, DETECTION_X] = cos * dx + sin * dy
-        detections[row, DETECTION_Y] = -sin * dx + cos * dy
+        detections[row, DETECTION_X] = c * dx + s * dy
+        detections[row, DETECTION_Y] = -s * dx + c * dy
         detections[row, DETECTION_RANGE_RATE] = rate
         detections[row, DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
         detections[row, DETECTION_LENGTH] = sizes[thing, 0]
@@ -263,7 +267,8 @@ def _measure(  # noqa: D417
     """Measured place of a box centre in the map [m] and, for a radar, its range rate [m/s]."""
     dx, dy = target[OBJECT_X] - sensor_x, target[OBJECT_Y] - sensor_y
     distance = math.sqrt(dx * dx + dy * dy)
-    bearing = math.atan2(dy, dx)
+    line_of_sight = atan2(dy, dx)
+    bearing = line_of_sight
     if kind == CAMERA:
         # Distance from the height in the image: its error grows with the distance squared.
         sigma = parameters["distance_noise"] * distance * distance / parameters["range"]
@@ -278,13 +283,10 @@ def _measure(  # noqa: D417
     measured = max(measured, 0.0)
     rate = 0.0
     if kind == RADAR and distance > 0.0:
-        along = math.cos(wrap_to_pi(target[OBJECT_HEADING] - math.atan2(dy, dx)))
-        own = math.cos(wrap_to_pi(ego[EGO_HEADING] - math.atan2(dy, dx)))
+        along = cos(wrap_to_pi(target[OBJECT_HEADING] - line_of_sight))
+        own = cos(wrap_to_pi(ego[EGO_HEADING] - line_of_sight))
         rate = target[OBJECT_SPEED] * along - ego[EGO_SPEED] * own
         if parameters["range_rate_noise"] > 0.0:
             rate += parameters["range_rate_noise"] * normal(seed, owner, number, first + 2)
-    return (
-        sensor_x + measured * math.cos(bearing),
-        sensor_y + measured * math.sin(bearing),
-        rate,
-    )
+    sine, cosine = sin_cos(bearing)
+    return sensor_x + measured * cosine, sensor_y + measured * sine, rate

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from adeye.kernel.elementary import log, power
 from adeye.kernel.jit import compiled
 
 MM_PER_HOUR: Final = 1e-3 / 3600.0
@@ -50,20 +51,20 @@ def range_in_extinction(clear_range: float, extinction: float) -> float:
         extinction: [1/m], not negative.
 
     Returns:
-        Range [m]. Newton's method on z + ln(z)/extinction from the clear range; it converges
-        from above because the left side is convex.
+        Range [m], by Newton's method on ln(z) + extinction·z, which is concave and rises, so that
+        it converges from below without overshooting.
 
     >>> round(range_in_extinction(150.0, 0.01 * 7.5**0.6), 1)
     39.7
     """
     if extinction <= 0.0:
         return clear_range
-    z = clear_range
+    target = log(clear_range)
+    z = clear_range / (1.0 + extinction * clear_range)
     for _ in range(100):
-        growth = math.exp(extinction * z)
-        change = (z * growth - clear_range) / (growth * (1.0 + extinction * z))
-        z -= change
-        if abs(change) <= 1e-12 * clear_range:
+        change = (target - log(z) - extinction * z) / (1.0 / z + extinction)
+        z += change
+        if abs(change) <= 1e-14 * z:
             break
     return z
 
@@ -91,7 +92,7 @@ def lidar_range(
     if reflectivity <= 0.0:
         return 0.0
     extinction = (
-        LIDAR_RAIN_A * (rain / MM_PER_HOUR) ** LIDAR_RAIN_B if rain > 0.0 else 0.0
+        LIDAR_RAIN_A * power(rain / MM_PER_HOUR, LIDAR_RAIN_B) if rain > 0.0 else 0.0
     ) + KOSCHMIEDER / visibility
     return range_in_extinction(clear_range * math.sqrt(reflectivity / reference), extinction)
 
@@ -112,6 +113,6 @@ def camera_range(
         night_share: Share of the range that is left, 1 by day.
     """
     extinction = (
-        LIGHT_RAIN_A * (rain / MM_PER_HOUR) ** LIGHT_RAIN_B if rain > 0.0 else 0.0
+        LIGHT_RAIN_A * power(rain / MM_PER_HOUR, LIGHT_RAIN_B) if rain > 0.0 else 0.0
     ) + KOSCHMIEDER / visibility
     return range_in_extinction(clear_range * night_share, extinction)

@@ -90,18 +90,20 @@ def _in_words(error: BaseException, path: Path) -> PlatformError | IntegrityErro
     name = str(getattr(error, "sqlite_errorname", ""))
     if name.startswith("SQLITE_CONSTRAINT"):
         return IntegrityError(
-            f"database {path} refused a change: {error}",
-            remedy="Run 'adeye db verify'; rows of results are never changed or deleted.",
+            f"database {path} refused a change: {error}. "
+            "Run 'adeye db verify'; rows of results are never changed or deleted."
         )
     if name.startswith("SQLITE_CORRUPT"):
         return IntegrityError(
-            f"database {path} is damaged: {error}",
-            remedy="Restore it from a copy, or move it away and run again.",
+            f"database {path} is damaged: {error}. "
+            "Restore it from a copy, or move it away and run again."
         )
     for prefix, cause, remedy in _CAUSES:
         if name.startswith(prefix):
-            return PlatformError(f"database {path} {cause} ({error})", remedy=remedy)
-    return PlatformError(f"database {path}: {error}", remedy="Run 'adeye db verify'.")
+            return PlatformError(f"database {path} {cause} ({error}). {remedy}")
+    return PlatformError(f"database {path}: {error}. "
+            "Run 'adeye db verify'."
+        )
 
 
 class Database:
@@ -153,8 +155,8 @@ def create_parent(path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise PlatformError(
-            f"database {path}: its folder cannot be made ({error.strerror})",
-            remedy="Choose another place with --db.",
+            f"database {path}: its folder cannot be made ({error.strerror}). "
+            "Choose another place with --db."
         ) from error
 
 

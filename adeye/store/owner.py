@@ -6,6 +6,7 @@ Across machines only the expiry of the lease tells.
 
 from __future__ import annotations
 
+import json
 import os
 import socket
 import time
@@ -54,6 +55,11 @@ class Owner:
         if not _PROC.is_dir():
             return not _answers(self.pid)
         return _start_time(self.pid) != self.started
+
+
+def owner_from_text(text: str) -> Owner:
+    """Read what ``Owner.to_text`` wrote."""
+    return Owner(**json.loads(text))
 
 
 def machine() -> str:

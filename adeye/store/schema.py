@@ -82,12 +82,13 @@ def require_current(connection: Connection, path: Path) -> None:
         return
     if version is None:
         raise PlatformError(
-            f"database {path} was not made by adeye", remedy="Name another file with --db."
+            f"database {path} was not made by adeye. "
+            "Name another file with --db."
         )
     if version in known_versions():
         raise PlatformError(
-            f"database {path} has schema {version}, this release needs {_HEAD}",
-            remedy="Run 'adeye db upgrade'; keep a copy if older releases still use it.",
+            f"database {path} has schema {version}, this release needs {_HEAD}. "
+            "Run 'adeye db upgrade'; keep a copy if older releases still use it."
         )
     raise _newer(path, version)
 
@@ -135,13 +136,13 @@ def _migrate(connection: Connection) -> None:
 def _refuse_foreign(connection: Connection, path: Path) -> None:
     if connection.exec_driver_sql("SELECT 1 FROM sqlite_master").first() is not None:
         raise PlatformError(
-            f"database {path} holds tables that adeye did not make",
-            remedy="Name another file with --db.",
+            f"database {path} holds tables that adeye did not make. "
+            "Name another file with --db."
         )
 
 
 def _newer(path: Path, version: str) -> PlatformError:
     return PlatformError(
-        f"database {path} has schema {version}, which this release ({_HEAD}) does not know",
-        remedy="Use the newer release of adeye that wrote it, or name another file with --db.",
-    )
+        f"database {path} has schema {version}, which this release ({_HEAD}) does not know. "
+            "Use the newer release of adeye that wrote it, or name another file with --db."
+        )

@@ -56,6 +56,7 @@ WORK_STATES: Final = ("pending", "leased", "done", "quarantined")
 RUN_VERDICTS: Final = ("PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "INVALID", "ERROR")
 """Verdicts that a row can have; NOT_RUN is the absence of a row."""
 
+
 metadata = MetaData(
     naming_convention={
         "ix": "ix_%(table_name)s_%(column_0_N_name)s",
@@ -202,7 +203,8 @@ campaign = Table(
     _text("factors"),
     _text("gate"),
     _text("units"),
-    _text("fsr_digests"),
+    _text("judging"),
+    _digest("judging_hash"),
     _text("provenance"),
     _row_hash(),
 )

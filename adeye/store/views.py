@@ -76,7 +76,7 @@ worst AS (
         worst_unit, worst_result_digest, ROW_NUMBER() OVER (
             PARTITION BY campaign_id, fsr_id, architecture, scenario
             ORDER BY $worst_first) AS place
-    FROM tally)
+    FROM tally WHERE verdict IN ('FAIL', 'PASS', 'INCONCLUSIVE'))
 SELECT f.campaign_id AS campaign, f.fsr_id AS fsr, f.architecture, f.scenario, f.asil,
     f.mandatory, f.in_gate, f.applicable, f.reason, f.min_exercised, f.waived_until, f.planned,
     $filled,
@@ -91,8 +91,10 @@ LEFT JOIN worst w ON w.campaign_id = f.campaign_id AND w.fsr_id = f.fsr_id
 
 _GATE = """CREATE VIEW v_gate AS
 WITH summed AS (
-    SELECT campaign, architecture, fsr, asil, in_gate, MAX(applicable) AS applicable,
-        MAX(reason) AS reason, min_exercised, waived_until, SUM(planned) AS planned,
+    SELECT campaign, architecture, fsr, MAX(asil) AS asil, MAX(in_gate) AS in_gate,
+        MAX(applicable) AS applicable, MAX(reason) AS reason,
+        MAX(min_exercised) AS min_exercised, MAX(waived_until) AS waived_until,
+        SUM(planned) AS planned,
         $sums,
         SUM(n_not_run) AS n_not_run, SUM(exercised) AS exercised
     FROM v_fsr_status WHERE mandatory

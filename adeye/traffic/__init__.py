@@ -4,20 +4,45 @@ from __future__ import annotations
 
 from importlib import import_module
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Final, Protocol, cast
 
 from adeye.errors import UsageError, suggest
+from adeye.ports import TrafficBackend
 
 if TYPE_CHECKING:
-    from adeye.ports import TrafficBackend
+    from adeye.signals import Bools, Ints
 
-__all__ = ["BACKENDS", "make_traffic", "variant_of"]
+__all__ = ["BACKENDS", "Traffic", "make_traffic", "variant_of"]
 
 BACKENDS: Final = {"highway": ("adeye.traffic.highway", "HighwayTraffic", "highway-env")}
 """Module, class and distribution behind each name; imported when it is made, never before."""
 
 
-def make_traffic(name: str) -> TrafficBackend:
+class Traffic(TrafficBackend, Protocol):
+    """A traffic implementation, and how far its runs have come."""
+
+    @property
+    def running(self) -> Bools:
+        """Runs that have not ended (B,)."""
+
+    @property
+    def ended(self) -> Bools:
+        """Runs that have ended (B,)."""
+
+    @property
+    def arrived(self) -> Bools:
+        """Runs whose ego has reached its goal within the horizon (B,)."""
+
+    @property
+    def horizon_row(self) -> Ints:
+        """Last row at which an obligation may start (B,); final once a run has ended."""
+
+    @property
+    def complete(self) -> Bools:
+        """Runs that ended by goal or horizon, not by contact (B,)."""
+
+
+def make_traffic(name: str) -> Traffic:
     """Make a traffic implementation.
 
     Args:
@@ -27,7 +52,7 @@ def make_traffic(name: str) -> TrafficBackend:
         UsageError: There is none of that name.
     """
     module, kind, _ = _find(name)
-    return cast("TrafficBackend", getattr(import_module(module), kind)())
+    return cast("Traffic", getattr(import_module(module), kind)())
 
 
 def variant_of(name: str) -> str:

@@ -10,10 +10,6 @@ from adeye.kernel.elementary import sin_cos
 from adeye.kernel.geometry import swept_contact, wrap_to_pi
 from adeye.kernel.jit import compiled
 from adeye.signals import (
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
     OBJECT_HEADING,
     OBJECT_SPEED,
     OBJECT_X,
@@ -74,7 +70,7 @@ class Contacts:
 
 
 @compiled
-def sweep_contacts(  # noqa: PLR0913, PLR0917 - a kernel over every state at both ticks
+def sweep_contacts(  # noqa: PLR0913, PLR0917 - a kernel over both ticks
     running: Bools,
     ego_before: Floats,
     objects_before: Floats,
@@ -146,7 +142,8 @@ def contact_share(
     """Share of the tick at which two bodies first touch, inf if they do not.
 
     Args:
-        start_1: State of one body at the earlier tick: x, y, heading first.
+        start_1: State of one body at the earlier tick: an ego's or an object's, whose first
+            columns agree.
         end_1: Its state at the later tick.
         size_1: (3,) length, width, height [m].
         start_2: State of the other body at the earlier tick.
@@ -208,12 +205,3 @@ def _velocity(start: Floats, end: Floats, share: float) -> tuple[float, float]:
     turn = wrap_to_pi(end[OBJECT_HEADING] - start[OBJECT_HEADING])
     sine, cosine = sin_cos(start[OBJECT_HEADING] + share * turn)
     return speed * cosine, speed * sine
-
-
-# One set of functions serves the ego and the objects because their first columns agree.
-assert (EGO_X, EGO_Y, EGO_HEADING, EGO_SPEED) == (
-    OBJECT_X,
-    OBJECT_Y,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-)

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from adeye.signals import Bools, Floats, Ints
 from adeye.spec.clock import ticks
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, Floats, Ints
 
 
 class Ending:
-    """Keeps which runs have ended, and up to which row their obligations may start."""
+    """Keeps which runs have ended, and up to which row their obligations may start.
+
+    Attributes:
+        running: (B,) which runs have not ended.
+        arrived: (B,) which egos have reached their goal within the horizon.
+    """
 
     def __init__(self, *, step: float, horizon: float, tail: float, goal: Floats) -> None:
         """Start with every run running.
@@ -27,6 +36,7 @@ class Ending:
         self._tail = ticks(tail, step, "tail")
         self._goal = goal
         self.running: Bools = np.ones(goal.shape, dtype=np.bool_)
+        self.arrived: Bools = np.zeros(goal.shape, dtype=np.bool_)
         self._contact: Bools = np.zeros(goal.shape, dtype=np.bool_)
         self._horizon_row: Ints = np.full(goal.shape, self._horizon, dtype=np.int64)
 
@@ -41,6 +51,7 @@ class Ending:
         running = self.running
         arrived = running & (ego_s >= self._goal) & (tick < self._horizon_row)
         self._horizon_row[arrived] = tick
+        self.arrived |= arrived
         touched = running & (contact >= 0)
         self._contact |= touched
         self._horizon_row[touched] = np.minimum(self._horizon_row[touched], tick)

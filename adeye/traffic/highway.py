@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import numpy as np
@@ -41,15 +40,17 @@ from adeye.world.compile import World, compile_world
 from adeye.world.roads import RUN_OUT
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from adeye.world.formulas import Situation
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
-from highway_env.road.lane import AbstractLane, CircularLane, StraightLane  # noqa: E402
-from highway_env.road.road import Road, RoadNetwork  # noqa: E402
-from highway_env.vehicle.behavior import IDMVehicle  # noqa: E402
-from highway_env.vehicle.kinematics import Vehicle  # noqa: E402
-from highway_env.vehicle.objects import Obstacle  # noqa: E402
+from highway_env.road.lane import AbstractLane, CircularLane, StraightLane
+from highway_env.road.road import Road, RoadNetwork
+from highway_env.vehicle.behavior import IDMVehicle
+from highway_env.vehicle.kinematics import Vehicle
+from highway_env.vehicle.objects import Obstacle
 
 JAM_GAP: Final = 5.0
 """Bumper-to-bumper gap at which IDM stands, as highway_env has it for cars of one length [m]."""
@@ -90,10 +91,13 @@ class ReactiveVehicle(IDMVehicle):
     """IDM and MOBIL for vehicles of different lengths that do not drive backwards."""
 
     def desired_gap(
-        self, ego_vehicle: Vehicle, front_vehicle: Vehicle = None, projected: bool = True  # noqa: FBT001, FBT002 - its signature
+        self,
+        ego_vehicle: Vehicle,
+        front_vehicle: Vehicle = None,
+        *rest: bool,
     ) -> float:
         """Add to IDM's desired distance between centres what the lengths differ by."""
-        gap = super().desired_gap(ego_vehicle, front_vehicle, projected)
+        gap = super().desired_gap(ego_vehicle, front_vehicle, *rest)
         own = self.LENGTH
         return gap + 0.5 * ((ego_vehicle.LENGTH - own) + (front_vehicle.LENGTH - own))
 
@@ -148,6 +152,11 @@ class HighwayTraffic:
     def ended(self) -> Bools:
         """Runs that have ended (B,)."""
         return self._require_stage().ending.ended
+
+    @property
+    def arrived(self) -> Bools:
+        """Runs whose ego has reached its goal within the horizon (B,)."""
+        return self._require_stage().ending.arrived
 
     @property
     def horizon_row(self) -> Ints:
@@ -207,7 +216,9 @@ def _place_actor(vehicle: PlacedVehicle, state: Floats) -> None:
 def _build_road(world: World, run: int) -> Road:
     segments = world.context.road.segments[run]
     road = Road(
-        network=build_network(segments, world.context.road.lanes, world.context.road.lane_width[run]),
+        network=build_network(
+            segments, world.context.road.lanes, world.context.road.lane_width[run]
+        ),
         np_random=_NoRandom(),
         neighbour_vehicles_connected_lanes=len(segments) > 1,
     )

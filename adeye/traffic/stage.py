@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adeye.kernel.storyboard import begin_events, move_actors
-from adeye.signals import Bools, Floats, Ints, Scene
+from adeye.signals import Bools, Floats, Scene
 from adeye.traffic.contact import Contacts
 from adeye.traffic.ego import Ego
 from adeye.traffic.ending import Ending
-from adeye.traffic.places import locate_all
+from adeye.traffic.locate import locate_all
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from adeye.world.compile import World
     from adeye.world.formulas import Situation
 

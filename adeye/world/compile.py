@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adeye.errors import SpecError
 from adeye.kernel.elementary import atan
 from adeye.kernel.jit import compiled
-from adeye.kernel.road import curvature_at, position
+from adeye.kernel.road import local, offset_curvature, position
 from adeye.kernel.storyboard import ACTOR_WIDTH, place_actor
 from adeye.signals import (
     Bools,
@@ -19,12 +19,15 @@ from adeye.signals import (
     SceneContext,
     Surroundings,
 )
-from adeye.world.formulas import Formulas, Situation
+from adeye.world.formulas import BELOW_ZERO, Formulas, Situation
 from adeye.world.objects import class_indices
 from adeye.world.places import Starts, resolve_starts
 from adeye.world.roads import build_roads
 from adeye.world.script import Script, compile_script
 from adeye.world.triggers import TriggerTable
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +96,7 @@ def compile_world(cases: Sequence[Situation]) -> World:
         object_classes=class_indices(kinds),
         actor_count=len(actors),
         object_sizes=starts.sizes,
+        object_reflectivity=starts.reflectivity,
         ego_size=ego_size,
         road=road,
         surroundings=_surroundings(formulas),
@@ -132,7 +136,7 @@ def _ego_desired_speed(formulas: Formulas) -> Floats:
     return formulas.limited(
         "ego.desired_speed",
         lambda s: s.ego.speed if s.ego.desired_speed is None else s.ego.desired_speed,
-        above=-1e-12,
+        above=BELOW_ZERO,
         unit="m/s",
     )
 
@@ -143,7 +147,7 @@ def _surroundings(formulas: Formulas) -> Surroundings:
         night[rows] = scenario.environment.illumination == "night"
     return Surroundings(
         rain=formulas.limited(
-            "environment.rain", lambda s: s.environment.rain, above=-1e-15, unit="m/s"
+            "environment.rain", lambda s: s.environment.rain, above=BELOW_ZERO, unit="m/s"
         ),
         fog_visibility=formulas.limited(
             "environment.fog_visibility", lambda s: s.environment.fog_visibility, above=0.0
@@ -193,8 +197,8 @@ def place_ego(
     for run in range(s.shape[0]):
         row = states[run]
         row[0], row[1], row[2] = position(segments[run], s[run], d[run])
-        bend = curvature_at(segments[run], s[run])
-        bend /= 1.0 - bend * d[run]
+        _, _, _, curvature = local(segments[run], row[0], row[1])
+        bend = offset_curvature(curvature, d[run])
         row[3] = speed[run]
         row[5] = atan(wheelbase[run] * bend)
         row[6] = speed[run] * bend

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
-from adeye.errors import SpecError
-from adeye.signals import Floats, Ints
-from adeye.spec.architecture import Architecture
+from adeye.errors import ExpressionError, SpecError
 from adeye.spec.expression import Expression
 from adeye.spec.scenario import Actor, Event, LogicalScenario
 
+if TYPE_CHECKING:
+    from adeye.signals import Floats, Ints
+    from adeye.spec.architecture import Architecture
+
 Pick = Callable[[LogicalScenario], Expression | None]
+
+BELOW_ZERO: Final = -1e-12
+"""A limit that zero is above, and rounding errors of zero too."""
 
 
 class Situation(Protocol):
@@ -97,7 +102,7 @@ class Formulas:
             (B,) in SI.
 
         Raises:
-            SpecError: A value is not finite.
+            SpecError: A name is unknown, or a value is not finite.
         """
         column = np.empty(self.runs)
         for scenario, rows, columns in self.parts:
@@ -105,14 +110,10 @@ class Formulas:
             if expression is None:
                 column[rows] = default
                 continue
-            column[rows] = expression.evaluate(columns)
-            bad = ~np.isfinite(column[rows])
-            if bad.any():
-                raise SpecError(
-                    f"{what}: '{expression.text}' is {column[rows][bad][0]} "
-                    f"for {_settings(columns, int(np.argmax(bad)))}",
-                    remedy="Give the parameters values for which it is defined.",
-                )
+            try:
+                column[rows] = expression.evaluate(columns)
+            except ExpressionError as error:
+                raise SpecError(f"{what}: {error.message}", remedy=error.remedy) from error
         return column
 
     def limited(
@@ -141,9 +142,7 @@ class Formulas:
 
 
 def structure(scenario: LogicalScenario) -> tuple[object, ...]:
-    """What must be equal in the scenarios of one batch; values and conditions may differ.
-
-    """
+    """What must be equal in the scenarios of one batch; values and conditions may differ."""
     return (
         scenario.world.road.kind,
         scenario.world.road.lanes,
@@ -167,7 +166,3 @@ def _event_structure(event: Event) -> tuple[object, ...]:
     change = event.lane_change
     shape = change and (change.shape, change.to_lane is None)
     return event.actor, type(event.action).__name__, shape
-
-
-def _settings(columns: dict[str, Floats], row: int) -> str:
-    return ", ".join(f"{name} = {column[row]:g}" for name, column in columns.items()) or "no values"

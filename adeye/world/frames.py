@@ -6,14 +6,17 @@ is about the vertical axis only.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, Floats
-from adeye.spec.architecture import Mount
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.spec.architecture import Mount
 
 MAP: Final = "map"
 EGO: Final = "ego"
@@ -141,8 +144,9 @@ def vehicle_frames(ego: Floats, mounts: Mapping[str, Mount]) -> FrameTree:
         ego: Ego states (..., 7), see ``signals.EGO_COLUMNS``.
         mounts: Pose of each sensor in the vehicle.
 
+    >>> from adeye.spec.architecture import Mount
     >>> ego = np.array([100.0, 5.0, np.pi / 2, 20.0, 0.0, 0.0, 0.0])
-    >>> tree = vehicle_frames(ego, {"front": Mount(x=2.0)})
+    >>> tree = vehicle_frames(ego, {"front": Mount.model_validate({"x": "2 m"})})
     >>> tree.transform(np.array([10.0, 0.0, 0.0]), source="front", target="map").round(9)
     array([100.,  17.,   0.])
     """

@@ -24,6 +24,17 @@ and a city bus at the 12 m of Directive 96/53/EC, which also limits the width to
 height to 4.0 m; a person with a step's length and a shoulder's width.
 """
 
+DEFAULT_REFLECTIVITY: Final[dict[str, float]] = {
+    **dict.fromkeys(("car", "van", "truck", "bus", "parked_truck", "parked_car"), 0.5),
+    **dict.fromkeys(("motorcycle", "cyclist", "pedestrian"), 0.3),
+    **dict.fromkeys(("barrier", "building"), 0.4),
+}
+"""Share of light that a surface without a value of its own returns at lidar wavelengths.
+
+Typical values: paint spreads from 0.05 (black) to 0.9 (white), clothing from 0.05 to 0.8, and
+concrete lies about 0.4. Sweep them where they matter.
+"""
+
 
 def class_index(kind: str) -> int:
     """Return the number of an actor's or object's kind in ``signals.OBJECT_CLASSES``."""

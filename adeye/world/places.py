@@ -1,18 +1,21 @@
-"""Where everything starts: sizes, lanes, and gaps between bumpers resolved to places on the road."""
+"""Where everything starts: sizes, lanes, and bumper-to-bumper gaps resolved to places."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.errors import SpecError
-from adeye.signals import Floats, RoadMap
-from adeye.spec.expression import Expression
-from adeye.spec.scenario import LogicalScenario
-from adeye.world.formulas import Formulas, Pick
-from adeye.world.objects import DEFAULT_SIZES
+from adeye.errors import SpecError, suggest
+from adeye.world.formulas import BELOW_ZERO, Formulas, Pick
+from adeye.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
 from adeye.world.script import check_lanes
+
+if TYPE_CHECKING:
+    from adeye.signals import Floats, RoadMap
+    from adeye.spec.expression import Expression
+    from adeye.spec.scenario import LogicalScenario
 
 EGO = "ego"
 
@@ -27,6 +30,7 @@ class Starts:
         heading: (B, M) relative to the road [rad].
         speed: (B, M) [m/s].
         sizes: (B, M, 3) length, width, height [m].
+        reflectivity: (B, M) share of light that the surface returns, for lidar.
         ego_s: (B,) [m].
         ego_d: (B,) [m].
         ego_speed: (B,) [m/s].
@@ -37,6 +41,7 @@ class Starts:
     heading: Floats
     speed: Floats
     sizes: Floats
+    reflectivity: Floats
     ego_s: Floats
     ego_d: Floats
     ego_speed: Floats
@@ -60,12 +65,16 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
     actors, statics = list(scenario.actors), list(scenario.world.objects)
     shape = (formulas.runs, len(actors) + len(statics))
     starts = Starts(
-        *(np.zeros(shape) for _ in range(4)),
+        s=np.zeros(shape),
+        d=np.zeros(shape),
+        heading=np.zeros(shape),
+        speed=np.zeros(shape),
+        reflectivity=np.zeros(shape),
         sizes=np.zeros((*shape, 3)),
         ego_s=formulas.values("ego.s", lambda s: s.ego.s),
         ego_d=_lateral(formulas, road, "ego", lambda s: s.ego.lane, lambda s: s.ego.offset),
         ego_speed=formulas.limited(
-            "ego.speed", lambda s: s.ego.speed, above=-1e-12, unit="m/s"
+            "ego.speed", lambda s: s.ego.speed, above=BELOW_ZERO, unit="m/s"
         ),
     )
     for column, name in enumerate(actors):
@@ -77,10 +86,12 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
     places[EGO], lengths[EGO] = starts.ego_s, ego_length
     for name in gap_order(scenario):
         base = scenario.actors[name].start.ahead_of
-        assert base is not None
-        gap = formulas.values(
-            f"actors.{name}.start.gap", lambda s, name=name: s.actors[name].start.gap
-        )
+        if base not in places:
+            raise SpecError(
+                f"actors.{name}.start.ahead_of: there is no {base!r}",
+                remedy=suggest(str(base), places),
+            )
+        gap = formulas.values(f"actors.{name}.start.gap", _start(name, "gap"))
         half = 0.5 * (lengths[name] + lengths[base])
         places[name][:] = places[base] + gap + np.where(gap < 0.0, -half, half)
     return starts
@@ -90,33 +101,41 @@ def gap_order(scenario: LogicalScenario) -> list[str]:
     """Order the actors that start relative to others so that each comes after its base.
 
     Raises:
-        SpecError: ``ahead_of`` names nothing of the scenario, or runs in a circle.
+        SpecError: The starts form a circle.
     """
-    bases = {name: actor.start.ahead_of for name, actor in scenario.actors.items()}
-    known = [EGO, *scenario.actors, *scenario.world.objects]
+    circle = gap_circle(scenario)
+    if circle:
+        raise SpecError(
+            f"actors.{circle[0]}.start.ahead_of: the starts form a circle: {' → '.join(circle)}",
+            remedy="Give one of them an s.",
+        )
     order: list[str] = []
-    for first in scenario.actors:
-        chain: list[str] = []
-        name: str = first
-        while name not in order:
-            base = bases.get(name)
-            if base is None:
-                break
-            if base not in known:
-                raise SpecError(
-                    f"actors.{name}.start.ahead_of: there is no {base!r}",
-                    remedy=f"Name one of {', '.join(known)}.",
-                )
-            chain.append(name)
-            if base in chain:
-                circle = " → ".join([*chain[chain.index(base) :], base])
-                raise SpecError(
-                    f"actors.{base}.start.ahead_of: the starts form a circle: {circle}",
-                    remedy="Give one of them an s.",
-                )
-            name = base
-        order += reversed(chain)
+    for name in scenario.actors:
+        order += [link for link in reversed(_chain(scenario, name)) if link not in order]
     return order
+
+
+def gap_circle(scenario: LogicalScenario) -> tuple[str, ...]:
+    """Name the actors of a circle of ``ahead_of``, first and last the same; empty for none."""
+    for name in scenario.actors:
+        chain = _chain(scenario, name)
+        last = scenario.actors[chain[-1]].start.ahead_of if chain else None
+        if last in chain:
+            return (*chain[chain.index(last) :], last)
+    return ()
+
+
+def _chain(scenario: LogicalScenario, first: str) -> list[str]:
+    """Follow ``ahead_of`` from an actor over those that start relative to others, each once."""
+    chain: list[str] = []
+    name: str | None = first
+    while name in scenario.actors and name not in chain:
+        base = scenario.actors[name].start.ahead_of
+        if base is None:
+            break
+        chain.append(name)
+        name = base
+    return chain
 
 
 def _lateral(formulas: Formulas, road: RoadMap, where: str, lane: Pick, offset: Pick) -> Floats:
@@ -130,24 +149,39 @@ def _lateral(formulas: Formulas, road: RoadMap, where: str, lane: Pick, offset: 
 
 def _fill_actor(starts: Starts, column: int, name: str, formulas: Formulas, road: RoadMap) -> None:
     where = f"actors.{name}"
-
-    def start(what: str) -> Pick:
-        return lambda scenario: _formula(scenario.actors[name].start, what)
-
-    lateral = _lateral(formulas, road, f"{where}.start", start("lane"), start("offset"))
-    starts.d[:, column] = lateral
-    starts.s[:, column] = formulas.values(f"{where}.start.s", start("s"), 0.0)
-    starts.heading[:, column] = formulas.values(f"{where}.start.heading", start("heading"), 0.0)
-    starts.speed[:, column] = formulas.limited(
-        f"{where}.start.speed", start("speed"), above=-1e-12, unit="m/s"
+    lateral = _lateral(
+        formulas, road, f"{where}.start", _start(name, "lane"), _start(name, "offset")
     )
-    defaults = DEFAULT_SIZES[formulas.scenario.actors[name].kind]
-    for axis, (what, default) in enumerate(
-        zip(("length", "width", "height"), defaults, strict=True)
-    ):
+    starts.d[:, column] = lateral
+    starts.s[:, column] = formulas.values(f"{where}.start.s", _start(name, "s"), 0.0)
+    starts.heading[:, column] = formulas.values(
+        f"{where}.start.heading", _start(name, "heading"), 0.0
+    )
+    starts.speed[:, column] = formulas.limited(
+        f"{where}.start.speed", _start(name, "speed"), above=BELOW_ZERO, unit="m/s"
+    )
+    kind = formulas.scenario.actors[name].kind
+    starts.reflectivity[:, column] = _share(
+        formulas,
+        f"{where}.reflectivity",
+        lambda s: s.actors[name].reflectivity,
+        DEFAULT_REFLECTIVITY[kind],
+    )
+    for axis, what in enumerate(("length", "width", "height")):
         starts.sizes[:, column, axis] = formulas.limited(
-            f"{where}.size.{what}", _size(name, what), above=0.0, default=default
+            f"{where}.size.{what}", _size(name, what), above=0.0, default=DEFAULT_SIZES[kind][axis]
         )
+
+
+def _share(formulas: Formulas, what: str, pick: Pick, default: float) -> Floats:
+    """Evaluate a formula that must be above 0 and at most 1."""
+    column = formulas.limited(what, pick, above=0.0, default=default, unit="")
+    if (column > 1.0).any():
+        raise SpecError(
+            f"{what}: {column.max():g} is above 1",
+            remedy="It is a share: above 0, at most 1.",
+        )
+    return column
 
 
 def _size(name: str, what: str) -> Pick:
@@ -156,6 +190,10 @@ def _size(name: str, what: str) -> Pick:
         return None if size is None else _formula(size, what)
 
     return pick
+
+
+def _start(name: str, what: str) -> Pick:
+    return lambda scenario: _formula(scenario.actors[name].start, what)
 
 
 def _static(name: str, what: str) -> Pick:
@@ -172,6 +210,12 @@ def _fill_static(starts: Starts, column: int, name: str, formulas: Formulas) -> 
     starts.s[:, column] = formulas.values(f"{where}.s", _static(name, "s"))
     starts.d[:, column] = formulas.values(f"{where}.offset", _static(name, "offset"))
     starts.heading[:, column] = formulas.values(f"{where}.heading", _static(name, "heading"), 0.0)
+    starts.reflectivity[:, column] = _share(
+        formulas,
+        f"{where}.reflectivity",
+        _static(name, "reflectivity"),
+        DEFAULT_REFLECTIVITY[formulas.scenario.world.objects[name].kind],
+    )
     for axis, what in enumerate(("length", "width", "height")):
         starts.sizes[:, column, axis] = formulas.limited(
             f"{where}.{what}", _static(name, what), above=0.0

@@ -19,7 +19,7 @@ from adeye.errors import SpecError
 from adeye.kernel.elementary import sin, sin_cos
 from adeye.kernel.jit import compiled
 from adeye.signals import Floats, RoadMap
-from adeye.world.formulas import Formulas
+from adeye.world.formulas import BELOW_ZERO, Formulas
 
 LEAD_IN: Final = 100.0
 """Straight part before the first arc [m]."""
@@ -42,7 +42,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
     """
     road = formulas.scenario.world.road
     lane_width = formulas.limited("lane_width", lambda s: s.world.road.lane_width, above=0.0)
-    shoulder = formulas.limited("shoulder", lambda s: s.world.road.shoulder, above=-1e-9)
+    shoulder = formulas.limited("shoulder", lambda s: s.world.road.shoulder, above=BELOW_ZERO)
     limit = formulas.limited(
         "speed_limit", lambda s: s.world.road.speed_limit, above=0.0, unit="m/s"
     )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,10 +24,14 @@ from adeye.kernel.storyboard import (
     LINEAR,
     SINUSOIDAL,
 )
-from adeye.signals import Floats, Ints, RoadMap
 from adeye.spec.expression import Expression, Program, to_program
-from adeye.spec.scenario import Cross, LaneChange, LogicalScenario, SpeedChange, Stop
-from adeye.world.formulas import Formulas
+from adeye.world.formulas import BELOW_ZERO, Formulas, Pick
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.signals import Floats, Ints, RoadMap
+    from adeye.spec.scenario import LogicalScenario
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,58 +71,58 @@ def compile_script(formulas: Formulas, road: RoadMap, index: Mapping[str, int]) 
         row = actions[:, number]
         row[:, ACTION_ACTOR] = actors.index(event.actor)
         row[:, ACTION_JERK] = math.inf
-        _fill_action(row, f"storyboard.{name}", formulas, road)
+        _fill_action(row, name, formulas, road)
     ops, args, lengths, programs = _compile_triggers(formulas, index)
     return Script(actions, ops, args, lengths, programs)
 
 
-def _fill_action(row: Floats, where: str, formulas: Formulas, road: RoadMap) -> None:
-    name = where.split(".")[1]
-    action = formulas.scenario.storyboard[name].action
-    if isinstance(action, LaneChange):
-        _fill_lane_change(row, where, formulas, road)
-    elif isinstance(action, Cross):
+def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> None:
+    event = formulas.scenario.storyboard[name]
+    where = f"storyboard.{name}"
+    if event.lane_change is not None:
+        _fill_lane_change(row, name, formulas, road)
+    elif event.cross is not None:
         row[:, ACTION_KIND] = CROSS
-        row[:, ACTION_TARGET] = formulas.values(f"{where}.cross.to", lambda s: _cross(s, name).to)
+        row[:, ACTION_TARGET] = formulas.values(f"{where}.cross.to", _field(name, "cross", "to"))
         row[:, ACTION_RATE] = formulas.limited(
-            f"{where}.cross.speed", lambda s: _cross(s, name).speed, above=0.0, unit="m/s"
+            f"{where}.cross.speed", _field(name, "cross", "speed"), above=0.0, unit="m/s"
         )
     else:
         row[:, ACTION_KIND] = CHANGE_SPEED
-        part = f"{where}.{'speed' if isinstance(action, SpeedChange) else 'stop'}"
+        action = "stop" if event.speed is None else "speed"
         row[:, ACTION_RATE] = formulas.limited(
-            f"{part}.rate", lambda s: _pace(s, name).rate, above=0.0, unit="m/s^2"
+            f"{where}.{action}.rate", _field(name, action, "rate"), above=0.0, unit="m/s^2"
         )
         row[:, ACTION_JERK] = formulas.limited(
-            f"{part}.jerk",
-            lambda s: _pace(s, name).jerk,
+            f"{where}.{action}.jerk",
+            _field(name, action, "jerk"),
             above=0.0,
             default=math.inf,
             unit="m/s^3",
         )
-        if isinstance(action, SpeedChange):
+        if event.speed is not None:
             row[:, ACTION_TARGET] = formulas.limited(
-                f"{part}.to", lambda s: _target(s, name), above=-1e-12, unit="m/s"
+                f"{where}.speed.to", _field(name, "speed", "to"), above=BELOW_ZERO, unit="m/s"
             )
 
 
-def _fill_lane_change(row: Floats, where: str, formulas: Formulas, road: RoadMap) -> None:
-    name = where.split(".")[1]
-    part = f"{where}.lane_change"
-    action = _lane_change(formulas.scenario, name)
+def _fill_lane_change(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> None:
+    action = formulas.scenario.storyboard[name].lane_change
+    part = f"storyboard.{name}.lane_change"
     row[:, ACTION_RATE] = formulas.limited(
         f"{part}.lateral_speed",
-        lambda s: _lane_change(s, name).lateral_speed,
+        _field(name, "lane_change", "lateral_speed"),
         above=0.0,
         unit="m/s",
     )
-    row[:, ACTION_SHAPE] = SINUSOIDAL if action.shape == "sinusoidal" else LINEAR
-    if action.to_lane is None:
+    linear = action is not None and action.shape == "linear"
+    row[:, ACTION_SHAPE] = LINEAR if linear else SINUSOIDAL
+    if action is None or action.to_lane is None:
         row[:, ACTION_KIND] = CHANGE_BY
-        row[:, ACTION_TARGET] = formulas.values(f"{part}.by", lambda s: _lane_change(s, name).by)
+        row[:, ACTION_TARGET] = formulas.values(f"{part}.by", _field(name, "lane_change", "by"))
         return
     row[:, ACTION_KIND] = CHANGE_TO
-    lane = formulas.values(f"{part}.to_lane", lambda s: _lane_change(s, name).to_lane)
+    lane = formulas.values(f"{part}.to_lane", _field(name, "lane_change", "to_lane"))
     check_lanes(f"{part}.to_lane", lane, road.lanes)
     row[:, ACTION_TARGET] = (lane + 0.5) * road.lane_width
 
@@ -142,28 +146,14 @@ def check_lanes(what: str, lane: Floats, lanes: int) -> None:
         )
 
 
-def _lane_change(scenario: LogicalScenario, event: str) -> LaneChange:
-    action = scenario.storyboard[event].lane_change
-    assert action is not None
-    return action
+def _field(event: str, action: str, field: str) -> Pick:
+    """Take a formula of an event's action; scenarios of one structure have the same actions."""
 
+    def pick(scenario: LogicalScenario) -> Expression | None:
+        found: Expression | None = getattr(getattr(scenario.storyboard[event], action), field)
+        return found
 
-def _cross(scenario: LogicalScenario, event: str) -> Cross:
-    action = scenario.storyboard[event].cross
-    assert action is not None
-    return action
-
-
-def _pace(scenario: LogicalScenario, event: str) -> SpeedChange | Stop:
-    action = scenario.storyboard[event].speed or scenario.storyboard[event].stop
-    assert action is not None
-    return action
-
-
-def _target(scenario: LogicalScenario, event: str) -> Expression:
-    action = scenario.storyboard[event].speed
-    assert action is not None
-    return action.to
+    return pick
 
 
 def _compile_triggers(

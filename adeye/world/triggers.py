@@ -1,14 +1,13 @@
 """Trigger variables: what a condition of a storyboard or of a fault's onset may name.
 
 ``time``; ``ego.speed``, ``ego.s``, ``ego.d``; for every actor and static object ``speed``, ``s``,
-``d``, ``gap``, ``ttc`` and ``distance``; ``<event>.begun`` as 1 or 0; and the scenario's parameters.
+``d``, ``gap``, ``ttc`` and ``distance``; ``<event>.begun`` as 1 or 0; the scenario's parameters.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -32,9 +31,13 @@ from adeye.signals import (
     SceneContext,
 )
 from adeye.spec.expression import parse
-from adeye.spec.scenario import LogicalScenario, Parameter
 from adeye.units import Dimension
-from adeye.world.formulas import Situation
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.spec.scenario import LogicalScenario, Parameter
+    from adeye.world.formulas import Situation
 
 EGO_VARIABLES: Final = {
     "speed": Dimension.SPEED,
@@ -81,7 +84,9 @@ def parameter_dimension(parameter: Parameter) -> Dimension:
     Raises:
         ExpressionError: The default is no quantity.
     """
-    found = parse(str(parameter.default)).dimension({})
+    if not isinstance(parameter.default, str):
+        return Dimension.NONE
+    found = parse(parameter.default).dimension({})
     return Dimension.NONE if found is None else found
 
 
@@ -144,9 +149,7 @@ class TriggerTable:
 
 
 @compiled
-def road_gap(
-    ego_s: float, ego_extent: float, other_s: float, other_extent: float
-) -> float:
+def road_gap(ego_s: float, ego_extent: float, other_s: float, other_extent: float) -> float:
     """Bumper-to-bumper gap along the road [m]: positive ahead, negative behind, 0 side by side.
 
     Args:
@@ -182,11 +185,11 @@ def road_extent(size: Floats, angle: float) -> float:
         angle: Heading relative to the road [rad].
     """
     sine, cosine = sin_cos(angle)
-    return 0.5 * (size[0] * abs(cosine) + size[1] * abs(sine))
+    return float(0.5 * (size[0] * abs(cosine) + size[1] * abs(sine)))
 
 
 @compiled
-def fill_motion(
+def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     ego: Floats,
     ego_place: Floats,
     ego_size: Floats,

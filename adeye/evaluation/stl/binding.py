@@ -30,6 +30,7 @@ from adeye.evaluation.stl.syntax import (
     Edge,
     Equality,
     Not,
+    Operator,
     Predicate,
     Signal,
     Temporal,
@@ -125,7 +126,7 @@ class _Search:
         place = _Place(self._formula.root, 0, bound)
         is_start = True
         while place.row < self._length and not isinstance(place.node, PREDICATES):
-            deeper, is_start = self._step(place, is_start=is_start)
+            deeper, is_start = self._step(place.node, place, is_start=is_start)
             if deeper is None:
                 break
             place = deeper
@@ -141,22 +142,17 @@ class _Search:
             state = self._semantics.at_every_row(place.node)[:, 0, place.row]
         return float(state[TRUTH_LOW] + state[TRUTH_HIGH]), float(state[place.bound])
 
-    def _step(self, place: _Place, *, is_start: bool) -> tuple[_Place | None, bool]:
+    def _step(self, node: Operator, place: _Place, *, is_start: bool) -> tuple[_Place | None, bool]:
         """Go to the part that decides; tell whether it is still evaluated as a whole formula."""
-        node = place.node
-        match node:
-            case Not():
-                return _Place(node.operand, place.row, 1 - place.bound, place.obligation), is_start
-            case Connective():
-                return self._connective(node, place, is_start=is_start), is_start
-            case Temporal():
-                return self._temporal(node, place, is_start=is_start), False
-            case Until():
-                return self._until(node, place, is_start=is_start), False
-            case Edge():
-                return self._edge(node, place), False
-            case _:
-                return None, False
+        if isinstance(node, Not):
+            return _Place(node.operand, place.row, 1 - place.bound, place.obligation), is_start
+        if isinstance(node, Connective):
+            return self._connective(node, place, is_start=is_start), is_start
+        if isinstance(node, Temporal):
+            return self._temporal(node, place, is_start=is_start), False
+        if isinstance(node, Until):
+            return self._until(node, place, is_start=is_start), False
+        return self._edge(node, place), False
 
     def _connective(self, node: Connective, place: _Place, *, is_start: bool) -> _Place:
         right = _Place(node.right, place.row, place.bound, place.obligation)
@@ -205,9 +201,9 @@ class _Search:
             left = self._ranked(_Place(node.left, row, place.bound, place.obligation))
             held = _lesser(held, left)
         # In a tie, a row that was too late shows what had been broken before it.
-        if candidates[0][0][0] <= 0.0:
-            candidates.reverse()
-        return max(candidates, key=lambda candidate: candidate[0])[1]
+        best = max(key for key, _ in candidates)
+        ties = [place for key, place in candidates if key == best]
+        return ties[0] if best[0] > 0.0 else ties[-1]
 
     def _ranked(self, place: _Place) -> tuple[Key, _Place]:
         return self._key(place), place

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from typing import TYPE_CHECKING, NoReturn, TypeAlias, assert_never
+from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
 from adeye.errors import ExpressionError
 from adeye.evaluation.stl.syntax import (
@@ -123,7 +123,7 @@ class _Checker:
                     f"'{label}' is not a value of '{left.name}'",
                     f"It is one of {', '.join(kind)}.",
                 )
-        elif not isinstance(node.right, Signal) or self._words(node.right.name, node) != kind:
+        elif not isinstance(node.right, Signal) or self._words(node.right.name, node.right) != kind:
             self._refuse(
                 node.right,
                 f"'{self._quote(node.right)}' cannot be compared with '{left.name}'",
@@ -168,17 +168,12 @@ class _Checker:
         return first
 
     def _exponents(self, term: Term) -> Exponents | None:
-        match term:
-            case Constant():
-                if term.value == 0.0 and not term.has_unit:
-                    return None
-                return term.exponents
-            case Signal():
-                return self._signal(term)
-            case Arithmetic():
-                return self._arithmetic(term)
-            case _:
-                assert_never(term)
+        if isinstance(term, Signal):
+            return self._signal(term)
+        if isinstance(term, Arithmetic):
+            return self._arithmetic(term)
+        is_any = term.value == 0.0 and not term.has_unit
+        return None if is_any else term.exponents
 
     def _signal(self, term: Signal) -> Exponents:
         entry = self.entry(term.name, term)

@@ -8,6 +8,7 @@ round itself.
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Final, Literal, NoReturn, cast
 
 from adeye.errors import ExpressionError
@@ -193,12 +194,9 @@ class _Parser:
 
     def _is_enclosed(self, start: int) -> bool:
         """Tell whether one pair of parentheses holds all tokens read since ``start``."""
-        depth = 0
-        for index in range(start, self._next):
-            depth += {"(": 1, ")": -1}.get(self._tokens[index].text, 0)
-            if depth == 0:
-                return index == self._next - 1
-        return False
+        steps = [{"(": 1, ")": -1}.get(t.text, 0) for t in self._tokens[start : self._next]]
+        depths = list(itertools.accumulate(steps))
+        return depths.index(0) == len(depths) - 1 and steps[0] == 1
 
     def _window(self) -> Window | None:
         opening = self._accept("[")

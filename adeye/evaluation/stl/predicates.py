@@ -8,14 +8,13 @@ cap is the margin. A term carries its scale and its cap through sums (the larges
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, assert_never
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from adeye.evaluation.stl.series import Series, read_samples
 from adeye.evaluation.stl.syntax import (
     Arithmetic,
-    Assertion,
     Comparison,
     Constant,
     Equality,
@@ -87,40 +86,32 @@ def predicate_margins(
     Returns:
         Its margins, arrays (B, T).
     """
-    match predicate:
-        case Comparison():
-            return _comparison(predicate, inputs, shape)
-        case Equality():
-            return _equality(predicate, inputs, shape)
-        case Assertion():
-            samples = read_samples(inputs[predicate.name])
-            return _truth(samples.values == 1.0, samples.is_unknown, samples.is_error)
-        case _:
-            assert_never(predicate)
+    if isinstance(predicate, Comparison):
+        return _comparison(predicate, inputs, shape)
+    if isinstance(predicate, Equality):
+        return _equality(predicate, inputs, shape)
+    samples = read_samples(inputs[predicate.name])
+    return _truth(samples.values == 1.0, samples.is_unknown, samples.is_error)
 
 
 def term_values(term: Term, inputs: Mapping[str, Series], shape: tuple[int, int]) -> Operand:
     """Calculate a term at every row; arrays (B, T)."""
-    match term:
-        case Constant(value=value):
-            nothing = np.zeros(shape, dtype=bool)
-            return Operand(np.full(shape, value), nothing, nothing, abs(value))
-        case Signal(name=name):
-            series, samples = inputs[name], read_samples(inputs[name])
-            return Operand(
-                samples.values,
-                samples.is_unknown,
-                samples.is_error,
-                series.scale,
-                is_constant=False,
-                caps=(series.cap, None),
-            )
-        case Arithmetic():
-            operands = [term_values(operand, inputs, shape) for operand in term.operands]
-            with np.errstate(all="ignore"):
-                return _apply(term.operator, operands)
-        case _:
-            assert_never(term)
+    if isinstance(term, Constant):
+        nothing = np.zeros(shape, dtype=bool)
+        return Operand(np.full(shape, term.value), nothing, nothing, abs(term.value))
+    if isinstance(term, Arithmetic):
+        operands = [term_values(operand, inputs, shape) for operand in term.operands]
+        with np.errstate(all="ignore"):
+            return _apply(term.operator, operands)
+    series, samples = inputs[term.name], read_samples(inputs[term.name])
+    return Operand(
+        samples.values,
+        samples.is_unknown,
+        samples.is_error,
+        series.scale,
+        is_constant=False,
+        caps=(series.cap, None),
+    )
 
 
 def _largest(first: float | None, second: float | None) -> float | None:

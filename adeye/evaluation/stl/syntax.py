@@ -130,7 +130,8 @@ class Until:
 
 
 Predicate: TypeAlias = Comparison | Equality | Assertion
-Condition: TypeAlias = Predicate | Not | Connective | Edge | Temporal | Until
+Operator: TypeAlias = Not | Connective | Edge | Temporal | Until
+Condition: TypeAlias = Predicate | Operator
 Node: TypeAlias = Term | Condition
 
 TERMS = (Constant, Signal, Arithmetic)

@@ -110,6 +110,28 @@ def test_an_open_obligation_binds_beyond_the_trace() -> None:
     assert (binding.row, binding.time_s, binding.obligation_row) == (None, None, 2)
 
 
+def test_an_endless_obligation_inside_another_binds_beyond_the_trace() -> None:
+    signals = {"fault": truth([0, 1, 1]), "safe_state": truth([0, 0, 0])}
+    binding = bind("always (fault implies eventually safe_state)", signals)
+    assert (binding.status, binding.text, binding.obligation_row) == (
+        "beyond_trace",
+        "safe_state",
+        1,
+    )
+
+
+def test_a_truth_value_that_does_not_apply_binds_without_value() -> None:
+    status = np.array([[SampleStatus.NOT_APPLICABLE]], dtype=np.int8)
+    binding = bind("always detected", {"detected": truth([0], status=status)})
+    assert (binding.status, binding.value, binding.unit) == ("not_applicable", None, "1")
+
+
+def test_until_that_holds_binds_at_its_earliest_witness() -> None:
+    signals = {"slow": truth([1, 1, 1, 1]), "stopped": truth([0, 0, 1, 1])}
+    binding = bind("slow until[0 s, 1.5 s] stopped", signals)
+    assert (binding.row, binding.value) == (0, True)
+
+
 def test_a_cut_always_binds_to_the_obligation_that_never_began() -> None:
     binding = bind("always gap > 2 m", {"gap": number([9.0] * 4)}, horizon=9, complete=False)
     assert (binding.status, binding.obligation_row) == ("beyond_trace", 4)

@@ -1,0 +1,173 @@
+"""Where batches run: in this process, or in worker processes that may die without loss."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from typing import Any, Generic, TypeVar
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+MAX_ATTEMPTS = 3
+"""How often a batch is tried whose worker died, before it is given up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done(Generic[Task, Result]):
+    """A batch that has been executed.
+
+    Attributes:
+        task: What was submitted.
+        result: What came back, None if it was given up.
+        error: Why it was given up.
+    """
+
+    task: Task
+    result: Result | None
+    error: BaseException | None = None
+
+
+class InProcess(Generic[Task, Result]):
+    """Runs every batch here, one after the other."""
+
+    def __init__(self, work: Callable[[Task], Result]) -> None:
+        self._work = work
+
+    def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
+        """Execute tasks in their order."""
+        for task in tasks:
+            yield Done(task, self._work(task))
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class Processes(Generic[Task, Result]):
+    """Runs batches in worker processes, one batch each at a time.
+
+    A worker that dies takes only its batch with it, and that batch is tried again in a fresh one.
+    A worker whose parent dies reads the end of its pipe and ends. An exception of the work itself
+    ends the iteration here, because it is a defect, not an accident.
+    """
+
+    def __init__(self, work: Callable[[Task], Result], workers: int) -> None:
+        """Prepare; workers start with the first tasks.
+
+        Args:
+            work: Importable function from task to result.
+            workers: Number of processes.
+        """
+        self._work = work
+        self._count = workers
+        self._context = multiprocessing.get_context("spawn")
+        self._workers: dict[Connection, _Worker] = {}
+
+    def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
+        """Execute tasks as they come; results arrive in the order in which they end."""
+        waiting: deque[tuple[Task, int]] = deque()
+        exhausted = False
+        try:
+            while True:
+                for worker in self._idle():
+                    if not waiting and not exhausted:
+                        task = next(tasks, None)
+                        exhausted = task is None
+                        if task is not None:
+                            waiting.append((task, 1))
+                    if waiting:
+                        worker.give(*waiting.popleft())
+                busy = [end for end, worker in self._workers.items() if worker.task is not None]
+                if not busy:
+                    return
+                for end in wait(busy):
+                    assert isinstance(end, Connection)
+                    yield from self._collect(end, waiting)
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """End the workers."""
+        for worker in self._workers.values():
+            worker.stop()
+        self._workers.clear()
+
+    def _idle(self) -> list[_Worker]:
+        while len(self._workers) < self._count:
+            worker = _Worker(self._context, self._work)
+            self._workers[worker.end] = worker
+        return [worker for worker in self._workers.values() if worker.task is None]
+
+    def _collect(
+        self, end: Connection, waiting: deque[tuple[Any, int]]
+    ) -> Iterator[Done[Task, Result]]:
+        worker = self._workers[end]
+        task, attempt = worker.task, worker.attempt
+        try:
+            kind, content = end.recv()
+        except (EOFError, OSError):
+            del self._workers[end]
+            code = worker.stop()
+            if attempt < MAX_ATTEMPTS:
+                waiting.append((task, attempt + 1))
+            else:
+                lost = RuntimeError(f"its worker died {attempt} times, last with code {code}")
+                yield Done(task, None, lost)
+            return
+        worker.task = None
+        if kind == "error":
+            raise content
+        yield Done(task, content)
+
+
+class _Worker:
+    """One process and the end of the pipe to it."""
+
+    def __init__(self, context: Any, work: Callable[[Any], Any]) -> None:
+        self.end, other = context.Pipe()
+        self.task: Any = None
+        self.attempt = 0
+        self._process = context.Process(target=_serve, args=(other, work), daemon=True)
+        self._process.start()
+        other.close()
+
+    def give(self, task: Any, attempt: int) -> None:
+        self.task, self.attempt = task, attempt
+        try:
+            self.end.send(task)
+        except OSError:
+            # It died while idle; the end of its pipe says so at the next wait.
+            return
+
+    def stop(self) -> int | None:
+        self.end.close()
+        self._process.join(timeout=1.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        code: int | None = self._process.exitcode
+        return code
+
+
+def _serve(end: Connection, work: Callable[[Any], Any]) -> None:
+    """Serve tasks until the pipe closes; the parent alone decides about Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    while True:
+        try:
+            task = end.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer: tuple[str, Any] = ("done", work(task))
+        except Exception as error:  # noqa: BLE001 - it is raised again in the parent
+            answer = ("error", error)
+        try:
+            end.send(answer)
+        except OSError:
+            return

@@ -1,0 +1,160 @@
+"""Which tracks are in the ego's path: the corridor along its lane, now and within a short time."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from adeye.channels.pose import POSE_ALIGN, POSE_D, POSE_HEADING, POSE_S, POSE_SPEED, POSE_X, POSE_Y
+from adeye.channels.tracks import (
+    TRACK_HITS,
+    TRACK_LENGTH,
+    TRACK_VX,
+    TRACK_VY,
+    TRACK_WIDTH,
+    TRACK_X,
+    TRACK_Y,
+)
+from adeye.kernel.criticality import required_deceleration, time_to_collision
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled
+from adeye.kernel.road import local
+from adeye.signals import Floats
+
+# Columns of a view of the path.
+(
+    PATH_GAP,  # bumper to bumper to the nearest object in the path [m], inf for none
+    PATH_SPEED,  # its speed along the road [m/s]
+    PATH_REQUIRED,  # greatest required deceleration for any object in the path [m/s²]
+) = range(3)
+PATH_WIDTH: Final = 3
+
+PREDICTION: Final = 3.0
+"""How far ahead a crossing object is predicted at constant velocity [s]. Our choice: about the time
+in which a car stops from 13.9 m/s (50 km/h) with 6 m/s² after 0.75 s."""
+
+SOON: Final = 1.0
+"""An object that will be in the corridor this soon counts as in it, whoever passes first [s]. UN
+R157 5.2.5.2 asks to react to a cut-in about that long before the lane is entered."""
+
+PASSING_MARGIN: Final = 0.5
+"""How close in time to the ego's own passage an object may use the corridor [s]. Our choice."""
+
+MIN_LATERAL_SPEED: Final = 0.4
+"""Lateral speed below which an object is taken to keep its lane [m/s]. Swaying in the lane reaches
+0.3 m/s; a lane change peaks at 0.8 m/s and more."""
+
+
+@compiled
+def view_path(  # noqa: PLR0913, PLR0917 - a kernel
+    tracks: Floats,
+    pose: Floats,
+    segments: Floats,
+    path_d: float,
+    ego_length: float,
+    ego_width: float,
+    margin: float,
+    confirm_hits: float,
+    path: Floats,
+) -> None:
+    """Find the nearest object in the path, and the greatest deceleration that any requires.
+
+    Args:
+        tracks: (K, TRACK_STATE).
+        pose: (POSE_WIDTH,).
+        segments: (K, 5) reference line of the road.
+        path_d: Lateral place of the path: the centre of the ego's lane [m].
+        ego_length: [m].
+        ego_width: [m].
+        margin: How much nearer than touching an object's side must come to count [m].
+        confirm_hits: Detections that confirm a track.
+        path: (PATH_WIDTH,) out.
+    """
+    path[PATH_GAP] = math.inf
+    path[PATH_SPEED] = 0.0
+    path[PATH_REQUIRED] = 0.0
+    sine, cosine = sin_cos(pose[POSE_HEADING])
+    _, along = sin_cos(pose[POSE_ALIGN])
+    speed = pose[POSE_SPEED] * along
+    for track in tracks:
+        if track[TRACK_HITS] < confirm_hits:
+            continue
+        x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
+        y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
+        s, d, heading, _ = local(segments, x, y)
+        if s <= pose[POSE_S]:
+            continue
+        gap = s - pose[POSE_S] - 0.5 * (ego_length + track[TRACK_LENGTH])
+        turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
+        forward = turn_cosine * track[TRACK_VX] - turn_sine * track[TRACK_VY]
+        sideways = turn_sine * track[TRACK_VX] + turn_cosine * track[TRACK_VY]
+        half = 0.5 * (ego_width + track[TRACK_WIDTH]) + margin
+        offset = offset_from_corridor(d, path_d, pose[POSE_D])
+        length = ego_length + track[TRACK_LENGTH]
+        if not uses_path(offset, sideways, half, gap, length, speed - forward):
+            continue
+        # Oncoming: to stop before the place is what the ego can do about it.
+        ahead = max(0.0, forward)
+        path[PATH_REQUIRED] = max(
+            path[PATH_REQUIRED], required_deceleration(gap, speed, ahead, 0.0)
+        )
+        if gap < path[PATH_GAP]:
+            path[PATH_GAP] = gap
+            path[PATH_SPEED] = ahead
+
+
+@compiled
+def offset_from_corridor(d: float, path_d: float, ego_d: float) -> float:
+    """Lateral distance from the strip between the path and the ego itself [m], left positive.
+
+    An ego beside the centre of its lane blocks the strip between, on its way back.
+
+    Args:
+        d: Lateral place of the object [m].
+        path_d: Lateral place of the path [m].
+        ego_d: Lateral place of the ego [m].
+    """
+    left, right = max(path_d, ego_d), min(path_d, ego_d)
+    if d > left:
+        return d - left
+    return d - right if d < right else 0.0
+
+
+@compiled
+def uses_path(  # noqa: PLR0913, PLR0917 - a kernel
+    offset: float, sideways: float, half: float, gap: float, length: float, closing: float
+) -> bool:
+    """Tell whether an object is in the corridor or will be when the ego comes by.
+
+    Args:
+        offset: Lateral distance from the corridor's centre strip [m], left positive.
+        sideways: Its lateral speed [m/s], left positive.
+        half: Lateral distance from which the two touch, with margin [m].
+        gap: Bumper-to-bumper distance along the road [m].
+        length: Of ego and object together [m].
+        closing: Ego speed minus its speed along the road [m/s].
+
+    Returns:
+        True if it is inside, will be within ``SOON``, or, at constant velocities, is inside within
+        ``PREDICTION`` while the ego passes.
+    """
+    beyond = abs(offset) - half
+    if beyond <= 0.0:
+        return True
+    inward = -sideways if offset > 0.0 else sideways
+    if not inward >= MIN_LATERAL_SPEED:
+        return False
+    enters = beyond / inward
+    if enters <= SOON:
+        return True
+    leaves = (abs(offset) + half) / inward
+    arrives = time_to_collision(gap, closing)
+    passed = time_to_collision(gap + length, closing)
+    return bool(
+        enters <= PREDICTION
+        and enters <= passed + PASSING_MARGIN
+        and leaves >= arrives - PASSING_MARGIN
+        and np.isfinite(arrives)
+    )

@@ -1,0 +1,166 @@
+"""The row of a track, and which detection belongs to which track."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED, POSE_YAW_RATE
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled
+from adeye.signals import DETECTION_CLASS, Bools, Floats, Ints
+
+TRACKS: Final = 8
+"""Tracks that a channel keeps."""
+
+# Columns of a track.
+(
+    TRACK_X,  # centre, forward [m]
+    TRACK_Y,  # centre, to the left [m]
+    TRACK_VX,  # relative to the ground [m/s]
+    TRACK_VY,
+    TRACK_VAR_X,  # variance of the place along x [m²]
+    TRACK_COV_X,  # covariance of place and velocity along x
+    TRACK_VAR_VX,
+    TRACK_VAR_Y,
+    TRACK_COV_Y,
+    TRACK_VAR_VY,
+    TRACK_LENGTH,  # [m]
+    TRACK_WIDTH,
+    TRACK_CLASS,
+    TRACK_HITS,  # detections so far; 0 marks a free place
+    TRACK_SEEN,  # time of the newest sample that has it [s]
+) = range(15)
+TRACK_STATE: Final = 15
+
+# Columns of a track.
+(
+    TRACK_X,  # centre, forward [m]
+    TRACK_Y,  # centre, to the left [m]
+    TRACK_VX,  # relative to the ground [m/s]
+    TRACK_VY,
+    TRACK_VAR_X,  # variance of the place along x [m²]
+    TRACK_COV_X,  # covariance of place and velocity along x
+    TRACK_VAR_VX,
+    TRACK_VAR_Y,
+    TRACK_COV_Y,
+    TRACK_VAR_VY,
+    TRACK_LENGTH,  # [m]
+    TRACK_WIDTH,
+    TRACK_CLASS,
+    TRACK_HITS,  # detections so far; 0 marks a free place
+    TRACK_SEEN,  # time of the newest sample that has it [s]
+) = range(15)
+TRACK_STATE: Final = 15
+
+_GATE_GROWTH: Final = 0.08
+"""Growth of the gate along the line of sight with distance, for cameras. Our choice."""
+
+_BEHIND: Final = 15.0
+_ASIDE: Final = 20.0
+"""New tracks begin no further behind than this, nor further aside than this and half the distance
+ahead [m]: what is outside cannot come into the path within the prediction of three seconds."""
+
+
+@compiled
+def carry_point(x: float, y: float, pose: Floats, age: float) -> tuple[float, float]:
+    """Express a point of an earlier vehicle frame in the present one.
+
+    Args:
+        x: [m].
+        y: [m].
+        pose: (POSE_WIDTH,) of the ego now.
+        age: How long ago [s].
+    """
+    turn = pose[POSE_YAW_RATE] * age
+    earlier = max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age)
+    way = 0.5 * (pose[POSE_SPEED] + earlier) * age
+    sine, cosine = sin_cos(0.5 * turn)
+    dx, dy = x - way * cosine, y - way * sine
+    sine, cosine = sin_cos(turn)
+    return cosine * dx + sine * dy, -sine * dx + cosine * dy
+
+
+@compiled
+def associate(  # noqa: PLR0913, PLR0917 - a kernel
+    tracks: Floats,
+    mask: Bools,
+    detections: Floats,
+    places: Floats,
+    owner: Ints,
+    age: float,
+    gate: float,
+) -> None:
+    """Give each track the detection that is nearest to it, the nearest pair first."""
+    count = tracks.shape[0]
+    nearest = np.full(count, -1, dtype=np.int64)
+    cost = np.full(count, np.inf)
+    for place in range(count):
+        if tracks[place, TRACK_HITS] > 0.0:
+            nearest[place], cost[place] = _nearest(
+                tracks[place], mask, detections, places, owner, age, gate
+            )
+    while True:
+        best = -1
+        for place in range(count):
+            if nearest[place] >= 0 and (best < 0 or cost[place] < cost[best]):
+                best = place
+        if best < 0:
+            return
+        taken = nearest[best]
+        owner[taken] = best
+        nearest[best] = -1
+        for place in range(count):
+            if nearest[place] == taken:
+                nearest[place], cost[place] = _nearest(
+                    tracks[place], mask, detections, places, owner, age, gate
+                )
+
+
+@compiled
+def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
+    track: Floats,
+    mask: Bools,
+    detections: Floats,
+    places: Floats,
+    owner: Ints,
+    age: float,
+    gate: float,
+) -> tuple[int, float]:
+    """Return the nearest detection that is free, inside the gate and of the track's class."""
+    x = track[TRACK_X] - age * track[TRACK_VX]
+    y = track[TRACK_Y] - age * track[TRACK_VY]
+    distance = math.sqrt(x * x + y * y)
+    ux, uy = (x / distance, y / distance) if distance > 0.0 else (1.0, 0.0)
+    longest = gate + _GATE_GROWTH * distance
+    chosen, least = -1, 1.0
+    for row in range(mask.shape[0]):
+        known = detections[row, DETECTION_CLASS] >= 0.0 and track[TRACK_CLASS] >= 0.0
+        if not mask[row] or owner[row] >= 0:
+            continue
+        if known and detections[row, DETECTION_CLASS] != track[TRACK_CLASS]:
+            continue
+        dx, dy = places[row, 0] - x, places[row, 1] - y
+        along, across = (ux * dx + uy * dy) / longest, (ux * dy - uy * dx) / gate
+        # NaN compares false, so a detection that is no number fits nothing.
+        if along * along + across * across < least:
+            chosen, least = row, along * along + across * across
+    return chosen, least
+
+
+@compiled
+def free_place(tracks: Floats, place: Floats) -> int:
+    """Return where a new track may stand: a free place, or that of a farther track; -1 for none."""
+    x, y = place[0], place[1]
+    if x < -_BEHIND or abs(y) > _ASIDE + 0.5 * max(0.0, x):
+        return -1
+    farthest, most = -1, x * x + y * y
+    for row in range(tracks.shape[0]):
+        if tracks[row, TRACK_HITS] <= 0.0:
+            return row
+        distance = tracks[row, TRACK_X] ** 2 + tracks[row, TRACK_Y] ** 2
+        if distance > most:
+            farthest, most = row, distance
+    return farthest

@@ -1,0 +1,268 @@
+"""How the ego moves over one tick: actuators with lag and limits, friction, kinematic bicycle.
+
+The state is one row (7,): x, y [m] of the box centre, heading [rad], speed [m/s], acceleration
+[m/s^2], steering angle at the wheels [rad], yaw rate [rad/s]. Speed is the component along the
+heading; it never falls below zero.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.kernel.elementary import exp, log, sin_cos, tan
+from adeye.kernel.geometry import wrap_to_pi
+from adeye.kernel.jit import compiled
+
+__all__ = [
+    "GRAVITY",
+    "advance_ego",
+    "clip",
+    "coupled_curvature",
+    "friction_limited_acceleration",
+    "lagged_steering",
+]
+
+Floats = NDArray[np.float64]
+
+#: Standard gravity [m/s^2].
+GRAVITY = 9.80665
+_BISECTIONS = 60
+
+
+@compiled
+def clip(value: float, low: float, high: float) -> float:
+    """Return the value within its limits; NaN stays NaN."""
+    if value < low:
+        return low
+    return high if value > high else value
+
+
+@compiled
+def coupled_curvature(speed: float, tangent: float, wheelbase: float, friction: float) -> float:
+    """Return the curvature of the rear axle's path that the tyres can hold [1/m].
+
+    Args:
+        speed: >= 0 [m/s].
+        tangent: Tangent of the steering angle.
+        wheelbase: [m].
+        friction: Tyre-road friction coefficient.
+
+    Returns:
+        ``tangent / wheelbase``, cut where ``speed**2 * curvature`` would exceed friction times
+        gravity: the ego then runs wide.
+    """
+    curvature = tangent / wheelbase
+    square = speed * speed
+    grip = friction * GRAVITY
+    if square * abs(curvature) <= grip:
+        return curvature
+    return clip(curvature, -grip / square, grip / square)
+
+
+@compiled
+def friction_limited_acceleration(lateral_acceleration: float, friction: float) -> float:
+    """Return the largest longitudinal acceleration that cornering leaves to the tyres [m/s^2].
+
+    The friction circle with the lateral demand served first.
+    """
+    grip = friction * GRAVITY
+    rest = grip * grip - lateral_acceleration * lateral_acceleration
+    return 0.0 if rest <= 0.0 else math.sqrt(rest)
+
+
+@compiled
+def lagged_steering(
+    angle: float, command: float, largest_rate: float, lag: float, time: float
+) -> float:
+    """Return the steering angle a time after it started towards a constant command [rad].
+
+    A first-order response whose rate is limited: far from the command it runs at the largest
+    rate, near it decays exponentially. Exact for any time.
+
+    Args:
+        angle: At the start [rad].
+        command: [rad].
+        largest_rate: > 0 [rad/s].
+        lag: Time constant [s]; 0 follows the command as fast as the rate allows.
+        time: >= 0 [s].
+    """
+    error = command - angle
+    # The response falls below the largest rate when this error is left.
+    knee = largest_rate * lag
+    running = (abs(error) - knee) / largest_rate
+    if running >= time:
+        return angle + math.copysign(largest_rate * time, error)
+    if lag <= 0.0:
+        return command
+    if running > 0.0:
+        return command - math.copysign(knee * exp(-(time - running) / lag), error)
+    return command - error * exp(-time / lag)
+
+
+@compiled
+def _speed_after(
+    speed: float, acceleration: float, command: float, lag: float, time: float
+) -> float:
+    """Return the speed after a first-order response of the acceleration, without limits [m/s]."""
+    if lag <= 0.0:
+        return speed + command * time
+    return speed + command * time + (acceleration - command) * lag * (1.0 - exp(-time / lag))
+
+
+@compiled
+def _time_to_standstill(
+    speed: float, acceleration: float, command: float, lag: float, step: float
+) -> float:
+    """Return when the speed first reaches zero within the step [s]; the step if it does not."""
+    if lag <= 0.0:
+        if speed + command * step > 0.0:
+            return step
+        return speed / -command if command < 0.0 else 0.0
+    # A vehicle that is asked to pull away while still braking may stand in between.
+    last = step
+    if acceleration < 0.0 < command:
+        last = min(step, lag * log((command - acceleration) / command))
+    if _speed_after(speed, acceleration, command, lag, last) > 0.0:
+        return step
+    early = 0.0
+    late = last
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (early + late)
+        if _speed_after(speed, acceleration, command, lag, middle) > 0.0:
+            early = middle
+        else:
+            late = middle
+    return late
+
+
+@compiled
+def _drive(
+    state: Floats,
+    speed_half: float,
+    speed_end: float,
+    steering_half: float,
+    steering_end: float,
+    time: float,
+    wheelbase: float,
+    rear_axle: float,
+    friction: float,
+    out: Floats,
+) -> None:
+    """Move the pose along the rear axle's path, by Simpson's rule on speed, curvature, heading.
+
+    The box centre follows rigidly, ``rear_axle`` ahead of the axle. Order four in the time.
+    """
+    heading = state[2]
+    sine, cosine = sin_cos(heading)
+    if state[5] == 0.0 and steering_half == 0.0 and steering_end == 0.0:
+        # Straight on is exact, and the common case.
+        way = time / 6.0 * (state[3] + 4.0 * speed_half + speed_end)
+        out[0] = state[0] + way * cosine
+        out[1] = state[1] + way * sine
+        out[2] = heading
+        return
+    start = state[3] * coupled_curvature(state[3], tan(state[5]), wheelbase, friction)
+    half = speed_half * coupled_curvature(speed_half, tan(steering_half), wheelbase, friction)
+    end = speed_end * coupled_curvature(speed_end, tan(steering_end), wheelbase, friction)
+    # Integrals of the parabola through the three yaw rates, up to the middle and to the end.
+    sine_half, cosine_half = sin_cos(heading + time / 24.0 * (5.0 * start + 8.0 * half - end))
+    turned = wrap_to_pi(heading + time / 6.0 * (start + 4.0 * half + end))
+    sine_end, cosine_end = sin_cos(turned)
+    share = time / 6.0
+    way_x = share * (state[3] * cosine + 4.0 * speed_half * cosine_half + speed_end * cosine_end)
+    way_y = share * (state[3] * sine + 4.0 * speed_half * sine_half + speed_end * sine_end)
+    out[0] = state[0] + way_x + rear_axle * (cosine_end - cosine)
+    out[1] = state[1] + way_y + rear_axle * (sine_end - sine)
+    out[2] = turned
+
+
+@compiled
+def advance_ego(
+    state: Floats,
+    acceleration_command: float,
+    steering_command: float,
+    step: float,
+    wheelbase: float,
+    rear_axle: float,
+    max_acceleration: float,
+    max_deceleration: float,
+    max_steering_angle: float,
+    max_steering_rate: float,
+    acceleration_lag: float,
+    steering_lag: float,
+    friction: float,
+    out: Floats,
+) -> None:
+    """Advance the ego by one tick under a command that is held constant.
+
+    In this order: the steering angle follows its command within angle and rate; the command for
+    the acceleration is cut to the vehicle's limits and to what the lateral demand at the start of
+    the tick leaves of the friction circle; acceleration and speed follow it exactly, and end at
+    exactly zero when the ego comes to rest within the tick, where it stays until the next; the
+    pose follows the kinematic bicycle. A NaN command or state gives a NaN state.
+
+    Args:
+        state: (7,), see the module.
+        acceleration_command: [m/s^2].
+        steering_command: [rad].
+        step: Length of the tick [s].
+        wheelbase: [m].
+        rear_axle: Distance of the box centre ahead of the rear axle [m].
+        max_acceleration: >= 0 [m/s^2].
+        max_deceleration: >= 0, a magnitude [m/s^2].
+        max_steering_angle: At the wheels, below pi/2 [rad].
+        max_steering_rate: > 0 [rad/s].
+        acceleration_lag: Time constant [s], 0 for none.
+        steering_lag: Time constant [s], 0 for none.
+        friction: Tyre-road friction coefficient.
+        out: (7,) the state a step later; may be ``state``.
+
+    Source:
+        Rajamani (2012), "Vehicle dynamics and control", section 2.2, for the rear axle, which
+        needs no slip angle.
+    """
+    speed = state[3]
+    target = clip(steering_command, -max_steering_angle, max_steering_angle)
+    steering_end = lagged_steering(state[5], target, max_steering_rate, steering_lag, step)
+    tangent = tan(state[5])
+    lateral = speed * speed * coupled_curvature(speed, tangent, wheelbase, friction)
+    grip = friction_limited_acceleration(lateral, friction)
+    command = clip(acceleration_command, -max_deceleration, max_acceleration)
+    command = clip(command, -grip, grip)
+    before = clip(state[4], -grip, grip)
+    if speed <= 0.0:
+        before = clip(before, 0.0, math.inf)
+    time = step
+    speed_half = speed_end = acceleration_end = 0.0
+    if speed > 0.0 or before > 0.0 or not command <= 0.0:
+        time = _time_to_standstill(speed, before, command, acceleration_lag, step)
+        speed_half = _speed_after(speed, before, command, acceleration_lag, 0.5 * time)
+        if time >= step:
+            speed_end = _speed_after(speed, before, command, acceleration_lag, step)
+            acceleration_end = command
+            if acceleration_lag > 0.0:
+                decayed = exp(-step / acceleration_lag)
+                acceleration_end = command + (before - command) * decayed
+    steering_half = lagged_steering(state[5], target, max_steering_rate, steering_lag, 0.5 * time)
+    steering_stop = steering_end
+    if time < step:
+        steering_stop = lagged_steering(state[5], target, max_steering_rate, steering_lag, time)
+    _drive(
+        state,
+        speed_half,
+        speed_end,
+        steering_half,
+        steering_stop,
+        time,
+        wheelbase,
+        rear_axle,
+        friction,
+        out,
+    )
+    out[3] = speed_end
+    out[4] = acceleration_end
+    out[5] = steering_end
+    out[6] = speed_end * coupled_curvature(speed_end, tan(steering_end), wheelbase, friction)

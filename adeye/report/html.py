@@ -1,0 +1,136 @@
+"""The report as one HTML file that needs nothing else: no network, no server, no other file.
+
+Text comes into the page escaped; data for the script comes as inert JSON; scripts and styles run
+only if they are the shipped ones, by their hash in the content security policy.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from functools import cache
+from importlib import resources
+from typing import TYPE_CHECKING, Final
+
+from adeye.evaluation.verdict import Verdict
+from adeye.report.embed import pack_replay, script_text
+from adeye.report.files import write_atomically
+from adeye.report.page import arrange, filters
+from adeye.report.words import MEANINGS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from jinja2 import Environment
+
+    from adeye.report.model import Report
+
+MAX_BYTES: Final = 10_000_000
+"""Largest page; replays that do not fit are left out and listed, the last first."""
+
+SCRIPTS: Final = (
+    "decode.js",
+    "palette.js",
+    "world.js",
+    "scene.js",
+    "timeline.js",
+    "plots.js",
+    "readout.js",
+    "player.js",
+    "page.js",
+)
+STYLES: Final = ("page.css", "tables.css", "player.css")
+
+
+def render(report: Report, *, max_bytes: int = MAX_BYTES) -> str:
+    """Write a report as one HTML page.
+
+    Args:
+        report: The report.
+        max_bytes: Size that the page keeps to by leaving out replays, the last first; the page
+            lists what it left out with the commands that show it.
+
+    Returns:
+        The page, the same for the same report.
+    """
+    packed = [script_text(pack_replay(replay)) for replay in report.replays]
+    page = _fill(report, ())
+    room = max_bytes - len(page.encode())
+    # Besides its own data, a replay has an entry in the list, with its texts.
+    sizes = [len(text.encode()) + 4096 for text in packed]
+    shown = len(packed)
+    while shown > 0 and sum(sizes[:shown]) > room:
+        shown -= 1
+    return _fill(report, tuple(packed[:shown]))
+
+
+def write_html(report: Report, path: Path, *, max_bytes: int = MAX_BYTES) -> None:
+    """Write the page to a file, whole or not at all.
+
+    Raises:
+        PlatformError: The file system refused.
+    """
+    write_atomically(render(report, max_bytes=max_bytes).encode(), path)
+
+
+def _fill(report: Report, packed: tuple[str, ...]) -> str:
+    from markupsafe import Markup  # noqa: PLC0415 - only a report needs it
+
+    script, style = assets()
+    page = arrange(report)
+    shown = report.replays[: len(packed)]
+    text: str = (
+        _environment()
+        .get_template("page.html.j2")
+        .render(
+            report=report,
+            page=page,
+            verdicts=list(Verdict),
+            meanings=MEANINGS,
+            policy=_policy(script, style),
+            # The assets are our own, and script_text leaves no markup in the data.
+            script=Markup(script),  # noqa: S704
+            style=Markup(style),  # noqa: S704
+            details=Markup(script_text(page.details)),  # noqa: S704
+            replays=[
+                (replay, Markup(data))  # noqa: S704
+                for replay, data in zip(shown, packed, strict=True)
+            ],
+            left_out=report.replays[len(packed) :],
+        )
+    )
+    return text
+
+
+@cache
+def assets() -> tuple[str, str]:
+    """Read the script and the style sheet of the page."""
+    folder = resources.files("adeye.report") / "web"
+    parts = [(folder / name).read_text("utf-8") for name in SCRIPTS]
+    script = '(() => {\n"use strict";\n' + "\n".join(parts) + "})();\n"
+    return script, "\n".join((folder / name).read_text("utf-8") for name in STYLES)
+
+
+def _policy(script: str, style: str) -> str:
+    def source(text: str) -> str:
+        return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+    return (
+        f"default-src 'none'; script-src 'sha256-{source(script)}'; "
+        f"style-src 'sha256-{source(style)}'; img-src data:; base-uri 'none'; form-action 'none'"
+    )
+
+
+@cache
+def _environment() -> Environment:
+    import jinja2  # noqa: PLC0415 - only a report needs it
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("adeye.report", "web"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals.update(filters())
+    return environment

@@ -1,0 +1,217 @@
+"""What a report embeds of a run: the scene, the detections and the commands of every tick.
+
+Arrays have one element per tick of the trace. The last row of a trace has a scene but no decision:
+its readings, commands and authority repeat those of the row before. Places and headings are in the
+map (ISO 8855: x forward, y left, heading counter-clockwise) unless a field says otherwise.
+"""
+
+from collections.abc import Iterator, Sized
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from adeye.evaluation.verdict import Outcome
+from adeye.report.parts import Id, Label, Part, RunVerdict
+
+Floats = tuple[float, ...]
+Point = tuple[float, float]
+Track = tuple[float, float, float, float, float, float]
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+class Line(Part):
+    """A polyline along the road."""
+
+    marking: Literal["solid", "dashed", "none"] = "solid"
+    x_m: Floats
+    y_m: Floats
+
+    @model_validator(mode="after")
+    def _is_a_line(self) -> Self:
+        if len(self.x_m) != len(self.y_m) or len(self.x_m) < 2:
+            msg = f"a line needs as many x as y and at least 2, not {len(self.x_m)}/{len(self.y_m)}"
+            raise ValueError(msg)
+        return self
+
+
+class RoadGeometry(Part):
+    """The road around a run."""
+
+    boundaries: Annotated[tuple[Line, ...], Field(min_length=2)]
+    """Lane boundaries from the right edge to the left edge."""
+    shoulder: Line | None = None
+    """Outer edge of the shoulder beside the right edge."""
+
+
+class StaticBox(Part):
+    """An object that does not move."""
+
+    id: Id
+    kind: str
+    length_m: Positive
+    width_m: Positive
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+class ActorMotion(Part):
+    """An actor and where it was; the place is the centre of its body."""
+
+    id: Id
+    kind: str
+    length_m: Positive
+    width_m: Positive
+    x_m: Floats
+    y_m: Floats
+    heading_rad: Floats
+    speed_mps: Floats
+
+
+class EgoMotion(Part):
+    """The ego and where it was; the place is the centre of its body."""
+
+    length_m: Positive
+    width_m: Positive
+    wheelbase_m: Positive
+    x_m: Floats
+    y_m: Floats
+    heading_rad: Floats
+    speed_mps: Floats
+    acceleration_mps2: Floats
+    steering_angle_rad: Floats
+
+
+class SensorView(Part):
+    """A sensor, its field of view and what it delivered."""
+
+    id: Id
+    kind: str
+    x_m: float = 0.0
+    """Mount in the vehicle frame, from the centre of the body."""
+    y_m: float = 0.0
+    yaw_rad: float = 0.0
+    fov_rad: Positive | None = None
+    """None for a sensor without a field of view."""
+    range_m: Positive | None = None
+    alive: tuple[bool, ...]
+    detections: tuple[tuple[Point, ...], ...]
+    """Places in the map of everything in the newest sample."""
+
+
+class ChannelView(Part):
+    """A control channel: what it commanded, how it was, what it believed is there."""
+
+    id: Id
+    acceleration_mps2: Floats
+    steering_angle_rad: Floats
+    status: tuple[str, ...]
+    tracks: tuple[tuple[Track, ...], ...] | None = None
+    """x, y, vx, vy, length, width in the vehicle frame; None for a channel that shows none."""
+
+
+class FaultView(Part):
+    """A fault and when it was present."""
+
+    id: Id
+    text: str
+    active: tuple[bool, ...]
+
+
+class Event(Part):
+    """Something that happened at one time."""
+
+    time_s: float
+    kind: Literal["storyboard", "fault", "switch", "monitor", "channel", "contact", "verdict"]
+    text: str
+
+
+class ThresholdLine(Part):
+    """The limit that an FSR sets on a plotted signal."""
+
+    fsr: Id
+    value: float
+    side: Literal["at_least", "at_most"]
+    """Where the allowed values are."""
+
+
+class SignalPlot(Part):
+    """One signal over the run."""
+
+    name: Id
+    unit: str = ""
+    values: tuple[float | None, ...]
+    """None where the signal has no value, such as a time to collision without a conflict."""
+    labels: tuple[str, ...] = ()
+    """Words of an enumeration or of a boolean, by code; empty for a number."""
+    thresholds: tuple[ThresholdLine, ...] = ()
+
+
+class Replay(Part):
+    """One run, tick by tick."""
+
+    run: Id
+    scenario: Id
+    architecture: Id
+    fault: str = "none"
+    parameters: tuple[Label, ...] = ()
+    outcome: Outcome
+    verdicts: tuple[RunVerdict, ...] = ()
+    why: str
+    """Why this run was selected."""
+    command: str
+    """Reproduces the run."""
+    trace_digest: str = ""
+    step_s: Positive
+    horizon_s: float | None = None
+    """Obligations begin before this time; what follows is the tail."""
+    road: RoadGeometry
+    ego: EgoMotion
+    actors: tuple[ActorMotion, ...] = ()
+    boxes: tuple[StaticBox, ...] = ()
+    sensors: tuple[SensorView, ...] = ()
+    channels: tuple[ChannelView, ...] = ()
+    faults: tuple[FaultView, ...] = ()
+    authority: tuple[int, ...]
+    """Index into ``channels``; -1 where no channel could act."""
+    reason: tuple[str, ...]
+    """Why the switch decided so."""
+    events: tuple[Event, ...] = ()
+    signals: tuple[SignalPlot, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of ticks."""
+        return len(self.ego.x_m)
+
+    @model_validator(mode="after")
+    def _rows_agree(self) -> Self:
+        if self.rows == 0:
+            msg = f"run {self.run}: a replay has at least one tick"
+            raise ValueError(msg)
+        for name, column in self._columns():
+            if len(column) != self.rows:
+                msg = f"run {self.run}: {name} has {len(column)} rows, the ego has {self.rows}"
+                raise ValueError(msg)
+        for channel in self.authority:
+            if not -1 <= channel < len(self.channels):
+                msg = f"run {self.run}: authority {channel} names none of the channels"
+                raise ValueError(msg)
+        return self
+
+    def _columns(self) -> Iterator[tuple[str, Sized]]:
+        yield "authority", self.authority
+        yield "reason", self.reason
+        movers = [("ego", self.ego), *((f"actors.{actor.id}", actor) for actor in self.actors)]
+        views = [
+            *((f"sensors.{sensor.id}", sensor) for sensor in self.sensors),
+            *((f"channels.{channel.id}", channel) for channel in self.channels),
+            *((f"faults.{fault.id}", fault) for fault in self.faults),
+        ]
+        for owner, part in [*movers, *views]:
+            for field in type(part).model_fields:
+                column = getattr(part, field)
+                if isinstance(column, tuple):
+                    yield f"{owner}.{field}", column
+        for signal in self.signals:
+            yield f"signals.{signal.name}", signal.values

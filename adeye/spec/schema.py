@@ -1,0 +1,81 @@
+"""JSON Schemas of everything that users write, for editors; ``--check`` fails when they are stale.
+
+    python -m adeye.spec.schema docs/schema
+    python -m adeye.spec.schema --check docs/schema
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import BaseModel
+
+from adeye.spec.architecture import Architecture
+from adeye.spec.concept import Concept
+from adeye.spec.odd import Odd
+from adeye.spec.scenario import LogicalScenario
+
+KINDS: Final[dict[str, type[BaseModel]]] = {
+    "odd": Odd,
+    "scenario": LogicalScenario,
+    "architecture": Architecture,
+    "concept": Concept,
+}
+
+
+def schema(kind: str) -> dict[str, Any]:
+    """Return the JSON Schema of a kind of file.
+
+    Args:
+        kind: ``odd``, ``scenario``, ``architecture`` or ``concept``.
+    """
+    made = KINDS[kind].model_json_schema(by_alias=True)
+    made = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"adeye/{kind}@1"} | made
+    if kind == "scenario":
+        made["properties"] = {
+            "extends": {"type": "string", "description": "Another scenario, by id or path."}
+        } | made["properties"]
+        # A file that extends another leaves out what it takes over.
+        made["anyOf"] = [{"required": ["extends"]}, {"required": made.pop("required")}]
+    return made
+
+
+def schema_text(kind: str) -> str:
+    """Write the JSON Schema of a kind as the file in ``docs/schema`` has it."""
+    return json.dumps(schema(kind), indent=2, ensure_ascii=False) + "\n"
+
+
+def stale(folder: Path) -> list[str]:
+    """List the schema files of a folder that differ from the models."""
+    return [
+        f"{kind}.schema.json"
+        for kind in KINDS
+        if not (folder / f"{kind}.schema.json").is_file()
+        or (folder / f"{kind}.schema.json").read_text(encoding="utf-8") != schema_text(kind)
+    ]
+
+
+def write(folder: Path) -> None:
+    """Write the schema files into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for kind in KINDS:
+        (folder / f"{kind}.schema.json").write_text(schema_text(kind), encoding="utf-8")
+
+
+def main(arguments: list[str]) -> int:
+    """Write or check the schema files; returns the exit code."""
+    folder = Path(arguments[-1])
+    if "--check" not in arguments:
+        write(folder)
+        return 0
+    old = stale(folder)
+    for name in old:
+        sys.stderr.write(f"{folder / name} is stale; run python -m adeye.spec.schema {folder}\n")
+    return 1 if old else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,155 @@
+"""Save what users wrote: ODDs, scenarios, architectures and concepts with their parts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from adeye.identity import canonical_json
+from adeye.store import tables
+from adeye.store.encoding import Row, insert_rows, json_text, row
+from adeye.store.rows import ContentRecord
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection, Table
+
+    from adeye.spec.concept import Concept, Requirement
+
+CONTENT_TABLES: Final = {
+    "odd": tables.odd,
+    "scenario": tables.scenario,
+    "architecture": tables.architecture,
+    "concept": tables.concept,
+}
+
+
+def save_content(connection: Connection, kind: str, record: ContentRecord) -> str:
+    """Save one piece of content unless it is there; return its digest."""
+    table = CONTENT_TABLES[kind]
+    text = canonical_json(record.content).decode()
+    values = (record.digest, record.id, record.version, text)
+    insert_rows(connection, table, [row(table, values)], ignore_existing=True)
+    return record.digest
+
+
+def concept_record(concept: Concept) -> ContentRecord:
+    """Describe a concept as content."""
+    return ContentRecord(concept.concept, "", concept.model_dump(mode="json"))
+
+
+def save_concept(connection: Connection, concept: Concept) -> str:
+    """Save a concept and its parts unless they are there; return its digest."""
+    key = save_content(connection, "concept", concept_record(concept))
+    parts: list[tuple[Table, list[Row]]] = [
+        (tables.hazardous_event, _hazardous_events(key, concept)),
+        (tables.safety_goal, _safety_goals(key, concept)),
+        (tables.fsr, [_fsr(key, item) for item in concept.requirements]),
+        (tables.element, _elements(key, concept)),
+        (tables.assumption, _assumptions(key, concept)),
+        (tables.allocation, _allocations(key, concept)),
+    ]
+    for table, rows in parts:
+        insert_rows(connection, table, rows, ignore_existing=True)
+    return key
+
+
+def _hazardous_events(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(
+            tables.hazardous_event,
+            (
+                key,
+                item.id,
+                item.severity,
+                item.exposure,
+                item.controllability,
+                item.asil,
+                json_text(item.model_dump(mode="json")),
+            ),
+        )
+        for item in concept.hazardous_events
+    ]
+
+
+def _safety_goals(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(
+            tables.safety_goal,
+            (
+                key,
+                item.id,
+                concept.goal_asil(item.id),
+                item.ftti,
+                item.safe_state,
+                item.text,
+                json_text(item.model_dump(mode="json")),
+            ),
+        )
+        for item in concept.safety_goals
+    ]
+
+
+def _fsr(key: str, item: Requirement) -> Row:
+    if item.formula is not None:
+        measure = item.formula
+    else:
+        assert item.bound is not None
+        below = item.bound.at_most is not None
+        limit = item.bound.at_most if below else item.bound.at_least
+        measure = f"{item.bound.metric} {'<=' if below else '>='} {limit}"
+    return row(
+        tables.fsr,
+        (
+            key,
+            item.id,
+            item.asil,
+            item.mandatory,
+            item.min_exercised,
+            item.text,
+            measure,
+            item.threshold_source,
+            json_text(item.model_dump(mode="json")),
+        ),
+    )
+
+
+def _elements(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(
+            tables.element,
+            (
+                key,
+                item.id,
+                item.kind,
+                item.asil_capability,
+                item.legacy,
+                item.text,
+                json_text(item.model_dump(mode="json")),
+            ),
+        )
+        for item in concept.elements
+    ]
+
+
+def _assumptions(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(
+            tables.assumption,
+            (
+                key,
+                item.id,
+                item.owner,
+                item.valid_until.isoformat(),
+                item.text,
+                json_text(item.model_dump(mode="json")),
+            ),
+        )
+        for item in concept.assumptions
+    ]
+
+
+def _allocations(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(tables.allocation, (key, item.id, element))
+        for item in concept.requirements
+        for element in dict.fromkeys(item.allocation)
+    ]

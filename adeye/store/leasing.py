@@ -1,0 +1,193 @@
+"""The queue of work: claim a block, renew, release, fail or complete it.
+
+Claim and completion are one transaction each. ``attempt`` counts the claims of a block and fences
+off a worker whose lease was taken over: whatever it brings later is dropped.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import select, update
+
+from adeye.store.owner import Owner, boot_clock_s, owner_from_text
+from adeye.store.pending import open_cases
+from adeye.store.encoding import utc_text
+from adeye.store.recording import record_runs, record_verdicts, write_tallies
+from adeye.store.rows import Block, RunRecord, VerdictRecord, WorkState
+from adeye.store.tables import work
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection, Row
+
+MAX_FAILURES: Final = 3
+"""Infrastructure errors of a block before it is split or quarantined."""
+
+
+def claim_block(
+    connection: Connection, owner: Owner, lease_s: float, campaign_id: str | None
+) -> Block | None:
+    """Lease the first free block: pending, or leased by an owner that is dead or late."""
+    candidates = select(work).where(work.c.state.in_(["pending", "leased"]))
+    if campaign_id is not None:
+        candidates = candidates.where(work.c.campaign_id == campaign_id)
+    pending = candidates.where(work.c.state == "pending").order_by(work.c.id).limit(1)
+    found = connection.execute(pending).first() or next(
+        (
+            leased
+            for leased in connection.execute(
+                candidates.where(work.c.state == "leased").order_by(work.c.id)
+            ).all()
+            if _is_abandoned(leased)
+        ),
+        None,
+    )
+    if found is None:
+        return None
+    attempt = found.attempt + 1
+    connection.execute(
+        update(work)
+        .where(work.c.id == found.id)
+        .values(state="leased", owner=owner.to_text(), attempt=attempt, **_lease(lease_s))
+    )
+    cases = open_cases(connection, found.campaign_id, found.from_ordinal, found.to_ordinal)
+    return Block(found.id, found.campaign_id, attempt, cases)
+
+
+def _lease(lease_s: float) -> dict[str, Any]:
+    return {
+        "until": utc_text(datetime.now(UTC) + timedelta(seconds=lease_s)),
+        "until_boot_s": boot_clock_s() + lease_s,
+    }
+
+
+def _is_abandoned(leased: Row[Any]) -> bool:
+    owner = owner_from_text(leased.owner)
+    if owner.is_here:
+        # The clock of the boot cannot be set, so a changed time of day ends no lease.
+        return owner.is_dead or boot_clock_s() >= leased.until_boot_s
+    return utc_text(None) >= str(leased.until)
+
+
+def _change(connection: Connection, block: Block, **values: Any) -> bool:
+    """Compare and set: only the present holder of the lease can change a block."""
+    changed = connection.execute(
+        update(work)
+        .where(work.c.id == block.id, work.c.state == "leased", work.c.attempt == block.attempt)
+        .values(**values)
+    )
+    return changed.rowcount == 1
+
+
+_FREE: Final[Mapping[str, Any]] = {"owner": None, "until": None, "until_boot_s": None}
+
+
+def renew_lease(connection: Connection, block: Block, lease_s: float) -> bool:
+    """Extend a lease; False if the block was taken over."""
+    return _change(connection, block, **_lease(lease_s))
+
+
+def release_block(connection: Connection, block: Block) -> bool:
+    """Give a block back untouched; False if it was taken over."""
+    return _change(connection, block, state="pending", **_FREE)
+
+
+def quarantine_block(connection: Connection, block: Block, detail: str) -> bool:
+    """Set a block aside with the reason; its runs stay NOT_RUN. False if it was taken over."""
+    return _change(connection, block, state="quarantined", detail=detail, **_FREE)
+
+
+def fail_block(connection: Connection, block: Block, detail: str) -> str | None:
+    """Record an infrastructure error: retry, then halve the block, then quarantine the one case.
+
+    Returns:
+        The state that the block has now, None if it was taken over.
+    """
+    found = connection.execute(select(work).where(work.c.id == block.id)).one()
+    failures = found.failures + 1
+    if failures < MAX_FAILURES:
+        values = {"state": "pending", "failures": failures, "detail": detail, **_FREE}
+        return "pending" if _change(connection, block, **values) else None
+    if found.to_ordinal - found.from_ordinal == 1:
+        return "quarantined" if quarantine_block(connection, block, detail) else None
+    # Each half gets one try, so that a single bad case costs log2(size) more attempts.
+    middle = (found.from_ordinal + found.to_ordinal) // 2
+    half = {"state": "pending", "failures": MAX_FAILURES - 1, "detail": detail, **_FREE}
+    if not _change(connection, block, to_ordinal=middle, **half):
+        return None
+    connection.execute(
+        work.insert().values(
+            campaign_id=found.campaign_id,
+            kind=found.kind,
+            from_ordinal=middle,
+            to_ordinal=found.to_ordinal,
+            attempt=0,
+            **half,
+        )
+    )
+    return "pending"
+
+
+def requeue_quarantined(connection: Connection, campaign_id: str) -> int:
+    """Make quarantined blocks pending again; return how many."""
+    changed = connection.execute(
+        update(work)
+        .where(work.c.campaign_id == campaign_id, work.c.state == "quarantined")
+        .values(state="pending", failures=0)
+    )
+    return changed.rowcount
+
+
+def complete_block(
+    connection: Connection,
+    block: Block,
+    runs: Sequence[RunRecord],
+    verdicts: Mapping[str, Sequence[VerdictRecord]],
+) -> bool:
+    """Save everything that a block needed, and its tallies; False if it was taken over.
+
+    Raises:
+        IntegrityError: A result or verdict contradicts one that exists.
+        ValueError: Something that the block needs is missing, or a result is not of the block.
+    """
+    if not _change(connection, block, state="done", detail=None, **_FREE):
+        return False
+    expected = {case.result_digest for case in block.cases}
+    foreign = ({record.result_digest for record in runs} | set(verdicts)) - expected
+    if foreign:
+        msg = f"block {block.id}: results {sorted(foreign)} are not of this block"
+        raise ValueError(msg)
+    differing = record_runs(connection, runs)
+    given: dict[str, list[VerdictRecord]] = {}
+    for record in runs:
+        given.setdefault(record.result_digest, []).extend(record.verdicts)
+    for digest, records in verdicts.items():
+        given.setdefault(digest, []).extend(records)
+    record_verdicts(connection, given, differing=differing)
+    bounds = connection.execute(
+        select(work.c.from_ordinal, work.c.to_ordinal).where(work.c.id == block.id)
+    ).one()
+    still_open = open_cases(connection, block.campaign, *bounds)
+    if still_open:
+        msg = f"block {block.id} is not complete: {still_open[0]} and {len(still_open) - 1} more"
+        raise ValueError(msg)
+    write_tallies(connection, block.id)
+    return True
+
+
+def work_state(connection: Connection, campaign_id: str) -> WorkState:
+    """Count the blocks of a campaign by state; a block whose owner is gone counts as pending."""
+    blocks = connection.execute(select(work).where(work.c.campaign_id == campaign_id)).all()
+    counted = Counter(
+        "pending" if block.state == "leased" and _is_abandoned(block) else block.state
+        for block in blocks
+    )
+    return WorkState(
+        pending=counted["pending"],
+        leased=counted["leased"],
+        done=counted["done"],
+        quarantined=counted["quarantined"],
+    )

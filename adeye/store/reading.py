@@ -1,0 +1,269 @@
+"""Read campaigns, summaries, runs and test cases."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import date
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import and_, func, select, text
+
+from adeye.errors import InputError, suggest
+from adeye.evaluation.verdict import Verdict
+from adeye.store import tables
+from adeye.store.encoding import json_text
+from adeye.store.leasing import work_state
+from adeye.store.pending import is_judged
+from adeye.store.rows import (
+    CampaignInfo,
+    EventRecord,
+    FsrStatus,
+    MetricValue,
+    ResultTable,
+    RunRef,
+    StoredCase,
+    StoredRun,
+    VerdictRecord,
+)
+from adeye.store.views import COUNTED
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection, Row
+
+MIN_PREFIX: Final = 4
+"""Fewest characters of a digest that name a run or campaign."""
+_LISTED: Final = 10
+_CHUNK: Final = 1000
+
+
+def campaigns(connection: Connection) -> tuple[CampaignInfo, ...]:
+    """List campaigns, the newest first."""
+    table = tables.campaign
+    found = connection.execute(table.select().order_by(table.c.number.desc())).all()
+    return tuple(_campaign(connection, item) for item in found)
+
+
+def latest_campaign(connection: Connection, odd: str | None) -> CampaignInfo | None:
+    """Return the newest campaign, of one ODD if its id is given."""
+    table = tables.campaign
+    query = table.select().order_by(table.c.number.desc()).limit(1)
+    found = connection.execute(query if odd is None else query.where(table.c.odd_id == odd)).first()
+    return None if found is None else _campaign(connection, found)
+
+
+def find_campaign(connection: Connection, name: str) -> CampaignInfo:
+    """Find a campaign by its id, the beginning of it, or its number.
+
+    Raises:
+        InputError: None or several match.
+    """
+    table = tables.campaign
+    if name.isascii() and name.isdigit() and len(name) < 10:
+        numbered = connection.execute(table.select().where(table.c.number == int(name))).first()
+        if numbered is not None:
+            return _campaign(connection, numbered)
+    ids = _starting_with(connection, table.c.id, name, "campaign")
+    found = connection.execute(table.select().where(table.c.id == ids)).one()
+    return _campaign(connection, found)
+
+
+def _campaign(connection: Connection, item: Row[Any]) -> CampaignInfo:
+    return CampaignInfo(
+        id=item.id,
+        number=item.number,
+        created_at=item.created_at,
+        odd=item.odd_id,
+        odd_digest=item.odd_digest,
+        concept_digest=item.concept_digest,
+        title=item.title,
+        planned=item.planned,
+        gate=tuple(json.loads(item.gate)),
+        factors=json.loads(item.factors),
+        provenance=json.loads(item.provenance),
+        work=work_state(connection, item.id),
+    )
+
+
+def _starting_with(connection: Connection, column: Any, prefix: str, what: str) -> str:
+    """Find the one value of a digest column that begins with a prefix."""
+    if len(prefix) < MIN_PREFIX or not set(prefix) <= set("0123456789abcdef"):
+        raise InputError(
+            f"{what} {prefix!r}: not the beginning of a digest",
+            remedy=f"Give at least {MIN_PREFIX} of its characters (0-9, a-f).",
+        )
+    matches = (
+        connection.execute(
+            select(column)
+            .where(column >= prefix, column < prefix + "g")
+            .distinct()
+            .order_by(column)
+            .limit(_LISTED + 1)
+        )
+        .scalars()
+        .all()
+    )
+    if not matches:
+        raise InputError(f"{what} {prefix!r}: there is none", remedy=f"'adeye show' lists each {what}.")
+    if len(matches) > 1:
+        listed = ", ".join(str(item)[: len(prefix) + 8] for item in matches[:_LISTED])
+        more = ", …" if len(matches) > _LISTED else ""
+        raise InputError(
+            f"{what} {prefix!r} is ambiguous: {listed}{more}", remedy="Give more characters."
+        )
+    return str(matches[0])
+
+
+def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunRef:
+    """Find a run by the beginning of its result digest, or by its ordinal in a campaign.
+
+    Raises:
+        InputError: None or several match, or an ordinal comes without a campaign.
+    """
+    cases = tables.campaign_case
+    query = select(cases, tables.run.c.result_digest.is_not(None).label("is_done")).outerjoin(
+        tables.run, tables.run.c.result_digest == cases.c.result_digest
+    )
+    if campaign_id is not None:
+        query = query.where(cases.c.campaign_id == campaign_id)
+    if name.isascii() and name.isdigit() and len(name) < 10 and campaign_id is not None:
+        by_ordinal = connection.execute(query.where(cases.c.ordinal == int(name))).first()
+        if by_ordinal is not None:
+            return _run_ref(by_ordinal)
+    digest = _starting_with(connection, cases.c.result_digest, name, "run")
+    newest = tables.campaign.c.number.desc()
+    found = connection.execute(
+        query.join(tables.campaign, tables.campaign.c.id == cases.c.campaign_id)
+        .where(cases.c.result_digest == digest)
+        .order_by(newest, cases.c.ordinal)
+    ).first()
+    if found is None:
+        raise InputError(
+            f"run {name!r} is not in campaign {campaign_id}", remedy="Name the campaign it is in."
+        )
+    return _run_ref(found)
+
+
+def _run_ref(item: Row[Any]) -> RunRef:
+    return RunRef(
+        campaign=item.campaign_id,
+        ordinal=item.ordinal,
+        result_digest=item.result_digest,
+        test_case=item.test_case_digest,
+        scenario=item.scenario,
+        architecture=item.architecture,
+        is_done=bool(item.is_done),
+    )
+
+
+def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
+    """Read a result with its metrics, verdicts and events; None if it was not executed yet."""
+    run, metric, verdict, event = tables.run, tables.metric, tables.verdict, tables.event
+    found = connection.execute(run.select().where(run.c.result_digest == result_digest)).first()
+    if found is None:
+        return None
+    metrics = connection.execute(
+        metric.select().where(metric.c.result_digest == result_digest)
+    ).one()
+    verdicts = connection.execute(
+        verdict.select()
+        .where(verdict.c.result_digest == result_digest)
+        .order_by(verdict.c.fsr_id, verdict.c.fsr_digest)
+    )
+    events = connection.execute(
+        event.select().where(event.c.result_digest == result_digest).order_by(event.c.seq)
+    )
+    return StoredRun(
+        row=dict(found._mapping),
+        metrics=_metrics(metrics._mapping),
+        verdicts=tuple(_verdict(item) for item in verdicts),
+        events=tuple(
+            EventRecord(item.time_s, item.kind, item.subject, item.text) for item in events
+        ),
+    )
+
+
+def _metrics(stored: Mapping[Any, Any]) -> dict[str, MetricValue]:
+    return {
+        name: MetricValue(
+            value=stored[name],
+            status=stored[f"{name}_status"],
+            time_s=stored[f"{name}_time_s"],
+            actor=stored[f"{name}_actor"],
+        )
+        for name in tables.METRIC_IDS
+    }
+
+
+def _verdict(item: Row[Any]) -> VerdictRecord:
+    return VerdictRecord(
+        fsr_id=item.fsr_id,
+        fsr_digest=item.fsr_digest,
+        verdict=Verdict(item.verdict),
+        is_exercised=bool(item.exercised),
+        robustness_low=item.robustness_low,
+        robustness_high=item.robustness_high,
+        margin=item.margin,
+        unit=item.unit,
+        signal=item.signal,
+        predicate=item.predicate,
+        time_s=item.time_s,
+        actor=item.actor,
+        value=item.value,
+        threshold=item.threshold,
+        detail=item.detail,
+    )
+
+
+def test_case_row(connection: Connection, test_case: str) -> StoredCase:
+    """Read a test case with the content that it needs.
+
+    Raises:
+        InputError: There is no such test case.
+    """
+    cases, scenario, architecture = tables.test_case, tables.scenario, tables.architecture
+    found = connection.execute(
+        select(
+            cases,
+            scenario.c.content.label("scenario_content"),
+            architecture.c.content.label("architecture_content"),
+        )
+        .join(scenario, scenario.c.digest == cases.c.scenario_digest)
+        .join(architecture, architecture.c.digest == cases.c.architecture_digest)
+        .where(cases.c.digest == test_case)
+    ).first()
+    if found is None:
+        raise InputError(f"test case {test_case!r}: there is none", remedy="Plan its ODD first.")
+    return StoredCase(
+        test_case=found.digest,
+        situation=found.situation_digest,
+        scenario=json.loads(found.scenario_content),
+        architecture=json.loads(found.architecture_content),
+        faults=tuple(json.loads(found.faults)),
+        fault_entry=found.fault_entry,
+        parameters=json.loads(found.parameters),
+        replicate=found.replicate,
+        seed=found.seed,
+        step_s=found.step_s,
+        odd_digest=found.odd_digest,
+        point_index=found.point_index,
+    )
+
+
+def content(connection: Connection, kind: str, digest: str) -> Any:
+    """Read the content that a user wrote by its digest.
+
+    Raises:
+        InputError: There is none.
+    """
+    table = {
+        "odd": tables.odd,
+        "scenario": tables.scenario,
+        "architecture": tables.architecture,
+        "concept": tables.concept,
+    }[kind]
+    found = connection.execute(select(table.c.content).where(table.c.digest == digest)).scalar()
+    if found is None:
+        raise InputError(f"{kind} {digest!r}: there is none", remedy="Plan its ODD first.")
+    return json.loads(found)

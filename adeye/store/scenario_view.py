@@ -1,0 +1,144 @@
+"""The views ``v_runs_<scenario>``: one typed column for each parameter of a scenario.
+
+They are made from what the plans in the database hold. Names come from users, so an identifier is
+built from an allow-list of characters and a JSON path only from keys without quotes.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from string import Template
+from typing import TYPE_CHECKING, Final
+
+from adeye.identity import digest
+from adeye.store.tables import METRIC_IDS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sqlalchemy import Connection
+
+PREFIX: Final = "v_runs_"
+
+_BASE_COLUMNS: Final = (
+    "campaign",
+    "ordinal",
+    "architecture",
+    "fault_entry",
+    "replicate",
+    "inside_odd",
+    "run",
+    "test_case",
+    "situation",
+    "outcome",
+    "realised",
+    "end_reason",
+    "duration_s",
+)
+_RESERVED: Final = frozenset(
+    {*_BASE_COLUMNS, *(f"{name}{end}" for name in METRIC_IDS for end in ("", "_status"))}
+    | {"verdicts"}
+)
+_KEY: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
+_VIEW: Final = Template(
+    """CREATE VIEW $view AS
+SELECT $columns
+FROM v_runs
+WHERE scenario = '$scenario'"""
+)
+
+
+def identifier(text: str) -> str:
+    """Turn any text into a name that SQL takes unquoted.
+
+    >>> identifier("architecture.sensors.front_camera.mount.yaw")
+    'architecture_sensors_front_camera_mount_yaw'
+    """
+    name = re.sub(r"[^a-z0-9_]+", "_", text.lower()).strip("_")
+    return name if name and name[0].isalpha() else f"x_{name}"
+
+
+def _unique_name(text: str, taken: Iterable[str]) -> str:
+    name = identifier(text)
+    return f"{name}_{digest(text)[:6]}" if name in taken else name
+
+
+def ensure_scenario_views(connection: Connection) -> None:
+    """Make or renew the view of every scenario whose parameters changed."""
+    present = {
+        name: sql
+        for name, sql in connection.exec_driver_sql(
+            "SELECT name, sql FROM sqlite_master WHERE type = 'view'"
+        )
+    }
+    for view, ddl in _wanted(connection).items():
+        if present.get(view) == ddl:
+            continue
+        if view in present:
+            connection.exec_driver_sql(f"DROP VIEW {view}")
+        connection.exec_driver_sql(ddl)
+
+
+def _wanted(connection: Connection) -> dict[str, str]:
+    scenarios = connection.exec_driver_sql(
+        "SELECT DISTINCT scenario FROM campaign_case ORDER BY scenario"
+    ).scalars()
+    wanted: dict[str, str] = {}
+    for scenario in scenarios.all():
+        if _KEY.fullmatch(scenario) is None:
+            continue
+        view = PREFIX + identifier(scenario)
+        if view in wanted:
+            view = f"{view}_{digest(scenario)[:6]}"
+        wanted[view] = _ddl(connection, view, scenario)
+    return wanted
+
+
+def _ddl(connection: Connection, view: str, scenario: str) -> str:
+    columns = list(_BASE_COLUMNS)
+    taken = set(_RESERVED)
+    suffixes = _suffixes(connection, scenario)
+    for source, key, kinds in _keys(connection, scenario):
+        if _KEY.fullmatch(key) is None:
+            continue
+        suffix = suffixes.get(key, "")
+        name = _unique_name(f"{key}_{suffix}" if suffix else key, taken)
+        taken.add(name)
+        value = f"json_extract({source}, '$.\"{key}\"')"
+        is_number = set(kinds.split(",")) <= {"integer", "real"}
+        columns.append(f"CAST({value} AS REAL) AS {name}" if is_number else f"{value} AS {name}")
+    columns += [f"{name}, {name}_status" for name in METRIC_IDS]
+    columns.append("verdicts")
+    return _VIEW.substitute(view=view, columns=",\n    ".join(columns), scenario=scenario)
+
+
+def _keys(connection: Connection, scenario: str) -> list[tuple[str, str, str]]:
+    """Find parameters, and swept names that are none, with the JSON types of their values."""
+    found = connection.exec_driver_sql(
+        """
+        SELECT source, key, group_concat(DISTINCT kind) FROM (
+            SELECT DISTINCT 'parameters' AS source, j.key AS key, j.type AS kind
+            FROM campaign_case c JOIN test_case t ON t.digest = c.test_case_digest
+            JOIN json_each(t.parameters) j WHERE c.scenario = ?1
+            UNION
+            SELECT DISTINCT 'point', j.key, j.type
+            FROM campaign_case c JOIN json_each(c.point) j WHERE c.scenario = ?1)
+        GROUP BY source, key ORDER BY source, key
+        """,
+        (scenario,),
+    ).all()
+    parameters = {key for source, key, _ in found if source == "parameters"}
+    return [
+        (source, key, kinds)
+        for source, key, kinds in found
+        if source == "parameters" or key not in parameters
+    ]
+
+
+def _suffixes(connection: Connection, scenario: str) -> dict[str, str]:
+    """Read the SI suffix of each parameter; the newest campaign has the last word."""
+    suffixes: dict[str, str] = {}
+    for text in connection.exec_driver_sql("SELECT units FROM campaign ORDER BY number").scalars():
+        suffixes.update(json.loads(text).get(scenario, {}))
+    return suffixes

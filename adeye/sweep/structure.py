@@ -1,0 +1,97 @@
+"""Group test cases into batches: one structure inside a batch, only values vary."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from adeye.identity import digest
+from adeye.spec.architecture import Architecture
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+
+_KNOWN: dict[int, tuple[Any, str]] = {}
+
+
+def structure_key(case: TestCase) -> str:
+    """Hash what must be equal inside a batch.
+
+    Scenario, actors, storyboard, sensors, channels, links, rates, latencies, switch policy, fault
+    models and step are structure; every other number may vary from run to run.
+    """
+    faults = [
+        [fault.id, fault.target, fault.model, fault.onset.when.text if fault.onset.when else ""]
+        for fault in case.faults
+    ]
+    return digest(
+        [
+            case.scenario_id,
+            _structure(case.scenario),
+            _structure(case.architecture),
+            faults,
+            case.fault_entry,
+            case.step,
+        ]
+    )
+
+
+def batches(cases: Iterable[TestCase], size: int) -> Iterator[list[TestCase]]:
+    """Cut consecutive test cases of one structure into batches.
+
+    Args:
+        cases: In the order of the plan.
+        size: Most test cases in a batch.
+    """
+    batch: list[TestCase] = []
+    key = ""
+    for case in cases:
+        own = structure_key(case)
+        if batch and (own != key or len(batch) == size):
+            yield batch
+            batch = []
+        key = own
+        batch.append(case)
+    if batch:
+        yield batch
+
+
+def _structure(part: LogicalScenario | Architecture) -> str:
+    known = _KNOWN.get(id(part))
+    if known is None or known[0] is not part:
+        made = _of_scenario(part) if isinstance(part, LogicalScenario) else _of_architecture(part)
+        known = (part, digest(made))
+        _KNOWN[id(part)] = known
+    return known[1]
+
+
+def _of_scenario(scenario: LogicalScenario) -> Any:
+    content = scenario.executable()
+    content["environment"] = None
+    return content | {
+        "environment": {
+            key: text
+            for key, text in scenario.environment.model_dump(mode="json").items()
+            if key != "illumination"
+        }
+    }
+
+
+def _of_architecture(architecture: Architecture) -> Any:
+    sensors = {
+        name: [sensor.kind, sensor.rate, sensor.latency, _free(sensor)]
+        for name, sensor in architecture.sensors.items()
+    }
+    channels = {
+        name: [channel.kind, list(channel.links), channel.rate, channel.delay, _free(channel)]
+        for name, channel in architecture.channels.items()
+    }
+    switch = architecture.switch
+    policy = [switch.policy, list(switch.priority), switch.default, switch.latch]
+    return [architecture.architecture, list(sensors.items()), list(channels.items()), policy]
+
+
+def _free(part: Any) -> str:
+    """Parameters of a plug-in are opaque, so they are structure."""
+    parameters = getattr(part, "parameters", None)
+    return json.dumps(parameters, sort_keys=True) if isinstance(parameters, dict) else ""

@@ -1,0 +1,188 @@
+"""Check what a scenario refers to: names and dimensions of its formulas, actors, events, lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from adeye.errors import ExpressionError, InputError, suggest
+from adeye.spec.expression import Expression, to_program
+from adeye.spec.quantity import require_dimension
+from adeye.units import Dimension
+from adeye.world.places import EGO, gap_circle
+from adeye.world.triggers import parameter_dimension, trigger_variables
+
+if TYPE_CHECKING:
+    from adeye.spec.scenario import LogicalScenario
+
+Loc = tuple[str | int, ...]
+Finding = tuple[Loc, str]
+
+
+def check_scenario(scenario: LogicalScenario) -> list[Finding]:
+    """Find what a scenario names that is not there, and formulas that measure the wrong thing.
+
+    Values are not looked at, but for lanes that are plain numbers: they vary from test case to
+    test case and are checked when a batch is compiled.
+
+    Args:
+        scenario: A valid record.
+
+    Returns:
+        Place in the file and message of each finding; empty if all is well.
+    """
+    findings = [*_parameters(scenario)]
+    if findings:
+        # Without the parameters' dimensions every formula would be reported once more.
+        return findings
+    findings += _references(scenario)
+    if findings:
+        return findings
+    names: dict[str, Dimension | None] = {
+        name: parameter_dimension(item) for name, item in scenario.parameters.items()
+    }
+    variables: dict[str, Dimension | None] = {**trigger_variables(scenario)}
+    for loc, expression, required in _formulas(scenario, ()):
+        is_trigger = loc[0] == "storyboard" and loc[-1] == "when"
+        known = variables if is_trigger else names
+        findings += [(loc, text) for text in _wrong(expression, required, known)]
+        if is_trigger and not findings:
+            findings += [(loc, text) for text in _not_compiled(expression, variables)]
+    return [*findings, *_lanes(scenario)]
+
+
+def _parameters(scenario: LogicalScenario) -> Iterator[Finding]:
+    for name, parameter in scenario.parameters.items():
+        loc = ("parameters", name)
+        if name == "time":
+            yield loc, "'time' is the time of the run and cannot name a parameter"
+        try:
+            parameter_dimension(parameter)
+        except InputError as error:
+            yield (*loc, "default"), _text(error)
+
+
+def _references(scenario: LogicalScenario) -> Iterator[Finding]:
+    for name in scenario.actors:
+        if name == EGO:
+            yield ("actors", name), "'ego' is the vehicle under test and cannot name an actor"
+        if name in scenario.world.objects:
+            yield ("actors", name), f"{name!r} is a static object as well"
+    if EGO in scenario.world.objects:
+        yield ("world", "objects", EGO), "'ego' is the vehicle under test"
+    yield from _starts(scenario)
+    yield from _events(scenario)
+    for number, event in enumerate(scenario.realised):
+        if event not in scenario.storyboard:
+            hint = suggest(event, scenario.storyboard)
+            yield ("realised", number), f"there is no event {event!r}. {hint}"
+
+
+def _starts(scenario: LogicalScenario) -> Iterator[Finding]:
+    things = [EGO, *scenario.actors, *scenario.world.objects]
+    unknown = False
+    for name, actor in scenario.actors.items():
+        base = actor.start.ahead_of
+        if base is not None and base not in things:
+            unknown = True
+            loc = ("actors", name, "start", "ahead_of")
+            yield loc, f"there is no actor {base!r}. {suggest(base, things)}"
+        if actor.reactive is not None and actor.start.lane is None:
+            yield ("actors", name, "start"), "a reactive actor starts in a lane"
+        if actor.reactive is not None and actor.start.heading is not None:
+            loc = ("actors", name, "start", "heading")
+            yield loc, "a reactive actor starts along the road, without a heading"
+    circle = () if unknown else gap_circle(scenario)
+    if circle:
+        loc = ("actors", circle[0], "start", "ahead_of")
+        yield loc, f"the starts form a circle: {' → '.join(circle)}"
+
+
+def _events(scenario: LogicalScenario) -> Iterator[Finding]:
+    for name, event in scenario.storyboard.items():
+        loc = ("storyboard", name, "actor")
+        actor = scenario.actors.get(event.actor)
+        if actor is None:
+            yield loc, f"there is no actor {event.actor!r}. {suggest(event.actor, scenario.actors)}"
+        elif actor.reactive is not None:
+            yield loc, f"{event.actor!r} is reactive and takes no actions from the storyboard"
+
+
+def _formulas(record: Any, loc: Loc) -> Iterator[tuple[Loc, Expression, Dimension]]:
+    """Walk to every formula of a record with the dimension that its field asks for."""
+    if isinstance(record, BaseModel):
+        for name, field in type(record).model_fields.items():
+            value = getattr(record, name)
+            if isinstance(value, Expression):
+                required = _dimension(field.metadata) or _required(field.annotation)
+                yield (*loc, name), value, required or Dimension.NONE
+            else:
+                yield from _formulas(value, (*loc, name))
+    elif isinstance(record, Mapping):
+        for name, value in record.items():
+            yield from _formulas(value, (*loc, name))
+    elif isinstance(record, tuple):
+        for number, value in enumerate(record):
+            if isinstance(value, Expression):
+                yield (*loc, number), value, Dimension.NONE
+            else:
+                yield from _formulas(value, (*loc, number))
+
+
+def _required(annotation: Any) -> Dimension | None:
+    """Find the dimension in the metadata of a formula's type; conditions have none."""
+    parts = get_args(annotation)
+    if get_origin(annotation) is Annotated:
+        return _dimension(parts[1:]) or _required(parts[0])
+    found = (_required(part) for part in parts)
+    return next((dimension for dimension in found if dimension is not None), None)
+
+
+def _dimension(metadata: Iterable[Any]) -> Dimension | None:
+    found = (getattr(item, "dimension", None) for item in metadata)
+    return next((item for item in found if isinstance(item, Dimension)), None)
+
+
+def _wrong(
+    expression: Expression, required: Dimension, known: Mapping[str, Dimension | None]
+) -> Iterator[str]:
+    unknown = sorted(expression.names - known.keys())
+    for name in unknown:
+        yield f"'{expression.text}' uses {name!r}, which does not exist. {suggest(name, known)}"
+    if unknown:
+        return
+    try:
+        require_dimension(expression, required, known)
+    except ExpressionError as error:
+        yield _text(error)
+
+
+def _not_compiled(
+    expression: Expression, variables: Mapping[str, Dimension | None]
+) -> Iterator[str]:
+    try:
+        to_program(expression, {name: column for column, name in enumerate(variables)})
+    except ExpressionError as error:
+        yield _text(error)
+
+
+def _lanes(scenario: LogicalScenario) -> Iterator[Finding]:
+    lanes = scenario.world.road.lanes
+    written: list[tuple[Loc, Expression | None]] = [(("ego", "lane"), scenario.ego.lane)]
+    for name, actor in scenario.actors.items():
+        written.append((("actors", name, "start", "lane"), actor.start.lane))
+    for name, event in scenario.storyboard.items():
+        if event.lane_change is not None:
+            target = event.lane_change.to_lane
+            written.append((("storyboard", name, "lane_change", "to_lane"), target))
+    for place, expression in written:
+        if expression is not None and expression.is_constant:
+            lane = float(expression.evaluate({}))
+            if lane not in range(lanes):
+                yield place, f"{lane:g} is no lane of a road with lanes 0 to {lanes - 1}"
+
+
+def _text(error: InputError) -> str:
+    return f"{error.message}. {error.remedy}".rstrip()

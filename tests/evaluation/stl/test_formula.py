@@ -1,0 +1,48 @@
+"""A parsed formula as others use it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from adeye.errors import ExpressionError, SourceLocation
+from adeye.evaluation.stl.formula import parse_formula
+from adeye.signals import SignalType
+
+DICTIONARY = {
+    "gap": SignalType("m", 10.0, "number", "gap"),
+    "a": SignalType("1", 1.0, "boolean", ""),
+}
+
+
+def test_a_formula_knows_its_text_names_and_reach() -> None:
+    where = SourceLocation("concept.yaml", 3, 1)
+    formula = parse_formula("always (a implies eventually[0 s, 2 s] gap > 2 m)", where)
+    assert (formula.names, formula.reach_s, formula.where) == (("a", "gap"), 2.0, where)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        formula.text = "a"  # type: ignore[misc]
+
+
+def test_equal_texts_give_equal_formulas() -> None:
+    assert parse_formula("always gap > 2 m") == parse_formula("always gap > 2 m")
+
+
+def test_a_quote_is_on_one_line() -> None:
+    formula = parse_formula("always (gap\n   > 2 m)")
+    assert formula.quote(formula.root) == "always (gap > 2 m)"
+
+
+def test_the_tail_holds_the_windows_of_the_last_obligation() -> None:
+    assert parse_formula("always (a implies eventually[0, 2] gap > 1 m)").needed_tail_s(20.0) == 2.0
+    assert parse_formula("always[0 s, 5 s] a").needed_tail_s(20.0) == 0.0
+    assert parse_formula("always (a implies eventually gap > 1 m)").needed_tail_s(20.0) == float(
+        "inf"
+    )
+
+
+def test_check_passes_or_refuses_with_the_place() -> None:
+    where = SourceLocation("concept.yaml", 3, 1)
+    parse_formula("always (a implies gap > 2 m)").check(DICTIONARY)
+    with pytest.raises(ExpressionError, match=r"concept\.yaml:3:1"):
+        parse_formula("always gapp > 2 m", where).check(DICTIONARY)

@@ -1,0 +1,162 @@
+"""The parser: which operator binds tighter, and what it refuses rather than guess."""
+
+from __future__ import annotations
+
+import pytest
+
+from adeye.errors import ExpressionError, SourceLocation
+from adeye.evaluation.stl.parser import MAX_DEPTH, MAX_TOKENS, parse_text
+from adeye.evaluation.stl.syntax import (
+    Arithmetic,
+    Assertion,
+    Comparison,
+    Connective,
+    Constant,
+    Edge,
+    Equality,
+    Node,
+    Not,
+    Signal,
+    Temporal,
+    Until,
+)
+
+
+def shape(node: Node) -> str:  # noqa: PLR0911 - one for each kind of node
+    """Write a tree with all its parentheses."""
+    match node:
+        case Constant():
+            return f"{node.value:g}"
+        case Signal() | Assertion():
+            return node.name
+        case Arithmetic():
+            parts = " ".join(shape(operand) for operand in node.operands)
+            return f"({node.operator} {parts})"
+        case Comparison() | Connective():
+            return f"({shape(node.left)} {node.operator} {shape(node.right)})"
+        case Equality():
+            return f"({shape(node.left)} {'!=' if node.is_negated else '=='} {shape(node.right)})"
+        case Not():
+            return f"(not {shape(node.operand)})"
+        case Edge():
+            return f"({node.operator} {shape(node.operand)})"
+        case Temporal() | Until():
+            window = node.window
+            span = f"[{window.first_s:g},{window.last_s:g}]" if window else ""
+            if isinstance(node, Until):
+                return f"({shape(node.left)} until{span} {shape(node.right)})"
+            return f"({node.operator}{span} {shape(node.operand)})"
+
+
+@pytest.mark.parametrize(
+    ("text", "tree"),
+    [
+        ("a or b and c", "(a or (b and c))"),
+        ("a and b until c", "(a and (b until c))"),
+        ("a implies b implies c", "(a implies (b implies c))"),
+        ("a or b implies c", "((a or b) implies c)"),
+        ("not a and b", "((not a) and b)"),
+        ("not x > 2", "(not (x > 2))"),
+        ("not not a", "(not (not a))"),
+        ("x + y * 2 - z > 1", "((- (+ x (* y 2)) z) > 1)"),
+        ("(x + y) * 2 > 1", "((* (+ x y) 2) > 1)"),
+        ("x - y - z > 1", "((- (- x y) z) > 1)"),
+        ("-x < -2", "((negate x) < -2)"),
+        ("0 < x <= 2", "((0 < x) and (x <= 2))"),
+        ("abs(x - y) >= 1", "((abs (- x y)) >= 1)"),
+        ("min(x, y, 2) >= max(z, 1)", "((min x y 2) >= (max z 1))"),
+        ("always gap > 2 m", "(always (gap > 2))"),
+        ("always[0 s, 2 s] (a)", "(always[0,2] a)"),
+        ("eventually[0,500 ms] a", "(eventually[0,0.5] a)"),
+        ("always eventually[1,2] a", "(always (eventually[1,2] a))"),
+        ("a implies eventually[0, 1] b", "(a implies (eventually[0,1] b))"),
+        ("eventually (a) or eventually (b)", "((eventually a) or (eventually b))"),
+        ("always (a implies b)", "(always (a implies b))"),
+        ("(always a) implies b", "((always a) implies b)"),
+        ("a until[0 s, 2 s] b and c", "((a until[0,2] b) and c)"),
+        ("rise(a and b) implies fall(x > 1)", "((rise (a and b)) implies (fall (x > 1)))"),
+        ("contact == false", "(contact == false)"),
+        ("channel.n.status != silent", "(channel.n.status != silent)"),
+        ("ego.lane == actor.a.lane", "(ego.lane == actor.a.lane)"),
+        ("(((a)))", "a"),
+        ("(x) > (2)", "(x > 2)"),
+    ],
+)
+def test_a_text_has_one_reading(text: str, tree: str) -> None:
+    assert shape(parse_text(text)) == tree
+
+
+def test_every_node_quotes_what_was_written() -> None:
+    text = "always ((x + y) * 2 > 1 m and (a or b))"
+    root = parse_text(text)
+    assert isinstance(root, Temporal)
+    assert isinstance(root.operand, Connective)
+    left = root.operand.left
+    assert isinstance(left, Comparison)
+    assert text[slice(*left.span)] == "(x + y) * 2 > 1 m"
+    assert text[slice(*left.left.span)] == "(x + y) * 2"
+    assert text[slice(*root.operand.right.span)] == "a or b"
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "what"),
+    [
+        ("", 1, "expected before the end"),
+        ("a b", 3, "'b' is not expected"),
+        ("a and", 6, "expected before the end"),
+        ("(a", 3, "')' is expected"),
+        ("a)", 2, "')' is not expected"),
+        ("always a and b", 1, "two ways"),
+        ("always not a implies b", 1, "two ways"),
+        ("always eventually (a) or b", 1, "two ways"),
+        ("always (a) > 2 and (b)", 1, "two ways"),
+        ("a until b until c", 11, "two ways"),
+        ("gap", None, None),
+        ("gap + 1", 1, "where a condition is needed"),
+        ("always 2 m", 8, "where a condition is needed"),
+        ("(a and b) + 1 > 2", 2, "where a number is needed"),
+        ("(a > 1) < 2", 9, "cannot be compared"),
+        ("2 < 3", 3, "only constants"),
+        ("a == b == c", 8, "not expected"),
+        ("a == b < c", 8, "not expected"),
+        ("always[2 s, 1 s] a", 7, "is empty"),
+        ("always[0 s, 2 m] a", 13, "not a time"),
+        ("always[x, 2 s] a", 8, "two times"),
+        ("always[-1 s, 2 s] a", 8, "two times"),
+        ("always[0 s] a", 11, "',' is expected"),
+        ("abs(x, y) > 1", 1, "one argument"),
+        ("min(x) > 1", 1, "two arguments"),
+        ("rise(a, b)", 1, "one argument"),
+        ("rise(x + 1)", 6, "where a condition is needed"),
+        ("abs x > 1", 5, "'(' is expected"),
+        ("until a", 1, "expected before 'until'"),
+        ("x > and", 5, "expected before 'and'"),
+        ("--x > 1", 2, "expected before '-'"),
+    ],
+)
+def test_what_is_no_formula_is_refused_at_its_place(
+    text: str, column: int | None, what: str | None
+) -> None:
+    if column is None:
+        assert shape(parse_text(text)) == text
+        return
+    where = SourceLocation("concept.yaml", 12, 5)
+    with pytest.raises(ExpressionError) as caught:
+        parse_text(text, where)
+    assert f"formula '{text}', character {column}: " in caught.value.message
+    assert what is not None
+    assert what in caught.value.message
+    assert str(caught.value).startswith("ExpressionError: concept.yaml:12:5: formula")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(" * (MAX_DEPTH + 1) + "a" + ")" * (MAX_DEPTH + 1),
+        "not " * (MAX_DEPTH + 1) + "a",
+        " and ".join(["a"] * MAX_TOKENS),
+    ],
+)
+def test_a_formula_too_deep_or_long_is_refused_and_never_overflows(text: str) -> None:
+    with pytest.raises(ExpressionError, match="Split the formula"):
+        parse_text(text)

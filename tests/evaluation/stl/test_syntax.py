@@ -1,0 +1,62 @@
+"""What can be read off a tree: its signals and how far it looks ahead."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from adeye.evaluation.stl.parser import parse_text
+from adeye.evaluation.stl.syntax import future_reach, names_in, needed_time
+
+
+def test_names_come_once_each_in_the_order_of_the_text() -> None:
+    root = parse_text("always (b > a and rise(c.d) implies (b < 2) until[0, 1] (e == on))")
+    assert names_in(root) == ("b", "a", "c.d", "e")
+
+
+def test_a_label_is_no_name_but_a_dotted_word_is() -> None:
+    assert names_in(parse_text("switch.reason == staleness")) == ("switch.reason",)
+    assert names_in(parse_text("a.status != b.status")) == ("a.status", "b.status")
+
+
+@pytest.mark.parametrize(
+    ("text", "reach"),
+    [
+        ("x > 1", 0.0),
+        ("always x > 1", 0.0),
+        ("always (a implies eventually[0 s, 2 s] b)", 2.0),
+        ("always (a implies eventually[0, 2] always[1, 3] b)", 5.0),
+        ("always (a until[1 s, 4 s] (eventually[0, 0.5] b))", 4.5),
+        ("always[0 s, 5 s] (a implies eventually[0, 2] b)", 7.0),
+        ("always (a implies eventually b)", math.inf),
+        ("eventually (always b)", math.inf),
+        ("always (a until b)", math.inf),
+        ("rise(always a)", math.inf),
+        ("a until (eventually[0, 1] b)", 1.0),
+        ("(eventually a) implies (always eventually[0, 1] b)", 1.0),
+        ("not (always a)", 0.0),
+        ("always rise(eventually[0, 1] a)", 1.0),
+    ],
+)
+def test_reach_is_the_sum_of_nested_windows_below_the_outermost_operator(
+    text: str, reach: float
+) -> None:
+    assert future_reach(parse_text(text)) == reach
+
+
+@pytest.mark.parametrize(
+    ("text", "time"),
+    [
+        ("always (a implies eventually[0, 2] b)", 12.0),
+        ("always[0, 3] a", 3.0),
+        ("(always eventually[0, 1] a) and (eventually[0, 14] b)", 14.0),
+        ("x > 1", 0.0),
+        ("rise(eventually[0, 1] a)", 1.0),
+        ("a until eventually[0, 1] b", 11.0),
+    ],
+)
+def test_needed_time_counts_the_horizon_only_for_outermost_operators(
+    text: str, time: float
+) -> None:
+    assert needed_time(parse_text(text), 10.0) == time
