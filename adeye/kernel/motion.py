@@ -113,6 +113,14 @@ def _speed_after(
 
 
 @compiled
+def _acceleration_after(acceleration: float, command: float, lag: float, time: float) -> float:
+    """Return the first-order response of the acceleration to a constant command [m/s^2]."""
+    if lag <= 0.0:
+        return command
+    return command + (acceleration - command) * exp(-time / lag)
+
+
+@compiled
 def _time_to_standstill(
     speed: float, acceleration: float, command: float, lag: float, step: float
 ) -> float:
@@ -224,6 +232,10 @@ def advance_ego(
         Rajamani (2012), "Vehicle dynamics and control", section 2.2, for the rear axle, which
         needs no slip angle.
     """
+    if math.isnan(state.sum() + acceleration_command + steering_command + friction):
+        # Otherwise a search for the standstill would take NaN for one.
+        out[:] = math.nan
+        return
     speed = state[3]
     target = clip(steering_command, -max_steering_angle, max_steering_angle)
     steering_end = lagged_steering(state[5], target, max_steering_rate, steering_lag, step)
@@ -237,15 +249,15 @@ def advance_ego(
         before = clip(before, 0.0, math.inf)
     time = step
     speed_half = speed_end = acceleration_end = 0.0
-    if speed > 0.0 or before > 0.0 or not command <= 0.0:
+    if speed > 0.0 or before > 0.0 or command > 0.0:
         time = _time_to_standstill(speed, before, command, acceleration_lag, step)
         speed_half = _speed_after(speed, before, command, acceleration_lag, 0.5 * time)
+        speed_half = clip(speed_half, 0.0, math.inf)
         if time >= step:
             speed_end = _speed_after(speed, before, command, acceleration_lag, step)
-            acceleration_end = command
-            if acceleration_lag > 0.0:
-                decayed = exp(-step / acceleration_lag)
-                acceleration_end = command + (before - command) * decayed
+            acceleration_end = _acceleration_after(before, command, acceleration_lag, step)
+        if speed_end <= 0.0:
+            speed_end = acceleration_end = 0.0
     steering_half = lagged_steering(state[5], target, max_steering_rate, steering_lag, 0.5 * time)
     steering_stop = steering_end
     if time < step:

@@ -74,8 +74,6 @@ def write_html(report: Report, path: Path, *, max_bytes: int = MAX_BYTES) -> Non
 
 
 def _fill(report: Report, packed: tuple[str, ...]) -> str:
-    from markupsafe import Markup  # noqa: PLC0415 - only a report needs it
-
     script, style = assets()
     page = arrange(report)
     shown = report.replays[: len(packed)]
@@ -87,15 +85,14 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
             page=page,
             verdicts=list(Verdict),
             meanings=MEANINGS,
+            serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],
             policy=_policy(script, style),
-            # The assets are our own, and script_text leaves no markup in the data.
-            script=Markup(script),  # noqa: S704
-            style=Markup(style),  # noqa: S704
-            details=Markup(script_text(page.details)),  # noqa: S704
-            replays=[
-                (replay, Markup(data))  # noqa: S704
-                for replay, data in zip(shown, packed, strict=True)
-            ],
+            # The template takes these as they are: the assets are our own, and script_text leaves
+            # no markup in the data.
+            script=script,
+            style=style,
+            details=script_text(page.details),
+            replays=list(zip(shown, packed, strict=True)),
             left_out=report.replays[len(packed) :],
         )
     )

@@ -17,7 +17,7 @@ from adeye.report.words import (
 )
 
 if TYPE_CHECKING:
-    from adeye.report.model import Architecture, Cell, Fsr, MetricSummary, Report
+    from adeye.report.model import Architecture, Cell, Fsr, Report
 
 _SEVERITY: tuple[Verdict | None, ...] = (
     Verdict.FAIL,
@@ -117,12 +117,6 @@ def arrange(report: Report) -> Page:
     gates = [report.verdict_of(item.id) for item in architectures if item.is_gate]
     gate = min(gates, key=_SEVERITY.index) if gates else Verdict.NOT_RUN
     return Page(badge(gate), cards, tuple(architectures), tuple(rows), tuple(details))
-
-
-def metric_value(summary: MetricSummary, name: str) -> str:
-    """Write the minimum, median or maximum of a metric."""
-    extreme = getattr(summary, name)
-    return "" if extreme is None else number(extreme.value)
 
 
 def filters() -> dict[str, Any]:

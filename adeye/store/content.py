@@ -12,7 +12,7 @@ from adeye.store.rows import ContentRecord
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Table
 
-    from adeye.spec.concept import Concept, Requirement
+    from adeye.spec.concept import Concept, MetricBound, Requirement
 
 CONTENT_TABLES: Final = {
     "odd": tables.odd,
@@ -89,13 +89,7 @@ def _safety_goals(key: str, concept: Concept) -> list[Row]:
 
 
 def _fsr(key: str, item: Requirement) -> Row:
-    if item.formula is not None:
-        measure = item.formula
-    else:
-        assert item.bound is not None
-        below = item.bound.at_most is not None
-        limit = item.bound.at_most if below else item.bound.at_least
-        measure = f"{item.bound.metric} {'<=' if below else '>='} {limit}"
+    measure = item.formula or _bound_text(item.bound)
     return row(
         tables.fsr,
         (
@@ -110,6 +104,14 @@ def _fsr(key: str, item: Requirement) -> Row:
             json_text(item.model_dump(mode="json")),
         ),
     )
+
+
+def _bound_text(bound: MetricBound | None) -> str:
+    if bound is None:
+        return ""
+    if bound.at_most is not None:
+        return f"{bound.metric} <= {bound.at_most}"
+    return f"{bound.metric} >= {bound.at_least}"
 
 
 def _elements(key: str, concept: Concept) -> list[Row]:

@@ -101,9 +101,7 @@ def _in_words(error: BaseException, path: Path) -> PlatformError | IntegrityErro
     for prefix, cause, remedy in _CAUSES:
         if name.startswith(prefix):
             return PlatformError(f"database {path} {cause} ({error}). {remedy}")
-    return PlatformError(f"database {path}: {error}. "
-            "Run 'adeye db verify'."
-        )
+    return PlatformError(f"database {path}: {error}. Run 'adeye db verify'.")
 
 
 class Database:

@@ -136,9 +136,7 @@ def insert_rows(
     """Insert rows that have a value for every column, in the order of the columns."""
     batch = list(rows)
     if batch:
-        connection.exec_driver_sql(
-            _insert_statement(table, ignore_existing=ignore_existing), batch
-        )
+        connection.exec_driver_sql(_insert_statement(table, ignore_existing=ignore_existing), batch)
 
 
 def chunks(values: Sequence[str]) -> Iterable[Sequence[str]]:

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import select, update
 
+from adeye.store.encoding import utc_text
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
 from adeye.store.pending import open_cases
-from adeye.store.encoding import utc_text
 from adeye.store.recording import record_runs, record_verdicts, write_tallies
-from adeye.store.rows import Block, RunRecord, VerdictRecord, WorkState
+from adeye.store.rows import RunRecord, VerdictRecord
+from adeye.store.stored import Block, WorkState
 from adeye.store.tables import work
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import and_, case, distinct, func, or_, select
 
 from adeye.store.encoding import chunks
-from adeye.store.rows import BlockCase
+from adeye.store.stored import BlockCase
 from adeye.store.tables import campaign_case, campaign_fsr, run, verdict
 
 if TYPE_CHECKING:
@@ -75,8 +75,16 @@ def open_cases(
         .order_by(campaign_case.c.ordinal, campaign_fsr.c.fsr_id)
     )
     return tuple(
-        BlockCase(*key[:3], bool(key[3]), tuple(item[4] for item in items if item[4] is not None))
-        for key, items in groupby(found, key=lambda item: tuple(item[:4]))
+        BlockCase(
+            ordinal=ordinal,
+            test_case=test_case,
+            result_digest=result,
+            has_result=bool(has_result),
+            missing_fsrs=tuple(item.fsr_id for item in items if item.fsr_id is not None),
+        )
+        for (ordinal, test_case, result, has_result), items in groupby(
+            found, key=lambda item: tuple(item[:4])
+        )
     )
 
 
@@ -106,12 +114,16 @@ def missing_verdicts(
         Digests of the missing FSRs by result digest, in the order of the ordinals.
     """
     wanted = sorted(set(fsr_digests))
-    results: Sequence[str] = connection.execute(
-        select(campaign_case.c.result_digest)
-        .join(run, run.c.result_digest == campaign_case.c.result_digest)
-        .where(campaign_case.c.campaign_id == campaign_id)
-        .order_by(campaign_case.c.ordinal)
-    ).scalars().all()
+    results: Sequence[str] = (
+        connection.execute(
+            select(campaign_case.c.result_digest)
+            .join(run, run.c.result_digest == campaign_case.c.result_digest)
+            .where(campaign_case.c.campaign_id == campaign_id)
+            .order_by(campaign_case.c.ordinal)
+        )
+        .scalars()
+        .all()
+    )
     known: set[Any] = set()
     for part in chunks(wanted):
         known |= {
@@ -119,9 +131,7 @@ def missing_verdicts(
             for pair in connection.execute(
                 select(verdict.c.result_digest, verdict.c.fsr_digest)
                 .join(campaign_case, campaign_case.c.result_digest == verdict.c.result_digest)
-                .where(
-                    campaign_case.c.campaign_id == campaign_id, verdict.c.fsr_digest.in_(part)
-                )
+                .where(campaign_case.c.campaign_id == campaign_id, verdict.c.fsr_digest.in_(part))
             )
         }
     gaps = {

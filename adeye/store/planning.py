@@ -22,7 +22,8 @@ from adeye.store.content import concept_record, save_concept, save_content
 from adeye.store.encoding import Row, insert_rows, json_text, row, utc_text
 from adeye.store.pending import count_open, open_cases
 from adeye.store.recording import write_tallies
-from adeye.store.rows import CampaignFsr, CampaignRecord, Plan, PlannedCase
+from adeye.store.rows import CampaignFsr, CampaignRecord, PlannedCase
+from adeye.store.stored import Plan
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -92,7 +93,7 @@ def plan_campaign(
     """
     _require_all_fsrs(record)
     odd_digest = save_content(connection, "odd", record.odd)
-    concept_digest = save_concept(connection, record.concept)
+    save_concept(connection, record.concept)
     connection.exec_driver_sql("DROP TABLE IF EXISTS temp.staged_case")
     _STAGED.create(connection)
     campaign_id, planned = _stage(connection, record, cases, odd_digest)
@@ -323,7 +324,8 @@ def _save_block(connection: Connection, campaign_id: str, first: int, end: int) 
     else:
         kind = "judge" if missing else "reused"
     inserted = connection.execute(
-        tables.work.insert().values(
+        tables.work.insert()
+        .values(
             campaign_id=campaign_id,
             kind=kind,
             from_ordinal=first,
@@ -332,7 +334,8 @@ def _save_block(connection: Connection, campaign_id: str, first: int, end: int) 
             attempt=0,
             failures=0,
         )
+        .returning(tables.work.c.id)
     )
-    assert inserted.inserted_primary_key is not None
+    work_id = inserted.scalar_one()
     if not missing:
-        write_tallies(connection, inserted.inserted_primary_key[0])
+        write_tallies(connection, work_id)

@@ -2,32 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import date
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import and_, func, select, text
+from sqlalchemy import select
 
-from adeye.errors import InputError, suggest
+from adeye.errors import InputError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
-from adeye.store.encoding import json_text
 from adeye.store.leasing import work_state
-from adeye.store.pending import is_judged
-from adeye.store.rows import (
-    CampaignInfo,
-    EventRecord,
-    FsrStatus,
-    MetricValue,
-    ResultTable,
-    RunRef,
-    StoredCase,
-    StoredRun,
-    VerdictRecord,
-)
-from adeye.store.views import COUNTED
+from adeye.store.rows import EventRecord, MetricValue, VerdictRecord
+from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Row
@@ -105,7 +91,9 @@ def _starting_with(connection: Connection, column: Any, prefix: str, what: str) 
         .all()
     )
     if not matches:
-        raise InputError(f"{what} {prefix!r}: there is none", remedy=f"'adeye show' lists each {what}.")
+        raise InputError(
+            f"{what} {prefix!r}: there is none", remedy=f"'adeye show' lists each {what}."
+        )
     if len(matches) > 1:
         listed = ", ".join(str(item)[: len(prefix) + 8] for item in matches[:_LISTED])
         more = ", …" if len(matches) > _LISTED else ""
@@ -130,7 +118,7 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
     if name.isascii() and name.isdigit() and len(name) < 10 and campaign_id is not None:
         by_ordinal = connection.execute(query.where(cases.c.ordinal == int(name))).first()
         if by_ordinal is not None:
-            return _run_ref(by_ordinal)
+            return run_ref(by_ordinal)
     digest = _starting_with(connection, cases.c.result_digest, name, "run")
     newest = tables.campaign.c.number.desc()
     found = connection.execute(
@@ -142,10 +130,11 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
         raise InputError(
             f"run {name!r} is not in campaign {campaign_id}", remedy="Name the campaign it is in."
         )
-    return _run_ref(found)
+    return run_ref(found)
 
 
-def _run_ref(item: Row[Any]) -> RunRef:
+def run_ref(item: Row[Any]) -> RunRef:
+    """Read a reference to a run from a row of ``campaign_case``; done unless it says otherwise."""
     return RunRef(
         campaign=item.campaign_id,
         ordinal=item.ordinal,
@@ -153,7 +142,7 @@ def _run_ref(item: Row[Any]) -> RunRef:
         test_case=item.test_case_digest,
         scenario=item.scenario,
         architecture=item.architecture,
-        is_done=bool(item.is_done),
+        is_done=bool(item._mapping.get("is_done", True)),
     )
 
 
@@ -177,7 +166,7 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
     return StoredRun(
         row=dict(found._mapping),
         metrics=_metrics(metrics._mapping),
-        verdicts=tuple(_verdict(item) for item in verdicts),
+        verdicts=tuple(verdict_record(item) for item in verdicts),
         events=tuple(
             EventRecord(item.time_s, item.kind, item.subject, item.text) for item in events
         ),
@@ -196,7 +185,8 @@ def _metrics(stored: Mapping[Any, Any]) -> dict[str, MetricValue]:
     }
 
 
-def _verdict(item: Row[Any]) -> VerdictRecord:
+def verdict_record(item: Row[Any]) -> VerdictRecord:
+    """Read a verdict from a row of ``verdict``."""
     return VerdictRecord(
         fsr_id=item.fsr_id,
         fsr_digest=item.fsr_digest,

@@ -95,10 +95,12 @@ def record_runs(connection: Connection, records: Iterable[RunRecord]) -> frozens
     differing: set[str] = set()
     for record in records:
         known = by_digest.setdefault(record.result_digest, record)
-        _compare(known.trace_digest, known.is_machine_dependent, record, differing)
+        if _differs(record, known.trace_digest, is_excused=known.is_machine_dependent):
+            differing.add(record.result_digest)
     existing = _existing(connection, list(by_digest))
     for digest, (trace_digest, machine_dependent) in existing.items():
-        _compare(trace_digest, bool(machine_dependent), by_digest[digest], differing)
+        if _differs(by_digest[digest], trace_digest, is_excused=bool(machine_dependent)):
+            differing.add(digest)
     runs: list[Row] = []
     metrics: list[Row] = []
     events: list[Row] = []
@@ -116,18 +118,16 @@ def record_runs(connection: Connection, records: Iterable[RunRecord]) -> frozens
     return frozenset(differing)
 
 
-def _compare(
-    trace_digest: str, machine_dependent: bool, record: RunRecord, differing: set[str]  # noqa: FBT001
-) -> None:
+def _differs(record: RunRecord, trace_digest: str, *, is_excused: bool) -> bool:
     if trace_digest == record.trace_digest:
-        return
-    if not (machine_dependent or record.is_machine_dependent):
-        raise IntegrityError(
-            f"run {record.result_digest[:12]}: two executions of one test case differ, trace "
-            f"{trace_digest} and {record.trace_digest}. Something in it is not deterministic; "
-            f"look for time, threads or unseeded randomness in its channels and sensors."
-        )
-    differing.add(record.result_digest)
+        return False
+    if is_excused or record.is_machine_dependent:
+        return True
+    raise IntegrityError(
+        f"run {record.result_digest[:12]}: two executions of one test case differ, traces "
+        f"{trace_digest} and {record.trace_digest}. Something in it is not deterministic: look "
+        "for time, threads or unseeded randomness in its channels and sensors."
+    )
 
 
 def _existing(connection: Connection, digests: Sequence[str]) -> dict[str, tuple[str, int]]:
@@ -185,7 +185,10 @@ def _metric_row(record: RunRecord) -> Row:
 
 def _event_rows(record: RunRecord) -> list[Row]:
     return [
-        row(tables.event, (record.result_digest, seq, item.time_s, item.kind, item.subject, item.text))
+        row(
+            tables.event,
+            (record.result_digest, seq, item.time_s, item.kind, item.subject, item.text),
+        )
         for seq, item in enumerate(record.events)
     ]
 

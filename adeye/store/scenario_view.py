@@ -66,12 +66,8 @@ def _unique_name(text: str, taken: Iterable[str]) -> str:
 
 def ensure_scenario_views(connection: Connection) -> None:
     """Make or renew the view of every scenario whose parameters changed."""
-    present = {
-        name: sql
-        for name, sql in connection.exec_driver_sql(
-            "SELECT name, sql FROM sqlite_master WHERE type = 'view'"
-        )
-    }
+    views = connection.exec_driver_sql("SELECT name, sql FROM sqlite_master WHERE type = 'view'")
+    present = {item.name: item.sql for item in views}
     for view, ddl in _wanted(connection).items():
         if present.get(view) == ddl:
             continue

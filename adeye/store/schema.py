@@ -81,10 +81,7 @@ def require_current(connection: Connection, path: Path) -> None:
     if version == _HEAD:
         return
     if version is None:
-        raise PlatformError(
-            f"database {path} was not made by adeye. "
-            "Name another file with --db."
-        )
+        raise PlatformError(f"database {path} was not made by adeye. Name another file with --db.")
     if version in known_versions():
         raise PlatformError(
             f"database {path} has schema {version}, this release needs {_HEAD}. "
@@ -118,14 +115,14 @@ def read_version(connection: Connection) -> str | None:
 
 def known_versions() -> frozenset[str]:
     """Versions that this release can upgrade, with its own."""
-    from alembic.script import ScriptDirectory  # noqa: PLC0415 - slow to import, rarely needed
+    from alembic.script import ScriptDirectory
 
     return frozenset(script.revision for script in ScriptDirectory(_FOLDER).walk_revisions())
 
 
 def _migrate(connection: Connection) -> None:
-    from alembic import command  # noqa: PLC0415 - slow to import, rarely needed
-    from alembic.config import Config  # noqa: PLC0415
+    from alembic import command
+    from alembic.config import Config
 
     config = Config()
     config.set_main_option("script_location", str(_FOLDER).replace("%", "%%"))
@@ -136,13 +133,12 @@ def _migrate(connection: Connection) -> None:
 def _refuse_foreign(connection: Connection, path: Path) -> None:
     if connection.exec_driver_sql("SELECT 1 FROM sqlite_master").first() is not None:
         raise PlatformError(
-            f"database {path} holds tables that adeye did not make. "
-            "Name another file with --db."
+            f"database {path} holds tables that adeye did not make. Name another file with --db."
         )
 
 
 def _newer(path: Path, version: str) -> PlatformError:
     return PlatformError(
         f"database {path} has schema {version}, which this release ({_HEAD}) does not know. "
-            "Use the newer release of adeye that wrote it, or name another file with --db."
-        )
+        "Use the newer release of adeye that wrote it, or name another file with --db."
+    )

@@ -153,9 +153,7 @@ fsr = _part(
     _text("measure"),
     _text("threshold_source"),
 )
-element = _part(
-    "element", _text("kind"), _text("asil_capability"), _flag("legacy"), _text("text")
-)
+element = _part("element", _text("kind"), _text("asil_capability"), _flag("legacy"), _text("text"))
 assumption = _part("assumption", _text("owner"), _text("valid_until"), _text("text"))
 allocation = Table(
     "allocation",

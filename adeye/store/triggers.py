@@ -28,6 +28,4 @@ def trigger_ddl(dialect: str = "sqlite") -> tuple[str, ...]:
     Raises:
         KeyError: The dialect has no triggers written for it.
     """
-    return tuple(
-        statement for table in INSERT_ONLY for statement in _DIALECTS[dialect](table.name)
-    )
+    return tuple(statement for table in INSERT_ONLY for statement in _DIALECTS[dialect](table.name))

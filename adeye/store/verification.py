@@ -17,7 +17,8 @@ from adeye.store import tables
 from adeye.store.encoding import row_hash
 from adeye.store.planning import SelectionHash, judging_hash
 from adeye.store.recording import RUN_HASHED, result_hash, tally_rows
-from adeye.store.rows import EngineKey, Finding
+from adeye.store.rows import EngineKey
+from adeye.store.stored import Finding
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -27,8 +28,7 @@ _CHUNK = 1000
 
 def verify(connection: Connection) -> Iterator[Finding]:
     """Name every row that is not as it was written, every missing and every extra one."""
-    driver = connection.connection.dbapi_connection
-    assert driver is not None
+    driver: Any = connection.connection.dbapi_connection
     # A damaged text may not be UTF-8; it must be named, not end the check.
     normal = driver.text_factory
     driver.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")
@@ -127,9 +127,7 @@ def _result_hash(run: Sequence[Any], metric: Any, events: Sequence[Any]) -> str:
 def _events_of(digest: str) -> Any:
     columns = [column for column in tables.event.columns if column.name != "row_hash"]
     return (
-        select(*columns)
-        .where(tables.event.c.result_digest == digest)
-        .order_by(tables.event.c.seq)
+        select(*columns).where(tables.event.c.result_digest == digest).order_by(tables.event.c.seq)
     )
 
 
@@ -172,9 +170,7 @@ def _work(connection: Connection) -> Iterator[Finding]:
     blocks = connection.execute(
         tables.work.select().order_by(tables.work.c.campaign_id, tables.work.c.from_ordinal)
     ).all()
-    planned = {
-        item.id: item.planned for item in connection.execute(tables.campaign.select()).all()
-    }
+    planned = {item.id: item.planned for item in connection.execute(tables.campaign.select()).all()}
     covered: dict[str, int] = dict.fromkeys(planned, 0)
     for block in blocks:
         if covered.get(block.campaign_id) != block.from_ordinal:

@@ -7,7 +7,7 @@ True
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import numpy as np
@@ -55,7 +55,7 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
     Runs that have ended are not reset: stepping them changes nothing and gives reward 0.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as its base class declares it
         "autoreset_mode": AutoresetMode.DISABLED,
         "render_modes": [],
     }
@@ -154,6 +154,11 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
             raise UsageError(
                 f"actions have shape {command.shape}, not ({self.num_envs}, 2)",
                 remedy="Give acceleration and steering angle of every run.",
+            )
+        if not np.isfinite(command[before.running]).all():
+            raise UsageError(
+                "an action of a run that has not ended is not finite",
+                remedy="Give a number for acceleration and steering angle.",
             )
         scene = self._traffic.step(command)
         way = scene.ego_place[:, 0] - before.ego_place[:, 0]

@@ -56,6 +56,11 @@ JAM_GAP: Final = 5.0
 """Bumper-to-bumper gap at which IDM stands, as highway_env has it for cars of one length [m]."""
 
 
+def flipped(value: float) -> float:
+    """Change the sign of a lateral coordinate or a heading; zero stays positive."""
+    return 0.0 - value
+
+
 class _NoRandom:
     """Stands where highway_env takes a generator: nothing here may draw from one."""
 
@@ -82,13 +87,16 @@ class PlacedVehicle(Vehicle):
     def place(self, x: float, y: float, heading: float, speed: float) -> None:
         """Take over a state of our frame."""
         self.position[0] = x
-        self.position[1] = -y
-        self.heading = -heading
+        self.position[1] = flipped(y)
+        self.heading = flipped(heading)
         self.speed = speed
 
 
 class ReactiveVehicle(IDMVehicle):
     """IDM and MOBIL for vehicles of different lengths that do not drive backwards."""
+
+    speed: float
+    action: dict[str, float]
 
     def desired_gap(
         self,
@@ -185,8 +193,8 @@ class HighwayTraffic:
                 x, y = vehicle.position
                 self._reacted[run, actor] = (
                     x,
-                    -y,
-                    -vehicle.heading,
+                    flipped(y),
+                    flipped(vehicle.heading),
                     vehicle.speed,
                     vehicle.action["acceleration"],
                 )
@@ -224,15 +232,16 @@ def _build_road(world: World, run: int) -> Road:
     )
     sizes = world.context.object_sizes[run]
     ego = world.ego[run]
-    vehicle = PlacedVehicle(road, (ego[EGO_X], -ego[EGO_Y]), -ego[EGO_HEADING], ego[EGO_SPEED])
+    vehicle = PlacedVehicle(road, _pose_point(ego), flipped(ego[EGO_HEADING]), ego[EGO_SPEED])
     vehicle.target_speed = world.ego_desired_speed[run]
     _shape(vehicle, world.context.ego_size[run])
     road.vehicles.append(vehicle)
     for actor in range(len(world.scripted)):
         state = world.objects[run, actor]
-        place = (state[OBJECT_X], -state[OBJECT_Y])
         if world.scripted[actor]:
-            vehicle = PlacedVehicle(road, place, -state[OBJECT_HEADING], state[OBJECT_SPEED])
+            vehicle = PlacedVehicle(
+                road, _pose_point(state), flipped(state[OBJECT_HEADING]), state[OBJECT_SPEED]
+            )
             vehicle.target_speed = state[OBJECT_SPEED]
         else:
             vehicle = _reactive_vehicle(road, world, run, actor)
@@ -240,18 +249,22 @@ def _build_road(world: World, run: int) -> Road:
         road.vehicles.append(vehicle)
     for thing in range(len(world.scripted), len(sizes)):
         state = world.objects[run, thing]
-        obstacle = Obstacle(road, (state[OBJECT_X], -state[OBJECT_Y]), -state[OBJECT_HEADING])
+        obstacle = Obstacle(road, _pose_point(state), flipped(state[OBJECT_HEADING]))
         _shape(obstacle, sizes[thing])
         road.objects.append(obstacle)
     return road
+
+
+def _pose_point(state: Floats) -> tuple[float, float]:
+    return float(state[OBJECT_X]), flipped(float(state[OBJECT_Y]))
 
 
 def _reactive_vehicle(road: Road, world: World, run: int, actor: int) -> ReactiveVehicle:
     state = world.objects[run, actor]
     vehicle = ReactiveVehicle(
         road,
-        (state[OBJECT_X], -state[OBJECT_Y]),
-        -state[OBJECT_HEADING],
+        _pose_point(state),
+        flipped(state[OBJECT_HEADING]),
         state[OBJECT_SPEED],
         enable_lane_change=bool(world.lane_changes[actor]),
     )

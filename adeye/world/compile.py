@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adeye.errors import SpecError
-from adeye.kernel.elementary import atan
+from adeye.kernel.elementary import asin, atan
 from adeye.kernel.jit import compiled
 from adeye.kernel.road import local, offset_curvature, position
 from adeye.kernel.storyboard import ACTOR_WIDTH, place_actor
@@ -199,6 +200,10 @@ def place_ego(
         row[0], row[1], row[2] = position(segments[run], s[run], d[run])
         _, _, _, curvature = local(segments[run], row[0], row[1])
         bend = offset_curvature(curvature, d[run])
+        # The rear axle, half a wheelbase behind, runs on a smaller circle and turns the body in.
+        turned_in = 0.5 * wheelbase[run] * bend
+        row[2] -= asin(turned_in)
+        bend /= math.sqrt(1.0 - turned_in * turned_in)
         row[3] = speed[run]
         row[5] = atan(wheelbase[run] * bend)
         row[6] = speed[run] * bend

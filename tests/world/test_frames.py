@@ -16,16 +16,12 @@ EGO = np.array([100.0, 5.0, np.pi / 2, 20.0, 0.0, 0.0, 0.0])
 
 def test_left_of_an_ego_that_heads_along_x_is_positive_y_in_the_map() -> None:
     ego = np.array([10.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    left = vehicle_frames(ego, {}).transform(
-        np.array([0.0, 2.0, 0.0]), source="ego", target="map"
-    )
+    left = vehicle_frames(ego, {}).transform(np.array([0.0, 2.0, 0.0]), source="ego", target="map")
     assert left.tolist() == [10.0, 2.0, 0.0]
 
 
 def test_left_of_an_ego_that_heads_along_y_is_negative_x_in_the_map() -> None:
-    left = vehicle_frames(EGO, {}).transform(
-        np.array([0.0, 2.0, 0.0]), source="ego", target="map"
-    )
+    left = vehicle_frames(EGO, {}).transform(np.array([0.0, 2.0, 0.0]), source="ego", target="map")
     np.testing.assert_allclose(left, [98.0, 5.0, 0.0], atol=1e-12)
 
 

@@ -1,0 +1,86 @@
+"""Test cases as stored content and back: what makes a run reproducible from the database alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from adeye.errors import IntegrityError
+from adeye.spec.architecture import Architecture
+from adeye.spec.fault import Fault
+from adeye.spec.odd import Attributes
+from adeye.spec.quantity import SI, Record
+from adeye.spec.scenario import LogicalScenario
+from adeye.store.rows import ContentRecord
+from adeye.store.stored import StoredCase
+from adeye.sweep.case import TestCase
+
+FOLDER: Final = "plugin_folder"
+"""Key beside an architecture's own: folder of the file that names its plug-ins."""
+
+
+class Contents:
+    """Makes one content record for each scenario or architecture record of a plan."""
+
+    def __init__(self) -> None:
+        self._made: dict[int, tuple[Record, ContentRecord]] = {}
+
+    def scenario(self, scenario: LogicalScenario) -> ContentRecord:
+        """Describe a scenario, overrides applied."""
+        version = scenario.provenance.version
+        return self._of(scenario, scenario.scenario, version, {})
+
+    def architecture(self, architecture: Architecture, folder: Path) -> ContentRecord:
+        """Describe an architecture, overrides applied, with the folder of its plug-ins."""
+        return self._of(architecture, architecture.architecture, "", {FOLDER: folder.as_posix()})
+
+    def _of(
+        self, record: Record, name: str, version: str, extra: Mapping[str, str]
+    ) -> ContentRecord:
+        known = self._made.get(id(record))
+        if known is None or known[0] is not record:
+            content = {**record.model_dump(mode="json"), **extra}
+            known = (record, ContentRecord(name, version, content))
+            self._made[id(record)] = known
+        return known[1]
+
+
+def recreate(
+    stored: StoredCase, scenario_id: str, odd: Mapping[str, Any], *, inside_odd: bool
+) -> tuple[TestCase, Path]:
+    """Make a test case from what the database holds.
+
+    Args:
+        stored: The test case.
+        scenario_id: Id of the scenario in the ODD.
+        odd: Stored content of the ODD.
+        inside_odd: Whether its planned attributes lie inside the ODD.
+
+    Returns:
+        The test case and the folder of its plug-ins.
+
+    Raises:
+        IntegrityError: What comes out has another digest than what went in.
+    """
+    architecture = dict(stored.architecture)
+    folder = Path(architecture.pop(FOLDER, "."))
+    case = TestCase(
+        scenario_id=scenario_id,
+        scenario=LogicalScenario.model_validate(stored.scenario, context=SI),
+        parameters=dict(stored.parameters),
+        architecture=Architecture.model_validate(architecture, context=SI),
+        faults=tuple(Fault.model_validate(fault, context=SI) for fault in stored.faults),
+        fault_entry=stored.fault_entry,
+        replicate=stored.replicate,
+        seed=stored.seed,
+        step=stored.step_s,
+        point={},
+        inside_odd=inside_odd,
+        attributes=Attributes.model_validate(odd["attributes"], context=SI),
+    )
+    if case.digest != stored.test_case:
+        raise IntegrityError(
+            f"test case {stored.test_case[:12]} does not come out of the database as it went in"
+        )
+    return case, folder

@@ -1,0 +1,141 @@
+"""The built-in nominal channel on the batch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from adeye.channels.driving import vehicle_fields
+from adeye.channels.nominal.planning import MEMORY_PATH, MEMORY_WIDTH, nominal_step
+from adeye.channels.perception import show_tracks
+from adeye.channels.pose import POSE_WIDTH, clear_pose
+from adeye.channels.sight import Sight
+from adeye.channels.tracks import TRACK_STATE, TRACKS
+from adeye.kernel.jit import compiled
+from adeye.ports import ChannelContext
+from adeye.signals import (
+    DEGRADED,
+    FAULT,
+    OK,
+    TRACK_COLUMNS,
+    Bools,
+    ControlCommand,
+    Floats,
+    Ints,
+    Observation,
+    parameter_record,
+)
+from adeye.spec.architecture import NominalParameters
+
+
+class NominalChannel:
+    """Drives along its lane on what its linked sensors see, follows, and brakes in an emergency.
+
+    It sees measurements only. Without a recent ego estimate its state is FAULT, with a linked
+    sensor that does not deliver it is DEGRADED.
+    """
+
+    monitor_ids: tuple[str, ...] = ()
+
+    def reset(self, context: ChannelContext) -> None:
+        """Prepare for the runs of a batch."""
+        runs = context.runs
+        names = tuple(NominalParameters.model_fields)
+        fields: dict[str, Any] = {
+            name: [float(getattr(item, name)) for item in context.parameters] for name in names
+        }
+        self._channel_id = context.channel_id
+        self._records = parameter_record(fields | vehicle_fields(context))
+        self._segments = np.ascontiguousarray(context.road.segments)
+        self._sight = Sight(context)
+        self._pose = np.zeros((runs, POSE_WIDTH))
+        for row in self._pose:
+            clear_pose(row)
+        self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
+        self._used = np.full(self._sight.stamps.shape, -1.0)
+        self._memory = np.zeros((runs, MEMORY_WIDTH))
+        self._memory[:, MEMORY_PATH] = np.nan
+        self._command = np.zeros((runs, 2))
+        self._status = np.full(runs, FAULT, dtype=np.int64)
+        self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
+
+    def act(self, observation: Observation) -> ControlCommand:
+        """Answer one observation with one command per run."""
+        sight = self._sight
+        sight.take(observation.measurements)
+        _act(
+            self._records,
+            observation.time,
+            observation.running,
+            self._segments,
+            sight.estimate,
+            sight.estimate_stamp,
+            sight.kinds,
+            sight.mounts,
+            sight.stamps,
+            sight.masks,
+            sight.detections,
+            sight.is_degraded,
+            self._pose,
+            self._tracks,
+            self._used,
+            self._memory,
+            self._command,
+            self._status,
+            self._shown,
+        )
+        return ControlCommand(
+            self._channel_id,
+            self._command[:, 0].copy(),
+            self._command[:, 1].copy(),
+            np.full(self._status.shape, observation.time),
+            self._status.copy(),
+            tracks=self._shown.copy(),
+        )
+
+
+@compiled
+def _act(  # noqa: PLR0913, PLR0917 - a kernel
+    records: Any,
+    time: float,
+    running: Bools,
+    segments: Floats,
+    estimate: Floats,
+    estimate_stamp: Floats,
+    kinds: Ints,
+    mounts: Floats,
+    stamps: Floats,
+    masks: Bools,
+    detections: Floats,
+    is_degraded: Bools,
+    pose: Floats,
+    tracks: Floats,
+    used: Floats,
+    memory: Floats,
+    command: Floats,
+    status: Ints,
+    shown: Floats,
+) -> None:
+    for run in range(records.shape[0]):
+        if not running[run]:
+            continue
+        state = nominal_step(
+            records[run],
+            time,
+            segments[run],
+            estimate[run],
+            estimate_stamp[run],
+            kinds,
+            mounts[run],
+            stamps[run],
+            masks[run],
+            detections[run],
+            pose[run],
+            tracks[run],
+            used[run],
+            memory[run],
+            command[run],
+        )
+        status[run] = DEGRADED if state == OK and is_degraded[run] else state
+        show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

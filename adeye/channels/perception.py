@@ -1,0 +1,101 @@
+"""One tick of perception of one run: ego pose, tracks, and what of them goes into the command."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from adeye.channels.pose import update_pose
+from adeye.channels.tracking import drop_tentative, predict_tracks, update_tracks
+from adeye.channels.tracks import (
+    TRACK_HITS,
+    TRACK_LENGTH,
+    TRACK_VX,
+    TRACK_VY,
+    TRACK_WIDTH,
+    TRACK_X,
+    TRACK_Y,
+)
+from adeye.kernel.jit import compiled
+from adeye.signals import Bools, Floats, Ints
+
+SHOWN: Final = (TRACK_X, TRACK_Y, TRACK_VX, TRACK_VY, TRACK_LENGTH, TRACK_WIDTH)
+"""Columns of a track that a command shows, in the order of ``signals.TRACK_COLUMNS``."""
+
+
+@compiled
+def perceive(  # noqa: PLR0913, PLR0917 - a kernel
+    time: float,
+    period: float,
+    coast: float,
+    gate: float,
+    confirm_hits: float,
+    segments: Floats,
+    estimate: Floats,
+    estimate_stamp: float,
+    kinds: Ints,
+    mounts: Floats,
+    stamps: Floats,
+    masks: Bools,
+    detections: Floats,
+    pose: Floats,
+    tracks: Floats,
+    used: Floats,
+) -> None:
+    """Bring pose and tracks of one run to the present tick.
+
+    A sample is used once, whenever it arrives; a sensor that has dropped out shows its old stamp.
+
+    Args:
+        time: [s].
+        period: Since the previous call [s].
+        coast: How long a confirmed track lives without a detection [s].
+        gate: Largest distance between a track and its detection [m].
+        confirm_hits: Detections that confirm a track.
+        segments: (K, 5) reference line of the road.
+        estimate: (13,) newest ego estimate.
+        estimate_stamp: Its time [s], -1 before the first.
+        kinds: (S,) index into ``SENSOR_KINDS``.
+        mounts: (S, 2) x, y [m].
+        stamps: (S,) time of each sensor's newest sample [s].
+        masks: (S, M).
+        detections: (S, M, 7).
+        pose: (POSE_WIDTH,) in and out.
+        tracks: (K, TRACK_STATE) in and out.
+        used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
+    """
+    update_pose(pose, segments, estimate, estimate_stamp, time, period)
+    predict_tracks(tracks, pose, time, period, coast)
+    for sensor in range(stamps.shape[0]):
+        if not stamps[sensor] > used[sensor]:
+            continue
+        used[sensor] = stamps[sensor]
+        update_tracks(
+            tracks,
+            pose,
+            kinds[sensor],
+            mounts[sensor, 0],
+            mounts[sensor, 1],
+            masks[sensor],
+            detections[sensor],
+            stamps[sensor],
+            time - stamps[sensor],
+            gate,
+        )
+    drop_tentative(tracks, time, confirm_hits)
+
+
+@compiled
+def show_tracks(tracks: Floats, confirm_hits: float, shown: Floats) -> None:
+    """Write the confirmed tracks for the command; the other rows are NaN.
+
+    Args:
+        tracks: (K, TRACK_STATE).
+        confirm_hits: Detections that confirm a track.
+        shown: (K, 6) out, see ``signals.TRACK_COLUMNS``.
+    """
+    for row in range(tracks.shape[0]):
+        for column in range(6):
+            confirmed = tracks[row, TRACK_HITS] >= confirm_hits
+            shown[row, column] = tracks[row, SHOWN[column]] if confirmed else np.nan

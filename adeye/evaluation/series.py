@@ -1,0 +1,316 @@
+"""Metric series: what an FSR may say about every sample of a run, measured once per trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import astuple, dataclass
+from functools import cached_property
+from typing import Final, Literal
+
+import numpy as np
+
+from adeye.evaluation.conflict import (
+    DISTANCE,
+    DRAC,
+    GAP,
+    REQUIRED,
+    RSS_MARGIN,
+    TIME_GAP,
+    TIME_HEADWAY,
+    TTC,
+    measure_object,
+    measure_runs,
+)
+from adeye.evaluation.stl.series import SampleStatus, Series
+from adeye.signals import EGO_ACCELERATION, Bools, Floats, Ints, SignalType
+from adeye.trace import Trace
+
+Statuses = np.ndarray[tuple[int, ...], np.dtype[np.int8]]
+
+
+@dataclass(frozen=True, slots=True)
+class RssParameters:
+    """Assumptions of responsibility-sensitive safety about ego and others.
+
+    Source:
+        Conservative starting values of the ad-rss library; IEEE 2846-2022 lists what each user of
+        the model must decide.
+    """
+
+    response_time: float = 1.0
+    """Of the ego [s]."""
+    other_response_time: float = 2.0
+    """Of others, for the lateral distance [s]."""
+    max_acceleration: float = 3.5
+    """While responding [m/s²]."""
+    min_braking: float = 4.0
+    """Of who follows or comes towards the ego [m/s²]."""
+    max_braking: float = 8.0
+    """Of who drives ahead [m/s²]."""
+    min_correct_braking: float = 3.0
+    """Of the ego towards oncoming traffic [m/s²]."""
+    lateral_acceleration: float = 0.2
+    """Towards each other, while responding [m/s²]."""
+    lateral_braking: float = 0.8
+    """[m/s²]."""
+    fluctuation: float = 0.1
+    """Swaying in the lane [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesDefinition:
+    """A metric series.
+
+    Attributes:
+        name: As formulas call it.
+        type: Unit, scale, kind, text and, where it declares "no conflict", the cap.
+        worse: ``lower`` or ``higher``: direction of danger.
+        source: Publication or standard.
+        uid: Changes whenever the definition does.
+    """
+
+    name: str
+    type: SignalType
+    worse: Literal["lower", "higher"]
+    source: str
+    uid: str
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """A series of B runs with what is known about each sample.
+
+    Attributes:
+        values: (B, T) [unit of the series]; arbitrary where the status is not VALUE.
+        status: (B, T) ``SampleStatus``.
+        actor: (B, T) object of the worst case, -1 for none.
+    """
+
+    values: Floats
+    status: Statuses
+    actor: Ints
+
+
+class TraceSeries:
+    """The metric series of a trace; each is measured when it is first asked for.
+
+    Attributes:
+        trace: The runs.
+        step: Time between two rows [s].
+        known: (B, T) whether a row lies within its run.
+        touched: (B, T) whether the ego is in contact.
+    """
+
+    def __init__(self, trace: Trace, rss: RssParameters | None = None) -> None:
+        """Prepare the series of a trace.
+
+        Args:
+            trace: The runs.
+            rss: Assumptions behind ``rss_margin`` and ``rss_violation``.
+        """
+        self.trace = trace
+        self.step = trace.layout.context.step
+        rows = np.arange(trace.time.shape[0])
+        self.known: Bools = rows < trace.length[:, np.newaxis]
+        self.touched: Bools = self.known & (trace["contact"] >= 0)
+        self._rss = np.array(astuple(rss or RssParameters()))
+        self._samples: dict[str, Samples] = {}
+
+    def samples(self, name: str) -> Samples:
+        """Give the samples of a metric series.
+
+        Raises:
+            KeyError: There is no such series.
+        """
+        if name not in self._samples:
+            self._samples[name] = _MEASURES[name](self)
+        return self._samples[name]
+
+    def series(self, name: str) -> Series:
+        """Give a metric series as formulas read it.
+
+        Raises:
+            KeyError: There is no such series.
+        """
+        samples, declared = self.samples(name), SERIES[name].type
+        status = samples.status
+        if declared.cap is None:
+            # Without a conflict nothing is demanded: 0 for a deceleration, false for a violation.
+            free = status == SampleStatus.NO_CONFLICT
+            status = np.where(free, np.int8(SampleStatus.VALUE), status)
+        kind: Literal["number", "boolean"] = "boolean" if declared.kind == "boolean" else "number"
+        return Series(
+            samples.values,
+            declared.scale,
+            declared.unit,
+            kind,
+            status=status,
+            cap=declared.cap,
+            actor=samples.actor,
+        )
+
+    def object(self, index: int) -> tuple[Floats, Floats]:
+        """Measure body distance and signed gap (B, T) to one object [m]; NaN is an error."""
+        trace, context = self.trace, self.trace.layout.context
+        distances, gaps = np.zeros(self.known.shape), np.zeros(self.known.shape)
+        measure_object(
+            trace.length,
+            trace["ego"],
+            trace["ego_place"],
+            context.ego_size,
+            trace["objects"][:, :, index],
+            trace["object_places"][:, :, index],
+            context.object_sizes[:, index],
+            trace["contact"],
+            index,
+            distances,
+            gaps,
+        )
+        return distances, gaps
+
+    @cached_property
+    def conflicts(self) -> tuple[Floats, Ints]:
+        """Values and actors (B, T, 8) of ``conflict.QUANTITIES``, 0 beyond the runs."""
+        trace, context = self.trace, self.trace.layout.context
+        values = np.zeros((*self.known.shape, 8))
+        actors = np.full(values.shape, -1, dtype=np.int64)
+        measure_runs(
+            trace.length,
+            trace["ego"],
+            trace["ego_place"],
+            context.ego_size,
+            trace["objects"],
+            trace["object_places"],
+            context.object_sizes,
+            trace["contact"],
+            self._rss,
+            values,
+            actors,
+        )
+        return values, actors
+
+
+def _conflict(column: int) -> Callable[[TraceSeries], Samples]:
+    def measure(series: TraceSeries) -> Samples:
+        values = np.ascontiguousarray(series.conflicts[0][..., column])
+        actor = np.ascontiguousarray(series.conflicts[1][..., column])
+        status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
+        if column in {DRAC, REQUIRED}:
+            status[actor < 0] = SampleStatus.NO_CONFLICT
+            # No deceleration undoes a contact.
+            status[np.isposinf(values) & series.touched] = SampleStatus.NOT_APPLICABLE
+        else:
+            status[np.isposinf(values)] = SampleStatus.NO_CONFLICT
+        is_value = status == SampleStatus.VALUE
+        status[(is_value & ~np.isfinite(values)) | np.isnan(values)] = SampleStatus.ERROR
+        return Samples(values, status, actor)
+
+    return measure
+
+
+def _rss_violation(series: TraceSeries) -> Samples:
+    margin = series.samples("rss_margin")
+    is_value = margin.status == SampleStatus.VALUE
+    violated = is_value & (margin.values < 0.0)
+    actor = np.where(violated, margin.actor, -1)
+    return Samples(violated.astype(np.float64), margin.status, actor)
+
+
+def _jerk(series: TraceSeries) -> Samples:
+    acceleration = series.trace["ego"][..., EGO_ACCELERATION]
+    values = np.zeros(acceleration.shape)
+    values[:, 1:] = np.diff(acceleration, axis=1) / series.step
+    status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
+    status[:, 0] = SampleStatus.NOT_APPLICABLE
+    status[~np.isfinite(values) | ~np.isfinite(acceleration)] = SampleStatus.ERROR
+    return Samples(values, status, np.full(values.shape, -1, dtype=np.int64))
+
+
+def _define(  # noqa: PLR0913 - a row of the table below
+    name: str,
+    unit: str,
+    scale: float,
+    cap: float | None,
+    worse: Literal["lower", "higher"],
+    text: str,
+    source: str,
+) -> SeriesDefinition:
+    kind = "boolean" if name == "rss_violation" else "number"
+    declared = SignalType(unit, scale, kind, text, cap=cap)
+    return SeriesDefinition(name, declared, worse, source, f"adeye:series.{name}@1")
+
+
+_IN_PATH = "the nearest object in the path ahead"
+_DEFINITIONS = (
+    _define(
+        "distance", "m", 10.0, 100.0, "lower",
+        "distance between the bodies of the ego and the nearest object; 0 in contact",
+        "geometry of oriented boxes",
+    ),
+    _define(
+        "gap", "m", 10.0, 200.0, "lower",
+        f"bumper-to-bumper gap along the road to {_IN_PATH}",
+        "ISO 15622, clearance",
+    ),
+    _define(
+        "ttc", "s", 1.0, 10.0, "lower",
+        "least time to collision at constant speeds with an object in the path ahead; 0 in contact",
+        "Hayward (1972), Near-miss determination through use of a scale of danger",
+    ),
+    _define(
+        "time_gap", "s", 1.0, 10.0, "lower",
+        f"time in which the ego drives the gap to {_IN_PATH}",
+        "ISO 15622, time gap",
+    ),
+    _define(
+        "time_headway", "s", 1.0, 10.0, "lower",
+        f"time between the front bumpers of {_IN_PATH} and of the ego passing one place",
+        "Jansson (2005), Collision avoidance theory",
+    ),
+    _define(
+        "drac", "m/s²", 1.0, None, "higher",
+        "largest deceleration to avoid a crash with an object in the path that keeps its speed",
+        "Cooper and Ferguson (1976), Traffic studies at T-junctions",
+    ),
+    _define(
+        "required_deceleration", "m/s²", 1.0, None, "higher",
+        "largest constant deceleration needed against an object in the path that goes on braking",
+        "Jansson (2005), Collision avoidance theory, 4.2",
+    ),
+    _define(
+        "rss_margin", "m", 10.0, 100.0, "lower",
+        "least gap beyond the RSS distance to an object ahead that is laterally unsafe, too",
+        "Shalev-Shwartz et al. (2017), On a formal model of safe and scalable self-driving cars",
+    ),
+    _define(
+        "rss_violation", "1", 1.0, None, "higher",
+        "longitudinal and lateral distance to an object ahead are both below those of RSS",
+        "Shalev-Shwartz et al. (2017), On a formal model of safe and scalable self-driving cars",
+    ),
+    _define(
+        "jerk", "m/s³", 1.0, None, "higher",
+        "change of the ego's longitudinal acceleration since the row before",
+        "difference quotient of the recorded state",
+    ),
+)  # fmt: skip
+
+SERIES: Final = {definition.name: definition for definition in _DEFINITIONS}
+"""Metric series by name."""
+
+_MEASURES: Final[dict[str, Callable[[TraceSeries], Samples]]] = {
+    "distance": _conflict(DISTANCE),
+    "gap": _conflict(GAP),
+    "ttc": _conflict(TTC),
+    "time_gap": _conflict(TIME_GAP),
+    "time_headway": _conflict(TIME_HEADWAY),
+    "drac": _conflict(DRAC),
+    "required_deceleration": _conflict(REQUIRED),
+    "rss_margin": _conflict(RSS_MARGIN),
+    "rss_violation": _rss_violation,
+    "jerk": _jerk,
+}
+
+
+def series_signals() -> dict[str, SignalType]:
+    """List the metric series as signals, by name."""
+    return {name: definition.type for name, definition in SERIES.items()}

@@ -1,0 +1,518 @@
+"""Build the report of a campaign from the database and from the runs that it re-executes."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
+from functools import cached_property
+from typing import Any
+
+from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_runs, gate_exit
+from adeye.report.dead import dead_axes
+from adeye.report.model import (
+    Architecture,
+    Assumption,
+    Cell,
+    Element,
+    Factors,
+    Fsr,
+    Hazard,
+    Report,
+    SafetyGoal,
+    Scenario,
+    Waiver,
+    WorstCase,
+)
+from adeye.report.parts import Binding, Label, Margin, RunVerdict
+from adeye.report.replay import Event, Replay
+from adeye.report.spread import summarise
+from adeye.spec.concept import Concept, Requirement
+from adeye.spec.quantity import SI
+from adeye.store.repository import Repository
+from adeye.store.rows import EventRecord, VerdictRecord
+from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
+from adeye.sweep.present import named_values
+
+SHORT = 12
+"""Characters of a result digest that commands and tables show."""
+WORST_PER_FSR = 3
+MAX_WORST = 40
+MAX_REPLAYS = 16
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayRequest:
+    """A run to draw, and what the page says about it."""
+
+    run: RunRef
+    why: str
+
+
+Draw = Callable[[ReplayRequest], Replay]
+
+
+@dataclass(frozen=True)
+class ReportBuilder:
+    """Reads one campaign.
+
+    Attributes:
+        repository: The database.
+        campaign: The campaign.
+        database: How commands name the database; empty for the default.
+        created: UTC time for the page, None to reproduce its bytes.
+    """
+
+    repository: Repository
+    campaign: CampaignInfo
+    database: str = ""
+    created: str | None = None
+
+    @cached_property
+    def concept(self) -> Concept:
+        """The concept that judged the campaign."""
+        content = self.repository.content("concept", self.campaign.concept_digest)
+        return Concept.model_validate(content, context=SI)
+
+    @cached_property
+    def odd(self) -> Mapping[str, Any]:
+        """Stored content of the ODD and everything that it names."""
+        content: Mapping[str, Any] = self.repository.content("odd", self.campaign.odd_digest)
+        return content
+
+    @cached_property
+    def status(self) -> tuple[FsrStatus, ...]:
+        """Verdicts by FSR, architecture and scenario."""
+        return self.repository.fsr_status(self.campaign.id)
+
+    @cached_property
+    def requirements(self) -> dict[str, Requirement]:
+        """FSRs by id."""
+        return {item.id: item for item in self.concept.requirements}
+
+    @cached_property
+    def results(self) -> list[dict[str, Any]]:
+        """Rows of ``v_runs`` with parsed points."""
+        table = self.repository.results(self.campaign.id)
+        rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+        for row in rows:
+            row["point"] = json.loads(row["point"])
+        return rows
+
+    def build(self, draw: Draw, *, replays: int = MAX_REPLAYS) -> Report:
+        """Put the report together.
+
+        Args:
+            draw: Re-executes a run and draws it.
+            replays: Most runs to embed.
+        """
+        cells = tuple(self._cells())
+        code, message = self._exit(cells)
+        worst = self._worst_cases()
+        progress = self.repository.progress(self.campaign.id)
+        provenance = self.campaign.provenance
+        return Report(
+            title=self.campaign.title or self.campaign.odd,
+            odd=self.campaign.odd,
+            odd_digest=self.campaign.odd_digest,
+            tool_version=str(provenance.get("adeye", "")),
+            numerics_version=str(provenance.get("numerics_version", "")),
+            created=self.created,
+            campaign=self.campaign.id,
+            database=self.repository.path.name,
+            exit_code=code,
+            message=message,
+            determinism=(
+                "Every run re-executes bit for bit on this kind of machine, whatever the batch, "
+                "the order and the number of workers; `adeye replay` compares trace digests."
+            ),
+            statements=(
+                "The sweep is a designed set of points, not a random sample: it gives coverage, "
+                "worst cases and boundaries, and no probability of failure.",
+            ),
+            planned=progress.planned,
+            accounted=progress.accounted,
+            outcomes=Counter(Outcome(row["outcome"]) for row in self.results),
+            command=self._command(f"adeye run {provenance.get('odd_path', self.campaign.odd)}"),
+            architectures=tuple(self._architectures()),
+            scenarios=tuple(self._scenarios()),
+            factors=tuple(self._factors()),
+            fsrs=tuple(self._fsr(item) for item in self.concept.requirements),
+            cells=cells,
+            worst_cases=worst,
+            dead_axes=tuple(dead_axes(self.results, self.odd, self._command)),
+            metrics=tuple(summarise(self.results, self._replay_command)),
+            hazards=tuple(self._hazards()),
+            goals=tuple(self._goals()),
+            elements=tuple(self._elements()),
+            assumptions=tuple(self._assumptions()),
+            waivers=tuple(self._waivers(cells)),
+            replays=tuple(draw(request) for request in self._requests(worst)[:replays]),
+        )
+
+    # Commands
+
+    def _command(self, text: str) -> str:
+        return f"{text} --db {self.database}" if self.database else text
+
+    def _replay_command(self, run: str) -> str:
+        return self._command(f"adeye replay {run[:SHORT]}")
+
+    def _exit(self, cells: Iterable[Cell]) -> tuple[ExitCode, str]:
+        verdicts: dict[str, list[Verdict]] = {name: [] for name in self.campaign.gate}
+        for item in self.repository.gate(self.campaign.id):
+            if item.architecture in verdicts:
+                verdicts[item.architecture].append(item.verdict or Verdict.ERROR)
+        progress = self.repository.progress(self.campaign.id)
+        code = gate_exit(verdicts, planned=progress.planned, accounted=progress.accounted)
+        bad = [
+            f"{cell.fsr} {cell.verdict} for {cell.architecture}"
+            for cell in cells
+            if cell.scenario is None
+            and cell.architecture in verdicts
+            and self.requirements[cell.fsr].mandatory
+            and cell.verdict is not Verdict.PASS
+        ]
+        gate = ", ".join(self.campaign.gate)
+        if code is ExitCode.OK:
+            return code, f"Every mandatory requirement passes for {gate}."
+        return code, "; ".join(bad) or code.meaning
+
+    # Content
+
+    def _architectures(self) -> Iterable[Architecture]:
+        for name, content in self.odd["architectures"].items():
+            parts = [
+                Label(label=f"sensor {key}", value=sensor["kind"])
+                for key, sensor in content["sensors"].items()
+            ]
+            parts += [
+                Label(label=f"channel {key}", value=f"{item['kind']} ← {', '.join(item['links'])}")
+                for key, item in content["channels"].items()
+            ]
+            switch = content["switch"]
+            policy = f"{switch['policy']}: {' > '.join(switch['priority'])}"
+            yield Architecture(
+                id=name,
+                title=content["title"],
+                is_gate=name in self.campaign.gate,
+                cost=content["cost"] or None,
+                parts=(*parts, Label(label="switch", value=policy)),
+            )
+
+    def _scenarios(self) -> Iterable[Scenario]:
+        exposures = {
+            use.get("as") or use["use"]: use.get("exposure") for use in self.odd["odd"]["scenarios"]
+        }
+        for name, content in self.odd["scenarios"].items():
+            exposure = exposures.get(name)
+            yield Scenario(
+                id=name,
+                title=content["title"],
+                text=content["text"],
+                tags=tuple(
+                    Label(label=key, value=value) for key, value in content["tags"].items() if value
+                ),
+                exposure=f"{exposure * 3600.0:.4g} /h" if exposure else "",
+            )
+
+    def _factors(self) -> Iterable[Factors]:
+        by_scenario: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
+        for factor in self.campaign.factors:
+            by_scenario[factor["scenario"]].append(factor)
+        for name, factors in by_scenario.items():
+            entries = dict.fromkeys(entry for item in factors for entry in item["fault_entries"])
+            yield Factors(
+                scenario=name,
+                points=max(item["points"] for item in factors),
+                fault_entries=tuple(entries),
+                architectures=len(factors),
+                replicates=factors[0]["replicates"],
+                test_cases=sum(item["test_cases"] for item in factors),
+                axes=tuple(
+                    Label(label=axis, value=values) for axis, values in factors[0]["axes"].items()
+                ),
+                command=f"adeye plan {self.campaign.provenance.get('odd_path', '')}".strip(),
+            )
+
+    def _fsr(self, item: Requirement) -> Fsr:
+        goals = [goal for goal in self.concept.safety_goals if goal.id in item.goals]
+        return Fsr(
+            id=item.id,
+            text=item.text,
+            formula=measure_text(item),
+            asil=item.asil,
+            goals=item.goals,
+            mandatory=item.mandatory,
+            allocation=item.allocation,
+            threshold_source=item.threshold_source,
+            ftti_s=min(goal.ftti for goal in goals),
+            fdti_s=item.fdti,
+            frti_s=item.frti,
+            min_exercised=item.min_exercised,
+            on_contact=item.on_contact,
+            scenarios=item.scenarios,
+        )
+
+    def _hazards(self) -> Iterable[Hazard]:
+        for event in self.concept.hazardous_events:
+            yield Hazard(
+                id=event.id,
+                text=f"{event.malfunction} ({event.situation})",
+                severity=event.severity,
+                exposure=event.exposure,
+                controllability=event.controllability,
+                asil=event.asil,
+            )
+
+    def _goals(self) -> Iterable[SafetyGoal]:
+        for goal in self.concept.safety_goals:
+            yield SafetyGoal(
+                id=goal.id,
+                text=goal.text,
+                asil=self.concept.goal_asil(goal.id),
+                hazards=goal.hazardous_events,
+                safe_state=goal.safe_state,
+                ftti_s=goal.ftti,
+            )
+
+    def _elements(self) -> Iterable[Element]:
+        realised: dict[str, list[str]] = defaultdict(list)
+        for name, content in self.odd["architectures"].items():
+            parts = {**content["sensors"], **content["channels"], "switch": content["switch"]}
+            for key, part in parts.items():
+                if part.get("realises"):
+                    realised[part["realises"]].append(f"{name}.{key}")
+        for element in self.concept.elements:
+            yield Element(
+                id=element.id,
+                kind=element.kind,
+                text=element.text,
+                asil_capability=element.asil_capability,
+                legacy=element.legacy,
+                realised_by=tuple(realised[element.id]),
+            )
+
+    def _assumptions(self) -> Iterable[Assumption]:
+        for item in self.concept.assumptions:
+            yield Assumption(
+                id=item.id,
+                text=item.text,
+                owner=item.owner,
+                valid_until=item.valid_until.isoformat(),
+                is_expired=item.valid_until < _today(),
+            )
+
+    def _waivers(self, cells: Sequence[Cell]) -> Iterable[Waiver]:
+        for item in self.concept.waivers:
+            missing = sum(
+                count
+                for cell in cells
+                if cell.fsr == item.requirement and cell.scenario is None
+                for verdict, count in cell.counts.items()
+                if verdict not in {Verdict.PASS, Verdict.VACUOUS, Verdict.FAIL}
+            )
+            yield Waiver(
+                fsr=item.requirement,
+                reason=item.reason,
+                author=item.author,
+                expires=item.expires.isoformat(),
+                runs=missing,
+                is_expired=item.expires < _today(),
+            )
+
+    # Verdicts
+
+    def _cells(self) -> Iterable[Cell]:
+        gate = {(item.fsr, item.architecture): item for item in self.repository.gate(self.campaign.id)}
+        groups: dict[tuple[str, str], list[FsrStatus]] = defaultdict(list)
+        for item in self.status:
+            groups[item.fsr, item.architecture].append(item)
+        for (fsr, architecture), items in groups.items():
+            yield self._total(fsr, architecture, items, gate.get((fsr, architecture)))
+            for item in items:
+                if item.scenario and item.is_applicable:
+                    yield self._cell(item, item.scenario, item.verdict, item.counts, item.exercised)
+
+    def _total(
+        self, fsr: str, architecture: str, items: Sequence[FsrStatus], gate: FsrStatus | None
+    ) -> Cell:
+        counts: Counter[Verdict] = Counter()
+        for item in items:
+            counts.update(item.counts)
+        worst = min(items, key=lambda item: _badness(item.worst_robustness))
+        if not worst.is_applicable:
+            return Cell(
+                fsr=fsr,
+                architecture=architecture,
+                verdict=None,
+                command=self._command("adeye show"),
+                note=worst.reason or "not applicable",
+            )
+        if gate is not None:
+            verdict = gate.verdict
+        else:
+            verdict = fold_runs(dict(counts), min_exercised=worst.min_exercised)
+        return self._cell(worst, None, verdict, counts, sum(item.exercised for item in items))
+
+    def _cell(
+        self,
+        item: FsrStatus,
+        scenario: str | None,
+        verdict: Verdict | None,
+        counts: Mapping[Verdict, int],
+        exercised: int,
+    ) -> Cell:
+        worst = self.repository.worst_runs(
+            self.campaign.id,
+            item.fsr,
+            architecture=item.architecture,
+            scenario=scenario,
+            limit=1,
+        )
+        run = worst[0][0].result_digest if worst else None
+        record = worst[0][1] if worst else None
+        return Cell(
+            fsr=item.fsr,
+            architecture=item.architecture,
+            scenario=scenario,
+            verdict=verdict,
+            counts={key: count for key, count in counts.items() if count},
+            exercised=exercised,
+            runs=sum(counts.values()),
+            margin=margin_of(record) if record else None,
+            binding=binding_of(record) if record else None,
+            worst_run=run,
+            command=self._replay_command(run) if run else self._command("adeye query failing-fsrs"),
+        )
+
+    def _worst_cases(self) -> tuple[WorstCase, ...]:
+        found: list[tuple[float, WorstCase]] = []
+        rows = {row["run"]: row for row in self.results}
+        for fsr in self.requirements:
+            for architecture in self.odd["architectures"]:
+                for run, record in self.repository.worst_runs(
+                    self.campaign.id, fsr, architecture=architecture, limit=WORST_PER_FSR
+                ):
+                    if record.verdict is Verdict.VACUOUS:
+                        continue
+                    row = rows[run.result_digest]
+                    case = WorstCase(
+                        fsr=fsr,
+                        architecture=architecture,
+                        scenario=run.scenario,
+                        run=run.result_digest,
+                        verdict=record.verdict,
+                        outcome=Outcome(row["outcome"]),
+                        fault=row["fault_entry"],
+                        parameters=tuple(
+                            Label(label=item.label, value=item.value)
+                            for item in named_values(row["point"], self.odd, run.scenario)
+                        ),
+                        margin=margin_of(record),
+                        binding=binding_of(record),
+                        command=self._replay_command(run.result_digest),
+                    )
+                    rank = 0.0 if record.verdict is Verdict.FAIL else 1e6
+                    found.append((rank + _badness(record.robustness_low), case))
+        found.sort(key=lambda pair: (pair[0], pair[1].fsr, pair[1].run))
+        return tuple(case for _, case in found[:MAX_WORST])
+
+    def _requests(self, worst: Sequence[WorstCase]) -> list[ReplayRequest]:
+        """Choose the runs to draw: the worst of each failing FSR, one passing run per scenario."""
+        chosen: dict[str, ReplayRequest] = {}
+        per_fsr: Counter[tuple[str, str]] = Counter()
+        for case in worst:
+            if case.verdict is not Verdict.FAIL or case.run in chosen:
+                continue
+            if per_fsr[case.fsr, case.architecture] < 2:
+                per_fsr[case.fsr, case.architecture] += 1
+                run = self.repository.find_run(case.run, campaign=self.campaign.id)
+                chosen[case.run] = ReplayRequest(run, f"worst of {case.fsr} for {case.architecture}")
+        order = [*self.campaign.gate, *self.odd["architectures"]]
+        for scenario in self.odd["scenarios"]:
+            rows = [
+                row
+                for row in self.results
+                if row["scenario"] == scenario and "FAIL" not in json.loads(row["verdicts"]).values()
+            ]
+            rows.sort(
+                key=lambda row: (
+                    order.index(row["architecture"]),
+                    row["fault_entry"] != "none",
+                    row["min_distance_m"] is None,
+                    row["min_distance_m"] or 0.0,
+                )
+            )
+            if rows and rows[0]["run"] not in chosen:
+                run = self.repository.find_run(rows[0]["run"], campaign=self.campaign.id)
+                chosen[rows[0]["run"]] = ReplayRequest(run, f"closest passing run of {scenario}")
+        return list(chosen.values())
+
+
+def measure_text(item: Requirement) -> str:
+    """Write what an FSR measures: its formula or its bound."""
+    if item.formula is not None:
+        return item.formula
+    assert item.bound is not None
+    low = item.bound.at_least
+    return f"{item.bound.metric} {'>=' if low is not None else '<='} " + str(
+        low if low is not None else item.bound.at_most
+    )
+
+
+def margin_of(record: VerdictRecord) -> Margin | None:
+    """Margin of a verdict, None where there is no number."""
+    if record.margin is None:
+        return None
+    return Margin(value=record.margin, unit=record.unit or "", robustness=record.robustness_low)
+
+
+def binding_of(record: VerdictRecord) -> Binding | None:
+    """Binding predicate of a verdict, None where there is none."""
+    if record.predicate is None:
+        return None
+    return Binding(
+        predicate=record.predicate,
+        signal=record.signal or "",
+        time_s=record.time_s,
+        actor=record.actor,
+        value=record.value,
+        threshold=record.threshold,
+        difference=record.margin,
+        unit=record.unit or "",
+        note=record.detail or "",
+    )
+
+
+def run_verdicts(records: Iterable[VerdictRecord]) -> tuple[RunVerdict, ...]:
+    """Verdicts of one run for its replay."""
+    return tuple(
+        RunVerdict(
+            fsr=record.fsr_id,
+            verdict=record.verdict,
+            margin=margin_of(record),
+            binding=binding_of(record),
+            note=record.detail or "",
+        )
+        for record in records
+    )
+
+
+def replay_events(records: Iterable[EventRecord]) -> tuple[Event, ...]:
+    """Events of one run for its replay."""
+    return tuple(
+        Event.model_validate({"time_s": item.time_s, "kind": item.kind, "text": item.text})
+        for item in records
+    )
+
+
+def _badness(robustness: float | None) -> float:
+    """Sort key: the smaller, the worse; without a number it is neither."""
+    return robustness if robustness is not None else 0.0
+
+
+def _today() -> date:
+    return datetime.now(UTC).date()

@@ -1,0 +1,185 @@
+"""Run SQL that a person typed: read-only, one statement, bounded in time and size.
+
+``mode=ro`` alone is not enough: ATTACH would make files and one call of ``randomblob`` could take
+all memory without being interruptible. So an authorizer allows reading and a list of functions,
+limits bound every value, and a deadline ends what runs too long.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from adeye.errors import InputError
+from adeye.store.database import Database, database_path, errors_in_words
+from adeye.store.schema import require_current, require_exists
+
+_FUNCTION_NAMES: Final = """
+abs acos asin atan atan2 avg ceil ceiling char coalesce cos count cume_dist current_date
+current_time current_timestamp date datetime degrees dense_rank exp first_value floor glob
+group_concat hex ifnull iif json json_array json_array_length json_each json_extract
+json_group_array json_group_object json_object json_quote json_tree json_type json_valid
+julianday lag last_value lead length like ln log log10 log2 lower max min mod nth_value
+ntile nullif percent_rank pi pow power quote radians rank round row_number sign sin sqrt
+strftime substr substring sum tan time total trunc typeof unicode upper -> ->>
+"""
+FUNCTIONS: Final = frozenset(_FUNCTION_NAMES.split())
+"""Functions that finish at once on any value within the limits."""
+
+_ALLOWED_ACTIONS: Final = frozenset(
+    {sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_RECURSIVE}
+)
+_LIMITS: Final = {
+    sqlite3.SQLITE_LIMIT_LENGTH: 1_000_000,
+    sqlite3.SQLITE_LIMIT_SQL_LENGTH: 100_000,
+    sqlite3.SQLITE_LIMIT_COLUMN: 1_000,
+    sqlite3.SQLITE_LIMIT_EXPR_DEPTH: 200,
+    sqlite3.SQLITE_LIMIT_COMPOUND_SELECT: 50,
+    sqlite3.SQLITE_LIMIT_FUNCTION_ARG: 100,
+    sqlite3.SQLITE_LIMIT_ATTACHED: 0,
+    sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: 100,
+    sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 1,
+    sqlite3.SQLITE_LIMIT_WORKER_THREADS: 0,
+}
+_PRAGMAS: Final = (
+    "PRAGMA query_only = ON",
+    "PRAGMA trusted_schema = OFF",
+    "PRAGMA cell_size_check = ON",
+    "PRAGMA temp_store = MEMORY",
+)
+_DEFENSIVE: Final = 1010
+"""SQLITE_DBCONFIG_DEFENSIVE of sqlite3.h."""
+_STEPS_BETWEEN_CHECKS: Final = 1_000
+_BATCH_ROWS: Final = 200
+
+DEFAULT_ROWS: Final = 10_000
+DEFAULT_SECONDS: Final = 10.0
+
+
+@dataclass(frozen=True)
+class QueryResult:
+    """Rows of a query.
+
+    Attributes:
+        columns: Their names.
+        rows: At most as many as were asked for.
+        is_cut: Whether there were more.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+    is_cut: bool
+
+
+def run_query(
+    location: str | Path | None,
+    sql: str,
+    *,
+    max_rows: int = DEFAULT_ROWS,
+    timeout_s: float = DEFAULT_SECONDS,
+) -> QueryResult:
+    """Run one SELECT on the database without being able to change anything.
+
+    Args:
+        location: The database, as everywhere.
+        sql: One statement.
+        max_rows: Most rows to return.
+        timeout_s: Longest time that it may run [s].
+
+    Raises:
+        InputError: The statement is wrong, not allowed, or ran too long.
+        PlatformError: The database cannot be read.
+    """
+    path = database_path(location)
+    _require_ours(path)
+    with errors_in_words(path):
+        connection = sqlite3.connect(
+            f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
+        )
+    try:
+        guard = _Guard(timeout_s)
+        with errors_in_words(path):
+            guard.close_in(connection)
+        try:
+            return _fetch(connection, sql, max_rows)
+        except (sqlite3.Error, sqlite3.Warning, UnicodeError) as error:
+            raise guard.in_words(error) from error
+    finally:
+        connection.close()
+
+
+def _require_ours(path: Path) -> None:
+    require_exists(path)
+    database = Database(path)
+    try:
+        with database.read() as connection:
+            require_current(connection, path)
+    finally:
+        database.close()
+
+
+def _fetch(connection: sqlite3.Connection, sql: str, max_rows: int) -> QueryResult:
+    cursor = connection.execute(sql)
+    if cursor.description is None:
+        raise InputError("query: no statement", remedy="Write one SELECT.")
+    rows: list[tuple[Any, ...]] = []
+    while len(rows) <= max_rows:
+        batch = cursor.fetchmany(min(_BATCH_ROWS, max_rows + 1 - len(rows)))
+        if not batch:
+            break
+        rows += batch
+    columns = tuple(str(item[0]) for item in cursor.description)
+    return QueryResult(columns, tuple(rows[:max_rows]), is_cut=len(rows) > max_rows)
+
+
+class _Guard:
+    """The authorizer and the clock of one query; remembers what it refused."""
+
+    def __init__(self, timeout_s: float) -> None:
+        self._timeout_s = timeout_s
+        self._deadline = time.monotonic() + timeout_s
+        self._refused = ""
+        self._is_late = False
+
+    def close_in(self, connection: sqlite3.Connection) -> None:
+        for pragma in _PRAGMAS:
+            connection.execute(pragma)
+        # Python 3.12 and later.
+        set_config = getattr(connection, "setconfig", None)
+        if set_config is not None:
+            set_config(_DEFENSIVE, True)  # noqa: FBT003 - its only form
+        for limit, value in _LIMITS.items():
+            connection.setlimit(limit, value)
+        connection.set_progress_handler(self._is_over, _STEPS_BETWEEN_CHECKS)
+        connection.set_authorizer(self._authorize)
+
+    def _is_over(self) -> int:
+        self._is_late = time.monotonic() > self._deadline
+        return int(self._is_late)
+
+    def _authorize(self, action: int, *names: str | None) -> int:
+        second = names[1]
+        if action in _ALLOWED_ACTIONS:
+            return sqlite3.SQLITE_OK
+        if action == sqlite3.SQLITE_FUNCTION and (second or "").lower() in FUNCTIONS:
+            return sqlite3.SQLITE_OK
+        if action == sqlite3.SQLITE_FUNCTION:
+            self._refused = f"function {second}() is not allowed"
+        else:
+            self._refused = "only reading is allowed"
+        return sqlite3.SQLITE_DENY
+
+    def in_words(self, error: BaseException) -> InputError:
+        if self._refused:
+            return InputError(f"query: {self._refused}", remedy="Write one SELECT over the views.")
+        if self._is_late:
+            return InputError(
+                f"query: stopped after {self._timeout_s:g} s",
+                remedy="Select a campaign, fewer columns, or an aggregate.",
+            )
+        return InputError(
+            f"query: {error}", remedy="The views are listed under 'Views' in the user guide."
+        )

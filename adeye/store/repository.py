@@ -1,0 +1,351 @@
+"""The only door to the database.
+
+Contract:
+
+- A repository may be shared between threads, and used after a fork; every method is one
+  transaction, committed when it returns and rolled back when it raises. Nothing is cached.
+- Any number of processes may use one database. A block belongs to the process that claimed it,
+  until its lease ends or that process is dead; then the next claim takes it over, and whatever its
+  former owner still brings is dropped (``complete_block`` returns False).
+- Plans, runs, metrics, verdicts, events and tallies are only ever added. A result belongs to its
+  test case and engine; a campaign selects results. Adding the same result again changes nothing;
+  adding a different one for the same identity is an ``IntegrityError``.
+- What the database or the disk refuses is a ``PlatformError``, what a person asked for wrongly an
+  ``InputError``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, date, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from sqlalchemy import func, select
+
+from adeye.evaluation.verdict import Verdict
+from adeye.spec.concept import Concept
+from adeye.store import (
+    content,
+    leasing,
+    pending,
+    planning,
+    reading,
+    recording,
+    scenario_view,
+    schema,
+    summaries,
+    tables,
+    verification,
+)
+from adeye.store.database import Database, create_parent, database_path
+from adeye.store.owner import Owner
+from adeye.store.rows import CampaignRecord, ContentRecord, PlannedCase, RunRecord, VerdictRecord
+from adeye.store.stored import (
+    Block,
+    CampaignInfo,
+    DatabaseInfo,
+    Finding,
+    FsrStatus,
+    Plan,
+    Progress,
+    ResultTable,
+    RunRef,
+    StoredCase,
+    StoredRun,
+    WorkState,
+)
+
+DEFAULT_LEASE_S = 60.0
+DEFAULT_BLOCK_SIZE = 64
+
+
+class Repository:
+    """Plans, results and verdicts in one database; see the module for the contract."""
+
+    def __init__(self, database: Database) -> None:
+        """Use an open database of the current schema; see ``open``."""
+        self._database = database
+
+    @classmethod
+    def open(cls, location: str | Path | None = None, *, create: bool = True) -> Self:
+        """Open a database, by default ``.adeye/adeye.db``.
+
+        Args:
+            location: A path or ``sqlite:///PATH``.
+            create: Make it if it does not exist; otherwise that is an input error.
+
+        Raises:
+            InputError: The location is not supported, or does not exist and may not be made.
+            PlatformError: It cannot be opened, is not ours, or has another schema version.
+        """
+        path = database_path(location)
+        if create and not (path.exists() and path.stat().st_size):
+            create_parent(path)
+            schema.upgrade(path)
+        schema.require_exists(path)
+        database = Database(path)
+        try:
+            with database.read() as connection:
+                schema.require_current(connection, path)
+        except BaseException:
+            database.close()
+            raise
+        return cls(database)
+
+    @property
+    def path(self) -> Path:
+        """The database file."""
+        return self._database.path
+
+    def close(self) -> None:
+        """Close the connections of this process."""
+        self._database.close()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close."""
+        self.close()
+
+    # Plans
+
+    def save_content(self, kind: str, record: ContentRecord) -> str:
+        """Save an ``odd``, ``scenario``, ``architecture`` or ``concept``; return its digest."""
+        with self._database.write() as connection:
+            return content.save_content(connection, kind, record)
+
+    def save_concept(self, concept: Concept) -> str:
+        """Save a concept with its parts; return its digest."""
+        with self._database.write() as connection:
+            return content.save_concept(connection, concept)
+
+    def plan_campaign(
+        self,
+        record: CampaignRecord,
+        cases: Iterable[PlannedCase],
+        *,
+        block_size: int = DEFAULT_BLOCK_SIZE,
+    ) -> Plan:
+        """Save a campaign with its content, test cases and work, before anything runs.
+
+        The same selection again is the same campaign: no row changes. Results that exist are
+        reused; a block in which nothing is missing is done at once.
+
+        Raises:
+            InputError: There are no test cases.
+            ValueError: The record does not say how each FSR of its concept is judged.
+        """
+        with self._database.write() as connection:
+            plan = planning.plan_campaign(connection, record, cases, block_size)
+            if plan.is_new:
+                scenario_view.ensure_scenario_views(connection)
+            return plan
+
+    # Work
+
+    def claim_block(
+        self,
+        owner: Owner | None = None,
+        lease_s: float = DEFAULT_LEASE_S,
+        *,
+        campaign: str | None = None,
+    ) -> Block | None:
+        """Lease the next free block, also one whose owner is dead or late; None if there is none.
+
+        Its cases may be none: whatever it needed came in with another campaign since. Complete it
+        all the same.
+        """
+        with self._database.write() as connection:
+            return leasing.claim_block(connection, owner or Owner.current(), lease_s, campaign)
+
+    def renew_lease(self, block: Block, lease_s: float = DEFAULT_LEASE_S) -> bool:
+        """Extend a lease; False if the block was taken over."""
+        with self._database.write() as connection:
+            return leasing.renew_lease(connection, block, lease_s)
+
+    def release_block(self, block: Block) -> bool:
+        """Give a block back untouched; False if it was taken over."""
+        with self._database.write() as connection:
+            return leasing.release_block(connection, block)
+
+    def fail_block(self, block: Block, detail: str) -> str | None:
+        """Record an infrastructure error: retried, then halved, then the one case quarantined.
+
+        Returns:
+            ``pending``, ``quarantined``, or None if the block was taken over.
+        """
+        with self._database.write() as connection:
+            return leasing.fail_block(connection, block, detail)
+
+    def quarantine_block(self, block: Block, detail: str) -> bool:
+        """Set a block aside; its runs stay NOT_RUN. False if it was taken over."""
+        with self._database.write() as connection:
+            return leasing.quarantine_block(connection, block, detail)
+
+    def requeue_quarantined(self, campaign: str) -> int:
+        """Make quarantined blocks pending again; return how many."""
+        with self._database.write() as connection:
+            return leasing.requeue_quarantined(connection, campaign)
+
+    def complete_block(
+        self,
+        block: Block,
+        runs: Sequence[RunRecord],
+        verdicts: Mapping[str, Sequence[VerdictRecord]] | None = None,
+    ) -> bool:
+        """Save everything that a block needed, in one transaction.
+
+        Args:
+            block: As claimed.
+            runs: Results of ``block.to_execute`` with their verdicts.
+            verdicts: Verdicts of ``block.to_judge``, by result digest.
+
+        Returns:
+            False if the block was taken over; then nothing was saved.
+
+        Raises:
+            IntegrityError: A result or verdict contradicts one that exists.
+            ValueError: A result or verdict is missing, or is not of this block.
+        """
+        with self._database.write() as connection:
+            return leasing.complete_block(connection, block, runs, verdicts or {})
+
+    def work_state(self, campaign: str) -> WorkState:
+        """Count the blocks of a campaign by state."""
+        with self._database.read() as connection:
+            return leasing.work_state(connection, campaign)
+
+    # Judging again
+
+    def missing_verdicts(
+        self, campaign: str, fsr_digests: Iterable[str]
+    ) -> dict[str, tuple[str, ...]]:
+        """Find results of a campaign that were never judged on given FSRs.
+
+        Returns:
+            Digests of the missing FSRs by result digest, in the order of the plan.
+        """
+        with self._database.read() as connection:
+            return pending.missing_verdicts(connection, campaign, fsr_digests)
+
+    def add_verdicts(self, verdicts: Mapping[str, Sequence[VerdictRecord]]) -> int:
+        """Add verdicts to results that exist, by result digest; return how many were new.
+
+        Summaries see them once a campaign selects their FSRs.
+
+        Raises:
+            IntegrityError: A result has another verdict for the same FSR, or does not exist.
+        """
+        with self._database.write() as connection:
+            return recording.record_verdicts(connection, verdicts)
+
+    # Reading
+
+    def campaigns(self) -> tuple[CampaignInfo, ...]:
+        """List campaigns, the newest first."""
+        with self._database.read() as connection:
+            return reading.campaigns(connection)
+
+    def latest_campaign(self, odd: str | None = None) -> CampaignInfo | None:
+        """Return the campaign that was planned last, of one ODD if its id is given."""
+        with self._database.read() as connection:
+            return reading.latest_campaign(connection, odd)
+
+    def find_campaign(self, name: str) -> CampaignInfo:
+        """Find a campaign by its id, the beginning of it, or its number."""
+        with self._database.read() as connection:
+            return reading.find_campaign(connection, name)
+
+    def progress(self, campaign: str) -> Progress:
+        """Count planned, executed and accounted test cases."""
+        with self._database.read() as connection:
+            return summaries.progress(connection, campaign)
+
+    def fsr_status(self, campaign: str) -> tuple[FsrStatus, ...]:
+        """Count the verdicts of every FSR by architecture and scenario."""
+        with self._database.read() as connection:
+            return summaries.fsr_status(connection, campaign)
+
+    def gate(self, campaign: str, *, on: date | None = None) -> tuple[FsrStatus, ...]:
+        """Fold every mandatory FSR for every architecture; waivers must be valid on a day."""
+        day = datetime.now(UTC).date() if on is None else on
+        with self._database.read() as connection:
+            return summaries.gate(connection, campaign, day)
+
+    def find_run(self, name: str, *, campaign: str | None = None) -> RunRef:
+        """Find a run by the beginning of its result digest, or its ordinal in a campaign."""
+        with self._database.read() as connection:
+            return reading.find_run(connection, name, campaign)
+
+    def run_row(self, result_digest: str) -> StoredRun | None:
+        """Read a result with metrics, verdicts and events; None if it was not executed yet."""
+        with self._database.read() as connection:
+            return reading.run_row(connection, result_digest)
+
+    def test_case_row(self, test_case: str) -> StoredCase:
+        """Read a test case with the content that it needs to be made again."""
+        with self._database.read() as connection:
+            return reading.test_case_row(connection, test_case)
+
+    def content(self, kind: str, digest: str) -> Any:
+        """Read an ``odd``, ``scenario``, ``architecture`` or ``concept`` by its digest."""
+        with self._database.read() as connection:
+            return reading.content(connection, kind, digest)
+
+    def worst_runs(  # noqa: PLR0913 - filters, by keyword only
+        self,
+        campaign: str,
+        fsr: str,
+        *,
+        architecture: str | None = None,
+        scenario: str | None = None,
+        verdict: Verdict | None = None,
+        limit: int = 3,
+    ) -> tuple[tuple[RunRef, VerdictRecord], ...]:
+        """Return the runs with the least robustness for an FSR, failed ones first."""
+        with self._database.read() as connection:
+            return summaries.worst_runs(
+                connection,
+                campaign,
+                fsr,
+                limit=limit,
+                architecture=architecture,
+                scenario=scenario,
+                verdict=None if verdict is None else verdict.value,
+            )
+
+    def results(self, campaign: str) -> ResultTable:
+        """Return every executed run of a campaign as the view ``v_runs`` shows it."""
+        with self._database.read() as connection:
+            return summaries.results(connection, campaign)
+
+    # Integrity
+
+    def result_table_hash(self, campaign: str) -> str:
+        """Hash the results of a campaign; equal for every execution of one plan."""
+        with self._database.read() as connection:
+            return summaries.result_table_hash(connection, campaign)
+
+    def verify(self) -> tuple[Finding, ...]:
+        """Name everything in the database that is not as it was written."""
+        with self._database.read() as connection:
+            return tuple(verification.verify(connection))
+
+    def info(self) -> DatabaseInfo:
+        """Say what the database holds."""
+        with self._database.read() as connection:
+            rows = {
+                table.name: connection.execute(select(func.count()).select_from(table)).scalar_one()
+                for table in tables.metadata.sorted_tables
+            }
+            version = schema.read_version(connection) or ""
+        return DatabaseInfo(str(self.path), version, self.path.stat().st_size, rows)

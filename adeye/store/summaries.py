@@ -1,0 +1,210 @@
+"""Summaries of a campaign: FSR status, gate, worst runs, the table of results and its hash."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from datetime import date
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import and_, case, func, select, text
+
+from adeye.evaluation.verdict import Verdict
+from adeye.store import tables
+from adeye.store.pending import is_judged
+from adeye.store.reading import run_ref, verdict_record
+from adeye.store.rows import VerdictRecord
+from adeye.store.stored import FsrStatus, Progress, ResultTable, RunRef
+from adeye.store.views import COUNTED
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sqlalchemy import Connection, Row, Select, Table
+
+_CHUNK: Final = 1000
+
+_STATUS: Final = text(
+    "SELECT * FROM v_fsr_status WHERE campaign = :campaign ORDER BY fsr, architecture, scenario"
+)
+_GATE: Final = text("SELECT * FROM v_gate WHERE campaign = :campaign ORDER BY architecture, fsr")
+_RESULTS: Final = text("SELECT * FROM v_runs WHERE campaign = :campaign ORDER BY ordinal")
+
+
+def fsr_status(connection: Connection, campaign_id: str) -> tuple[FsrStatus, ...]:
+    """Count the verdicts of every FSR by architecture and scenario, from the tallies."""
+    found = connection.execute(_STATUS, {"campaign": campaign_id})
+    return tuple(_status(item, item.scenario, item.verdict) for item in found)
+
+
+def gate(connection: Connection, campaign_id: str, on: date) -> tuple[FsrStatus, ...]:
+    """Fold every mandatory FSR for every architecture, over all scenarios.
+
+    Args:
+        connection: In a transaction.
+        campaign_id: The campaign.
+        on: Day on which waivers must still be valid.
+    """
+    found = connection.execute(_GATE, {"campaign": campaign_id})
+    rows: list[FsrStatus] = []
+    for item in found:
+        is_waived = item.waived_until is not None and item.waived_until >= on.isoformat()
+        rows.append(_status(item, "", item.verdict_waived if is_waived else item.verdict))
+    return tuple(rows)
+
+
+def _status(item: Row[Any], scenario: str, verdict: str | None) -> FsrStatus:
+    values = item._mapping
+    counts = {Verdict(name): int(values[column]) for name, column in COUNTED.items()}
+    return FsrStatus(
+        fsr=item.fsr,
+        architecture=item.architecture,
+        scenario=scenario,
+        asil=item.asil,
+        is_mandatory=bool(values.get("mandatory", True)),
+        is_in_gate=bool(item.in_gate),
+        is_applicable=bool(item.applicable),
+        reason=item.reason,
+        counts={**counts, Verdict.NOT_RUN: int(item.n_not_run)},
+        exercised=item.exercised,
+        planned=item.planned,
+        min_exercised=item.min_exercised,
+        waived_until=item.waived_until,
+        worst_margin=item.worst_margin,
+        worst_robustness=item.worst_robustness,
+        unit=item.unit,
+        worst_run=item.worst_run,
+        verdict=None if verdict is None else Verdict(verdict),
+    )
+
+
+def progress(connection: Connection, campaign_id: str) -> Progress:
+    """Count planned, executed and accounted test cases.
+
+    A case is accounted for when its block is done: its result, verdicts and tallies are saved.
+    """
+    cases, run, work = tables.campaign_case, tables.run, tables.work
+    planned, executed = connection.execute(
+        select(func.count(), func.count(run.c.result_digest))
+        .select_from(cases.outerjoin(run, run.c.result_digest == cases.c.result_digest))
+        .where(cases.c.campaign_id == campaign_id)
+    ).one()
+    accounted = connection.execute(
+        select(func.coalesce(func.sum(work.c.to_ordinal - work.c.from_ordinal), 0)).where(
+            work.c.campaign_id == campaign_id, work.c.state == "done"
+        )
+    ).scalar_one()
+    return Progress(planned=planned, executed=executed, accounted=accounted)
+
+
+def worst_runs(
+    connection: Connection, campaign_id: str, fsr: str, *, limit: int, **only: str | None
+) -> tuple[tuple[RunRef, VerdictRecord], ...]:
+    """Return the runs with the least robustness for an FSR, failed ones first.
+
+    Args:
+        connection: In a transaction.
+        campaign_id: The campaign.
+        fsr: Id of the FSR.
+        limit: Most runs to return.
+        only: Restrict ``architecture``, ``scenario`` or ``verdict`` to a value that is not None.
+    """
+    cases, fsrs, judged = tables.campaign_case, tables.campaign_fsr, tables.verdict
+    failed = judged.c.verdict == Verdict.FAIL.value
+    unbounded = judged.c.robustness_low.is_(None)
+    query = (
+        select(cases, judged)
+        .join(fsrs, is_judged())
+        .join(
+            judged,
+            and_(
+                judged.c.result_digest == cases.c.result_digest,
+                judged.c.fsr_digest == fsrs.c.fsr_digest,
+            ),
+        )
+        .where(cases.c.campaign_id == campaign_id, fsrs.c.fsr_id == fsr)
+        # An infinite robustness is NULL: the worst of a FAIL, the best of anything else.
+        .order_by(
+            case((failed, 0), else_=1),
+            case((unbounded == failed, 0), else_=1),
+            judged.c.robustness_low,
+            cases.c.ordinal,
+        )
+        .limit(limit)
+    )
+    columns = {
+        "architecture": cases.c.architecture,
+        "scenario": cases.c.scenario,
+        "verdict": judged.c.verdict,
+    }
+    for name, value in only.items():
+        if value is not None:
+            query = query.where(columns[name] == value)
+    return tuple((run_ref(item), verdict_record(item)) for item in connection.execute(query))
+
+
+def results(connection: Connection, campaign_id: str) -> ResultTable:
+    """Return every executed run of a campaign as ``v_runs`` shows it."""
+    found = connection.execute(_RESULTS, {"campaign": campaign_id})
+    return ResultTable(tuple(found.keys()), tuple(tuple(item) for item in found))
+
+
+def result_table_hash(connection: Connection, campaign_id: str) -> str:
+    """Hash the results of a campaign in the order of its plan (sha256 in hex).
+
+    Covered are plan, runs, metrics, events, verdicts of the campaign's FSRs, and the tallies summed
+    over blocks; not covered are the columns ``NONDETERMINISTIC``. Two executions of one plan, with
+    whatever workers, blocks, order and interruptions, have one hash.
+    """
+    state = hashlib.sha256()
+    for name, query in _hashed(campaign_id):
+        found = connection.execute(query, execution_options={"yield_per": _CHUNK})
+        for item in found:
+            values = [int(value) if isinstance(value, bool) else value for value in item]
+            line = json.dumps([name, values], ensure_ascii=True, separators=(",", ":"))
+            state.update(line.encode())
+    return state.hexdigest()
+
+
+def _hashed(campaign_id: str) -> Iterator[tuple[str, Select[Any]]]:
+    cases, fsrs = tables.campaign_case, tables.campaign_fsr
+    of_campaign = cases.c.campaign_id == campaign_id
+    yield "case", select(cases).where(of_campaign).order_by(cases.c.ordinal)
+    for table in (tables.run, tables.metric, tables.event):
+        key = list(table.primary_key.columns)[1:]
+        yield (
+            table.name,
+            select(cases.c.ordinal, *_deterministic(table))
+            .join(table, table.c.result_digest == cases.c.result_digest)
+            .where(of_campaign)
+            .order_by(cases.c.ordinal, *key),
+        )
+    judged = tables.verdict
+    yield (
+        "verdict",
+        select(cases.c.ordinal, *_deterministic(judged))
+        .join(fsrs, is_judged())
+        .join(
+            judged,
+            and_(
+                judged.c.result_digest == cases.c.result_digest,
+                judged.c.fsr_digest == fsrs.c.fsr_digest,
+            ),
+        )
+        .where(of_campaign)
+        .order_by(cases.c.ordinal, judged.c.fsr_id),
+    )
+    tally = tables.tally
+    key = [tally.c.fsr_id, tally.c.architecture, tally.c.scenario, tally.c.verdict]
+    yield (
+        "tally",
+        select(*key, func.sum(tally.c.runs), func.sum(tally.c.exercised))
+        .where(tally.c.campaign_id == campaign_id)
+        .group_by(*key)
+        .order_by(*key),
+    )
+
+
+def _deterministic(table: Table) -> list[Any]:
+    excluded = tables.NONDETERMINISTIC.get(table.name, ())
+    return [column for column in table.columns if column.name not in excluded]

@@ -1,0 +1,83 @@
+"""The ego stage: commands become motion within the limits of vehicle and road."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adeye.kernel.jit import compiled
+from adeye.kernel.motion import advance_ego
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.signals import Bools, Floats, SceneContext
+    from adeye.world.formulas import Situation
+
+
+class Ego:
+    """The vehicles of a batch; the centre of each box lies half-way between the axles."""
+
+    def __init__(self, cases: Sequence[Situation], context: SceneContext) -> None:
+        """Take the limits of each run's vehicle and the friction of its road."""
+        self._step = context.step
+        vehicles = [case.architecture.vehicle for case in cases]
+        self._limits = np.array(
+            [
+                [
+                    vehicle.wheelbase,
+                    0.5 * vehicle.wheelbase,
+                    vehicle.max_acceleration,
+                    vehicle.max_deceleration,
+                    vehicle.max_steering_angle,
+                    vehicle.max_steering_rate,
+                    vehicle.acceleration_lag,
+                    vehicle.steering_lag,
+                    friction,
+                ]
+                for vehicle, friction in zip(vehicles, context.surroundings.friction, strict=True)
+            ]
+        )
+
+    def move(self, running: Bools, command: Floats, states: Floats) -> None:
+        """Advance the ego of every run that has not ended by one tick.
+
+        Args:
+            running: (B,).
+            command: (B, 2) acting acceleration [m/s²] and steering angle [rad].
+            states: (B, 7) in and out, see ``signals.EGO_COLUMNS``.
+        """
+        move_egos(running, command, self._limits, self._step, states)
+
+
+@compiled
+def move_egos(running: Bools, command: Floats, limits: Floats, step: float, states: Floats) -> None:
+    """Advance the ego of every run that has not ended by one tick.
+
+    Args:
+        running: (B,).
+        command: (B, 2) acceleration [m/s²] and steering angle [rad].
+        limits: (B, 9) arguments of ``kernel.motion.advance_ego`` from the wheelbase on.
+        step: Master clock [s].
+        states: (B, 7) in and out.
+    """
+    for run in range(running.shape[0]):
+        if running[run]:
+            row = limits[run]
+            advance_ego(
+                states[run],
+                command[run, 0],
+                command[run, 1],
+                step,
+                row[0],
+                row[1],
+                row[2],
+                row[3],
+                row[4],
+                row[5],
+                row[6],
+                row[7],
+                row[8],
+                states[run],
+            )

@@ -1,0 +1,168 @@
+"""The compiler's door: where machine code is kept, and that it is never stale."""
+
+import math
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from adeye.kernel import jit
+from adeye.kernel.jit import compiled
+
+INNER = """
+from adeye.kernel.jit import compiled
+
+@compiled
+def inner(x: float) -> float:
+    return {factor} * x
+"""
+OUTER = """
+from adeye.inner import inner
+from adeye.kernel.jit import compiled
+
+@compiled
+def outer(x: float) -> float:
+    return inner(x)
+"""
+ASK = "from adeye.kernel.jit import cache_directory, is_cache_warm; "
+
+
+def run(program: str, package: Path, **environment: str) -> list[str]:
+    """Run a program on another copy of the package; return the lines it prints."""
+    kept = {name: os.environ[name] for name in ("PATH", "HOME") if name in os.environ}
+    environment = {**kept, "PYTHONPATH": str(package), **environment}
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        cwd=package,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.splitlines()
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A small package around the module under test."""
+    kernel = tmp_path / "source" / "adeye" / "kernel"
+    kernel.mkdir(parents=True)
+    (kernel / "jit.py").write_bytes(Path(jit.__file__).read_bytes())
+    (kernel / "__init__.py").touch()
+    (kernel.parent / "__init__.py").touch()
+    (kernel.parent / "plain.py").write_text("SUBJECT = 1\n")
+    (kernel.parent / "inner.py").write_text(INNER.format(factor=2.0))
+    (kernel.parent / "outer.py").write_text(OUTER)
+    return tmp_path / "source"
+
+
+@compiled
+def ratio(a: float, b: float) -> float:
+    """Divide."""
+    return a / b
+
+
+def test_compiled_function_computes_as_written() -> None:
+    assert ratio(1.0, 3.0) == 1.0 / 3.0
+    # Reassociated or contracted, this would be exactly zero.
+    total = compiled(lambda: (0.1 + 0.2) - 0.3)
+    assert total() == (0.1 + 0.2) - 0.3 != 0.0
+
+
+@pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="plain Python raises")
+def test_division_by_zero_follows_ieee_754() -> None:
+    assert ratio(1.0, 0.0) == math.inf
+    assert math.isnan(ratio(0.0, 0.0))
+
+
+def test_change_in_another_file_is_never_stale(package: Path, tmp_path: Path) -> None:
+    program = "from adeye.outer import outer; print(outer(1.0))"
+    cache = str(tmp_path / "cache")
+    assert run(program, package, XDG_CACHE_HOME=cache) == ["2.0"]
+    (package / "adeye" / "inner.py").write_text(INNER.format(factor=3.0))
+    assert run(program, package, XDG_CACHE_HOME=cache) == ["3.0"]
+
+
+def test_cache_is_cold_before_and_warm_after_the_first_call(package: Path, tmp_path: Path) -> None:
+    program = ASK + "from adeye.outer import outer; print(is_cache_warm()); outer(1.0); "
+    program += "print(is_cache_warm())"
+    cache = str(tmp_path / "cache")
+    assert run(program, package, XDG_CACHE_HOME=cache) == ["False", "True"]
+    assert run(program, package, XDG_CACHE_HOME=cache) == ["True", "True"]
+
+
+def test_nothing_to_compile_is_warm(package: Path, tmp_path: Path) -> None:
+    program = ASK + "print(is_cache_warm())"
+    environment = {"XDG_CACHE_HOME": str(tmp_path / "cache"), "NUMBA_DISABLE_JIT": "1"}
+    assert run(program, package, **environment) == ["True"]
+
+
+def test_folder_depends_on_compiled_sources_only(package: Path, tmp_path: Path) -> None:
+    program = ASK + "print(cache_directory())"
+    cache = str(tmp_path / "cache")
+    first = run(program, package, XDG_CACHE_HOME=cache)
+    assert Path(first[0]).parent == tmp_path / "cache" / "adeye" / "numba"
+    (package / "adeye" / "plain.py").write_text("SUBJECT = 2\n")
+    assert run(program, package, XDG_CACHE_HOME=cache) == first
+    (package / "adeye" / "kernel" / "new.py").write_text("NUMBER = 1.0\n")
+    assert run(program, package, XDG_CACHE_HOME=cache) != first
+
+
+def test_choice_of_the_user_is_kept(package: Path, tmp_path: Path) -> None:
+    program = ASK + "import os; print(cache_directory(), os.environ['NUMBA_CACHE_DIR'])"
+    mine = str(tmp_path / "mine")
+    assert run(program, package, NUMBA_CACHE_DIR=mine) == [f"{mine} {mine}"]
+
+
+def test_folder_inherited_from_a_parent_is_not_a_choice(package: Path, tmp_path: Path) -> None:
+    stale = str(tmp_path / "stale")
+    program = ASK + "print(cache_directory())"
+    inherited = {"NUMBA_CACHE_DIR": stale, "ADEYE_NUMBA_CACHE_DIR": stale}
+    found = run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache"), **inherited)
+    assert Path(found[0]).is_relative_to(tmp_path / "cache")
+
+
+def test_numba_imported_before_still_uses_the_folder(package: Path, tmp_path: Path) -> None:
+    program = "import numba; " + ASK + "print(cache_directory() == type(cache_directory())("
+    program += "numba.config.CACHE_DIR))"
+    assert run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache")) == ["True"]
+
+
+def test_unwritable_cache_falls_back_to_a_private_folder(package: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "temporary").mkdir()
+    program = ASK + "print(cache_directory())"
+    environment = {
+        "XDG_CACHE_HOME": str(tmp_path / "file"),
+        "TMPDIR": str(tmp_path / "temporary"),
+    }
+    found = Path(run(program, package, **environment)[0])
+    assert found.is_relative_to(tmp_path / "temporary")
+    assert found.parent.stat().st_mode & 0o077 == 0
+
+
+def test_folder_that_others_can_write_to_is_not_trusted(package: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    temporary = tmp_path / "temporary"
+    open_to_all = temporary / f"adeye-numba-{os.getuid()}"
+    open_to_all.mkdir(parents=True)
+    open_to_all.chmod(0o777)
+    program = ASK + "print(cache_directory())"
+    environment = {"XDG_CACHE_HOME": str(tmp_path / "file"), "TMPDIR": str(temporary)}
+    found = Path(run(program, package, **environment)[0])
+    assert not found.is_relative_to(open_to_all)
+    assert found.stat().st_mode & 0o077 == 0
+
+
+def test_relative_cache_home_is_ignored(package: Path, tmp_path: Path) -> None:
+    environment = {"XDG_CACHE_HOME": "here", "HOME": str(tmp_path)}
+    found = run(ASK + "print(cache_directory())", package, **environment)
+    assert Path(found[0]).parent == tmp_path / ".cache" / "adeye" / "numba"
+
+
+def test_this_process_has_a_writable_folder() -> None:
+    with tempfile.TemporaryFile(dir=jit.cache_directory()):
+        assert len(jit.source_digest()) == 24

@@ -1,0 +1,358 @@
+"""Scripted actors: closed forms of manoeuvres, and triggers that fire once."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adeye.kernel.postfix import OPERATOR_CODES, PUSH_NUMBER, PUSH_VARIABLE
+from adeye.kernel.storyboard import (
+    ACTION_ACTOR,
+    ACTION_JERK,
+    ACTION_KIND,
+    ACTION_RATE,
+    ACTION_SHAPE,
+    ACTION_TARGET,
+    ACTION_WIDTH,
+    ACTOR_WIDTH,
+    CHANGE_BY,
+    CHANGE_SPEED,
+    CHANGE_TO,
+    CROSS,
+    LINEAR,
+    PACE,
+    PACE_RATE,
+    SINUSOIDAL,
+    D,
+    Floats,
+    S,
+    advance,
+    begin_action,
+    begin_events,
+    move_actor,
+    move_actors,
+    place_actor,
+    shift_duration,
+)
+
+STRAIGHT = np.array([[0.0, 0.0, 0.0, 5000.0, 0.0]])
+RADIUS = 200.0
+CURVE = np.array(
+    [
+        [0.0, 0.0, 0.0, 100.0, 0.0],
+        [100.0, 0.0, 0.0, 300.0, 1.0 / RADIUS],
+        [100.0 + RADIUS * math.sin(1.5), RADIUS * (1 - math.cos(1.5)), 1.5, 1000.0, 0.0],
+    ]
+)
+STEP = 0.05
+
+
+def actor(s: float = 0.0, d: float = 5.25, heading: float = 0.0, speed: float = 20.0) -> Floats:
+    row = np.zeros(ACTOR_WIDTH)
+    place_actor(row, s, d, heading, speed)
+    return row
+
+
+def action(
+    kind: int, target: float, rate: float, jerk: float = math.inf, shape: int = SINUSOIDAL
+) -> Floats:
+    row = np.zeros(ACTION_WIDTH)
+    row[ACTION_KIND], row[ACTION_TARGET], row[ACTION_RATE] = kind, target, rate
+    row[ACTION_JERK], row[ACTION_SHAPE] = jerk, shape
+    return row
+
+
+def drive(
+    row: Floats, first: int, last: int, step: float = STEP, road: Floats = STRAIGHT
+) -> Floats:
+    """Move from one tick to another; return what each tick wrote (N, 5)."""
+    out = np.zeros((last - first, 5))
+    for tick in range(first, last):
+        move_actor(row, road, tick + 1, step, out[tick - first])
+    return out
+
+
+def test_constant_speed_goes_straight_along_the_road() -> None:
+    row = actor(s=10.0, speed=30.0)
+    out = drive(row, 0, 200)
+    assert out[-1].tolist() == pytest.approx([310.0, 5.25, 0.0, 30.0, 0.0], abs=1e-9)
+
+
+def test_a_sinusoidal_lane_change_ends_after_pi_shift_over_two_lateral_speeds() -> None:
+    row = actor()
+    begin_action(row, action(CHANGE_TO, 8.75, 1.0), 0)
+    duration = math.pi * 3.5 / 2.0
+    ticks = math.ceil(duration / STEP)
+    drive(row, 0, ticks - 1)
+    assert row[D] < 8.75
+    drive(row, ticks - 1, ticks)
+    assert row[D] == 8.75
+
+
+def test_a_sinusoidal_lane_change_follows_its_cosine_and_is_fastest_half_way() -> None:
+    row = actor(speed=20.0)
+    step = math.pi * 3.5 / 2.0 / 100
+    begin_action(row, action(CHANGE_BY, -3.5, 1.0), 0)
+    out = drive(row, 0, 100, step)
+    tau = np.arange(1, 101) / 100
+    np.testing.assert_allclose(out[:, 1], 5.25 - 3.5 * (1 - np.cos(np.pi * tau)) / 2, atol=1e-12)
+    assert out[49, 2] == pytest.approx(math.atan2(-1.0, 20.0), abs=1e-12)
+    assert out[49, 3] == pytest.approx(math.hypot(20.0, 1.0), abs=1e-12)
+    assert out[-1, 1:].tolist() == pytest.approx([1.75, 0.0, 20.0, 0.0], abs=1e-12)
+
+
+def test_a_linear_lane_change_keeps_its_lateral_speed() -> None:
+    row = actor(speed=10.0)
+    begin_action(row, action(CHANGE_BY, 2.0, 0.5, shape=LINEAR), 0)
+    out = drive(row, 0, 100)
+    np.testing.assert_allclose(out[:79, 1], 5.25 + 0.5 * STEP * np.arange(1, 80), atol=1e-12)
+    assert row[D] == 7.25
+    assert out[30, 2] == pytest.approx(math.atan2(0.5, 10.0))
+
+
+def test_duration_of_a_lane_change_of_no_distance_is_zero() -> None:
+    assert shift_duration(0.0, 1.0, SINUSOIDAL) == 0.0
+    row = actor()
+    begin_action(row, action(CHANGE_TO, 5.25, 1.0), 0)
+    assert drive(row, 0, 1)[0, 1] == 5.25
+
+
+def test_braking_to_standstill_takes_speed_squared_over_twice_the_deceleration() -> None:
+    row = actor(s=50.0, speed=25.0)
+    begin_action(row, action(CHANGE_SPEED, 0.0, 4.0), 0)
+    out = drive(row, 0, 200)
+    assert row[S] == pytest.approx(50.0 + 25.0**2 / 8.0, abs=1e-9)
+    assert out[-1, 3] == 0.0
+    assert out[100, 4] == -4.0
+    assert out[-1, 4] == 0.0
+    assert out[:, 3].min() >= 0.0
+
+
+def test_braking_with_limited_jerk_stops_after_the_closed_form_distance() -> None:
+    speed, rate, jerk = 20.0, 5.0, 10.0
+    row = actor(speed=speed)
+    begin_action(row, action(CHANGE_SPEED, 0.0, rate, jerk), 0)
+    out = drive(row, 0, 300)
+    # A symmetric trapezium of deceleration: the mean speed is half the first one.
+    duration = speed / rate + rate / jerk
+    assert row[S] == pytest.approx(0.5 * speed * duration, abs=1e-9)
+    assert out[:, 4].min() >= -rate - 1e-12
+    steps = np.diff(np.concatenate([[0.0], out[:, 4]]))
+    assert np.abs(steps).max() <= jerk * STEP + 1e-9
+
+
+def test_a_small_speed_change_never_reaches_the_rate() -> None:
+    row = actor(speed=20.0)
+    begin_action(row, action(CHANGE_SPEED, 20.4, 3.0, 2.0), 0)
+    out = drive(row, 0, 100)
+    # Two phases of jerk that meet at sqrt(jerk * change).
+    assert out[:, 4].max() == pytest.approx(math.sqrt(2.0 * 0.4), abs=0.06)
+    assert out[-1, 3] == 20.4
+
+
+@pytest.mark.parametrize("target", [0.0, 12.0, 30.0])
+@pytest.mark.parametrize("rate", [1.5, 6.0])
+def test_a_new_target_during_braking_is_met_without_a_jump_of_the_acceleration(
+    target: float, rate: float
+) -> None:
+    row = actor(speed=25.0)
+    begin_action(row, action(CHANGE_SPEED, 5.0, 4.0, 8.0), 0)
+    drive(row, 0, 30)
+    assert row[PACE_RATE] == pytest.approx(-4.0)
+    begin_action(row, action(CHANGE_SPEED, target, rate, 8.0), 30)
+    out = drive(row, 30, 700)
+    steps = np.diff(np.concatenate([[-4.0], out[:, 4]]))
+    assert np.abs(steps).max() <= 8.0 * STEP + 1e-9
+    assert row[PACE] == target
+    # The speed that was written is the integral of the acceleration that was written.
+    speeds = np.concatenate([[out[0, 3]], out[:-1, 3] + STEP * 0.5 * (out[:-1, 4] + out[1:, 4])])
+    np.testing.assert_allclose(out[:, 3], speeds, atol=0.02)
+
+
+def test_hard_braking_that_would_pass_zero_drops_the_jerk_limit_and_never_reverses() -> None:
+    row = actor(speed=10.0)
+    begin_action(row, action(CHANGE_SPEED, 0.0, 8.0), 0)
+    drive(row, 0, 22)
+    begin_action(row, action(CHANGE_SPEED, 0.0, 8.0, 4.0), 22)
+    out = drive(row, 22, 100)
+    assert out[:, 3].min() == 0.0
+    assert row[S] == pytest.approx(10.0**2 / 16.0, abs=1e-9)
+
+
+def test_the_step_does_not_change_where_an_actor_is() -> None:
+    ends = []
+    for halvings in (1, 2, 8):
+        row = actor(speed=22.0)
+        begin_action(row, action(CHANGE_SPEED, 9.0, 3.0, 6.0), 0)
+        begin_action(row, action(CHANGE_BY, 3.5, 0.9), 0)
+        drive(row, 0, 90 * halvings, STEP / halvings)
+        ends.append((row[S], row[D], row[PACE]))
+    np.testing.assert_allclose(ends[1:], [ends[0]] * 2, atol=1e-9)
+
+
+def test_a_pedestrian_crosses_at_right_angles_and_stops_at_the_place() -> None:
+    row = actor(s=80.0, d=-1.5, heading=0.3, speed=0.0)
+    begin_action(row, action(CROSS, 8.0, 1.4), 0)
+    out = drive(row, 0, 200)
+    arrival = math.ceil(9.5 / 1.4 / STEP)
+    np.testing.assert_allclose(
+        out[: arrival - 1, 1], -1.5 + 1.4 * STEP * np.arange(1, arrival), atol=1e-12
+    )
+    assert set(out[:, 0]) == {80.0}
+    assert out[arrival - 2, 2:].tolist() == pytest.approx([math.pi / 2, 1.4, 0.0])
+    assert out[arrival:, 1].tolist() == [8.0] * (200 - arrival)
+    assert out[-1, 2:].tolist() == pytest.approx([math.pi / 2, 0.0, 0.0])
+
+
+def test_a_pedestrian_may_stop_on_the_road_and_go_on() -> None:
+    row = actor(d=0.0, speed=0.0)
+    begin_action(row, action(CROSS, 7.0, 1.4), 0)
+    drive(row, 0, 40)
+    begin_action(row, action(CHANGE_SPEED, 0.0, 2.0), 40)
+    drive(row, 40, 100)
+    assert row[D] == pytest.approx(2.8 + 1.4**2 / 4.0, abs=1e-12)
+    begin_action(row, action(CHANGE_SPEED, 1.0, 2.0), 100)
+    drive(row, 100, 400)
+    assert row[D] == 7.0
+    assert row[PACE] == 0.0
+
+
+def test_crossing_to_the_right_heads_to_the_right() -> None:
+    row = actor(d=6.0, speed=0.0)
+    begin_action(row, action(CROSS, 0.0, 1.0), 0)
+    out = drive(row, 0, 20)
+    assert out[-1, 2] == pytest.approx(-math.pi / 2)
+    assert out[-1, 1] == pytest.approx(5.0)
+
+
+def test_an_oncoming_actor_drives_against_the_road_in_its_lane() -> None:
+    row = actor(s=500.0, d=8.75, heading=math.pi, speed=25.0)
+    out = drive(row, 0, 100)
+    assert out[-1].tolist() == pytest.approx([375.0, 8.75, math.pi, 25.0, 0.0], abs=1e-9)
+    assert row[D] == 8.75
+
+
+def test_a_standing_actor_keeps_its_heading() -> None:
+    out = drive(actor(heading=1.0, speed=0.0), 0, 10)
+    assert out[-1, 2] == 1.0
+
+
+def test_on_the_inside_of_a_curve_the_same_speed_gets_further_along_the_road() -> None:
+    assert advance(CURVE, 150.0, 10.0, 19.0) == pytest.approx(150.0 + 20.0)
+    assert advance(CURVE, 150.0, -10.0, 21.0) == pytest.approx(150.0 + 20.0)
+
+
+@pytest.mark.parametrize("way", [1.0, 55.0, 250.0, 400.0, 800.0])
+def test_driving_back_the_same_way_ends_where_it_began(way: float) -> None:
+    there = advance(CURVE, 60.0, 5.25, way)
+    assert there > 60.0
+    assert advance(CURVE, there, 5.25, -way) == pytest.approx(60.0, abs=1e-10)
+
+
+def test_an_actor_in_a_curve_covers_its_speed_on_the_ground() -> None:
+    row = actor(s=60.0, d=5.25, speed=20.0)
+    out = drive(row, 0, 300, road=CURVE)
+    chords = np.hypot(np.diff(out[:, 0]), np.diff(out[:, 1]))
+    np.testing.assert_allclose(chords, 20.0 * STEP, rtol=2e-5)
+    headings = np.arctan2(np.diff(out[:, 1]), np.diff(out[:, 0]))
+    np.testing.assert_allclose(headings, 0.5 * (out[1:, 2] + out[:-1, 2]), atol=5e-3)
+
+
+TIME, BEGUN = 0, 1
+
+
+def events(
+    conditions: list[list[tuple[int, float]]], ticks: int, runs: int = 1
+) -> tuple[Floats, Floats]:
+    """Run a board whose events brake one actor each; return begun (B, V) and the actors."""
+    count, longest = len(conditions), max(len(condition) for condition in conditions)
+    ops = np.zeros((count, longest), dtype=np.int64)
+    args = np.zeros((count, longest))
+    for row, condition in enumerate(conditions):
+        for column, (op, arg) in enumerate(condition):
+            ops[row, column], args[row, column] = op, arg
+    lengths = np.array([len(condition) for condition in conditions], dtype=np.int64)
+    programs = np.tile(np.arange(count), (runs, 1))
+    actions = np.zeros((runs, count, ACTION_WIDTH))
+    actions[:, :, ACTION_KIND] = CHANGE_SPEED
+    actions[:, :, ACTION_RATE] = 5.0
+    actions[:, :, ACTION_JERK] = math.inf
+    actions[:, :, ACTION_ACTOR] = np.arange(count)
+    actors = np.stack([np.stack([actor() for _ in range(count)]) for _ in range(runs)])
+    begun = np.full((runs, count), np.nan)
+    running = np.ones(runs, dtype=np.bool_)
+    objects = np.zeros((runs, count, 5))
+    roads = np.stack([STRAIGHT] * runs)
+    scripted = np.ones(count, dtype=np.bool_)
+    for tick in range(ticks):
+        variables = np.zeros((runs, 1 + count))
+        variables[:, TIME] = tick * STEP
+        variables[:, BEGUN:] = ~np.isnan(begun)
+        begin_events(
+            running,
+            ops,
+            args,
+            lengths,
+            programs,
+            variables,
+            BEGUN,
+            actions,
+            tick,
+            STEP,
+            begun,
+            actors,
+        )
+        move_actors(running, scripted, actors, roads, tick + 1, STEP, objects)
+    return begun, objects
+
+
+def after(seconds: float) -> list[tuple[int, float]]:
+    return [(PUSH_VARIABLE, TIME), (PUSH_NUMBER, seconds), (OPERATOR_CODES[">="], 0.0)]
+
+
+def test_an_event_begins_at_the_first_tick_at_which_its_condition_holds() -> None:
+    begun, objects = events([after(0.98)], 41)
+    assert begun[0, 0] == pytest.approx(1.0)
+    # One second of braking at 5 m/s² since then.
+    assert objects[0, 0, 3] == pytest.approx(20.0 - 5.0 * 1.05)
+
+
+def test_an_event_fires_once() -> None:
+    begun, objects = events([after(0.0)], 200)
+    assert begun[0, 0] == 0.0
+    assert objects[0, 0, 0] == pytest.approx(20.0**2 / 10.0)
+
+
+def test_an_event_that_waits_for_another_begins_with_it_in_either_order() -> None:
+    waits = [(PUSH_VARIABLE, float(BEGUN + 1))]
+    begun, _ = events([waits, after(0.5)], 20)
+    assert begun[0].tolist() == [0.5, 0.5]
+
+
+def test_an_undefined_condition_begins_nothing() -> None:
+    begun, _ = events([[(PUSH_NUMBER, math.nan)]], 5)
+    assert np.isnan(begun).all()
+
+
+def test_runs_of_a_batch_do_not_touch_each_other() -> None:
+    alone = events([after(0.5)], 60)[1]
+    together = events([after(0.5)], 60, runs=3)[1]
+    assert all(together[run].tolist() == alone[0].tolist() for run in range(3))
+
+
+def test_runs_that_have_ended_stay_as_they_are() -> None:
+    actors = np.stack([np.stack([actor()])] * 2)
+    before = actors[0].copy()
+    objects = np.zeros((2, 1, 5))
+    move_actors(
+        np.array([False, True]),
+        np.array([True]),
+        actors,
+        np.stack([STRAIGHT] * 2),
+        1,
+        STEP,
+        objects,
+    )
+    assert actors[0].tolist() == before.tolist()
+    assert objects[0].tolist() == [[0.0] * 5]
+    assert objects[1, 0, 0] == pytest.approx(1.0)

@@ -1,0 +1,256 @@
+"""A small campaign to store: two scenarios, two architectures, three FSRs, made-up results."""
+
+import hashlib
+import sqlite3
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.spec.concept import (
+    Assumption,
+    Concept,
+    Element,
+    HazardousEvent,
+    MetricBound,
+    Requirement,
+    SafetyGoal,
+    Waiver,
+)
+from adeye.store.repository import Repository
+from adeye.store.rows import (
+    CampaignFsr,
+    CampaignRecord,
+    ContentRecord,
+    EngineKey,
+    EventRecord,
+    MetricValue,
+    PlannedCase,
+    RunRecord,
+    VerdictRecord,
+)
+from adeye.store.stored import Block, BlockCase
+from adeye.store.tables import METRIC_IDS
+
+
+def sha(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def requirement(name: str, **changes: Any) -> Requirement:
+    fields: dict[str, Any] = {
+        "id": name,
+        "goals": ("SG1",),
+        "text": f"{name} holds",
+        "formula": "always(gap >= 2)",
+        "threshold_source": "made up",
+        "asil": "B",
+        "allocation": ("camera",),
+    }
+    return Requirement(**{**fields, **changes})
+
+
+class Example:
+    """Makes records of one consistent campaign; every part can be replaced."""
+
+    def __init__(self) -> None:
+        self.engine = EngineKey("highway", "float64", 1)
+        self.requirements: tuple[Requirement, ...] = (
+            requirement("FSR1"),
+            requirement(
+                "FSR2",
+                formula=None,
+                bound=MetricBound(metric="min_ttc_s", at_least=1.0),
+                mandatory=False,
+            ),
+            requirement("FSR3", applies="outside", scenarios=("cut_in",), asil="D"),
+        )
+        self.waivers: tuple[Waiver, ...] = ()
+        self.not_applicable: dict[str, dict[str, str]] = {}
+        self.thresholds: dict[str, str] = {}
+        self.gate: tuple[str, ...] = ("new",)
+        self.odd = ContentRecord("motorway", "1", {"odd": "motorway", "seed": 7})
+        self.verdict_of: Callable[[BlockCase, str], Verdict] = lambda _case, _fsr: Verdict.PASS
+
+    def concept(self) -> Concept:
+        return Concept(
+            concept="example",
+            title="Example",
+            hazardous_events=(
+                HazardousEvent(
+                    id="HE1",
+                    function="follow",
+                    malfunction="no braking",
+                    situation="motorway",
+                    severity="S3",
+                    exposure="E4",
+                    controllability="C3",
+                    severity_rationale="speed",
+                    exposure_rationale="daily",
+                    controllability_rationale="none",
+                ),
+            ),
+            safety_goals=(
+                SafetyGoal(
+                    id="SG1",
+                    text="No contact",
+                    hazardous_events=("HE1",),
+                    safe_state="standstill",
+                    ftti="1.5 s",
+                    ftti_rationale="gap",
+                ),
+            ),
+            elements=(
+                Element(id="camera", kind="sensor", text="front camera", asil_capability="B"),
+            ),
+            requirements=self.requirements,
+            assumptions=(
+                Assumption(id="A1", text="dry", owner="me", valid_until=date(2030, 1, 1)),
+            ),
+            waivers=self.waivers,
+        )
+
+    def fsr_digest(self, name: str) -> str:
+        return sha(f"{name} {self.thresholds.get(name, '')}")
+
+    def record(self) -> CampaignRecord:
+        return CampaignRecord(
+            odd=self.odd,
+            concept=self.concept(),
+            fsrs=[
+                CampaignFsr(item.id, self.fsr_digest(item.id), self.not_applicable.get(item.id, {}))
+                for item in self.requirements
+            ],
+            gate=self.gate,
+            factors=[{"scenario": "cut_in", "points": 2}],
+            title="Example",
+            units={"cut_in": {"ego_speed": "mps"}},
+            provenance={"tool": "0.1.0"},
+        )
+
+    def case(self, ordinal: int, **changes: Any) -> PlannedCase:
+        """Ordinals run over points; scenarios and architectures alternate."""
+        point, rest = divmod(ordinal, 4)
+        scenario = ("cut_in", "braking")[rest // 2]
+        architecture = ("legacy", "new")[rest % 2]
+        speed = 20.0 + point
+        situation = sha(f"{scenario} {speed}")
+        fields: dict[str, Any] = {
+            "test_case": sha(f"{situation} {architecture}"),
+            "situation": situation,
+            "scenario": scenario,
+            "scenario_content": ContentRecord(scenario, "1", {"scenario": scenario}),
+            "architecture": architecture,
+            "architecture_content": ContentRecord(architecture, "", {"sensors": architecture}),
+            "fault_entry": "none",
+            "faults": [],
+            "parameters": {"ego_speed": speed},
+            "point": {"ego_speed": speed},
+            "replicate": 0,
+            "seed": 7,
+            "step_s": 0.05,
+            "inside_odd": True,
+            "engine": self.engine,
+            "point_index": point,
+        }
+        return PlannedCase(**{**fields, **changes})
+
+    def cases(self, count: int) -> list[PlannedCase]:
+        return [self.case(ordinal) for ordinal in range(count)]
+
+    def metrics(self, case: BlockCase) -> dict[str, MetricValue]:
+        metrics = {name: MetricValue(None, "not_applicable") for name in METRIC_IDS}
+        metrics["min_distance_m"] = MetricValue(3.0 + case.ordinal, "value", 1.5, "cutter")
+        metrics["min_ttc_s"] = MetricValue(None, "no_conflict")
+        metrics["contact"] = MetricValue(0.0)
+        return metrics
+
+    def verdict(self, case: BlockCase, fsr: str) -> VerdictRecord:
+        verdict = self.verdict_of(case, fsr)
+        margin = (-1.0 if verdict is Verdict.FAIL else 1.0) * (1.0 + case.ordinal)
+        return VerdictRecord(
+            fsr_id=fsr,
+            fsr_digest=self.fsr_digest(fsr),
+            verdict=verdict,
+            is_exercised=verdict is not Verdict.VACUOUS,
+            robustness_low=margin / 10.0,
+            robustness_high=float("inf"),
+            margin=margin,
+            unit="m",
+            signal="gap",
+            predicate="gap >= 2",
+            time_s=1.5,
+            actor="cutter",
+            value=2.0 + margin,
+            threshold=2.0,
+        )
+
+    def run(self, case: BlockCase, **changes: Any) -> RunRecord:
+        fields: dict[str, Any] = {
+            "test_case": case.test_case,
+            "engine": self.engine,
+            "outcome": Outcome.COMPLETED,
+            "trace_rows": 301,
+            "duration_s": 15.0,
+            "trace_digest": sha(case.result_digest)[:32],
+            "is_realised": True,
+            "end_reason": "horizon",
+            "metrics": self.metrics(case),
+            "verdicts": [self.verdict(case, fsr) for fsr in case.missing_fsrs],
+            "events": [
+                EventRecord(0.5, "storyboard", "cutter", "lane change begins"),
+                EventRecord(1.5, "handover", "safety", "monitor confirmed"),
+            ],
+            "executed_by": "host 1",
+            "executed_at": datetime(2026, 1, 1, tzinfo=UTC),
+        }
+        return RunRecord(**{**fields, **changes})
+
+    def runs(self, block: Block) -> list[RunRecord]:
+        return [self.run(case) for case in block.to_execute]
+
+    def judged(self, block: Block) -> dict[str, Sequence[VerdictRecord]]:
+        return {
+            case.result_digest: [self.verdict(case, fsr) for fsr in case.missing_fsrs]
+            for case in block.to_judge
+        }
+
+    def work_off(self, repository: Repository, campaign: str) -> int:
+        """Complete every block; return how many runs that took."""
+        executed = 0
+        while (block := repository.claim_block(campaign=campaign)) is not None:
+            assert repository.complete_block(block, self.runs(block), self.judged(block))
+            executed += len(block.to_execute)
+        return executed
+
+    def campaign(self, repository: Repository, count: int = 8, *, block_size: int = 3) -> str:
+        """Plan and complete a campaign; return its id."""
+        plan = repository.plan_campaign(self.record(), self.cases(count), block_size=block_size)
+        self.work_off(repository, plan.campaign)
+        return plan.campaign
+
+    def with_odd(self, version: str) -> None:
+        self.odd = replace(self.odd, version=version, content={"odd": "motorway", "v": version})
+
+
+@pytest.fixture
+def example() -> Example:
+    return Example()
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Iterator[Repository]:
+    with Repository.open(tmp_path / "adeye.db") as opened:
+        yield opened
+
+
+@pytest.fixture
+def raw(repository: Repository) -> Iterator[sqlite3.Connection]:
+    """The file as someone without the repository would open it."""
+    connection = sqlite3.connect(repository.path, isolation_level=None)
+    yield connection
+    connection.close()

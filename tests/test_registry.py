@@ -1,0 +1,132 @@
+from pathlib import Path
+
+import pytest
+
+from adeye.errors import SpecError
+from adeye.registry import load_part, plugins_digest, require, validate_parameters
+
+CHANNEL = """
+from adeye.ports import Parameters as Base
+from adeye.spec.quantity import Speed
+
+class Mine:
+    class Parameters(Base):
+        speed: Speed = 10.0
+
+    def act(self, observation):
+        return 0.0, 0.0
+
+class Bare:
+    pass
+
+NUMBER = 3
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "mine.py").write_text(CHANNEL)
+    return tmp_path
+
+
+def test_file_beside_the_naming_file_is_loaded(folder: Path) -> None:
+    part = load_part("./mine.py:Mine", folder)
+    assert part.obj().act(None) == (0.0, 0.0)
+    assert part.build().act(None) == (0.0, 0.0)
+    assert len(part.source_digest) == 64
+
+
+def test_same_file_is_executed_once(folder: Path) -> None:
+    assert load_part("./mine.py:Mine", folder).obj is load_part("mine.py:Mine", folder).obj
+
+
+def test_edited_file_is_loaded_again_with_another_digest(folder: Path) -> None:
+    before = load_part("./mine.py:Mine", folder)
+    (folder / "mine.py").write_text(CHANNEL + "\n")
+    after = load_part("./mine.py:Mine", folder)
+    assert after.source_digest != before.source_digest
+    assert after.obj is not before.obj
+
+
+def test_module_is_loaded_with_the_digest_of_its_source() -> None:
+    part = load_part("json.decoder:JSONDecoder", Path())
+    assert part.obj.__name__ == "JSONDecoder"
+    assert part.source_digest == load_part("json.encoder:JSONEncoder", Path()).source_digest
+    assert part.source_digest != load_part("bisect:bisect", Path()).source_digest
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("./other.py:Mine", "there is no file"),
+        ("./mine.py:Mein", "Did you mean 'Mine'"),
+        ("./mine.py", "does not name a class"),
+        (":Mine", "does not name a class"),
+        ("no_such_module_here:Mine", "there is no module 'no_such_module_here'"),
+        ("sys:exit", "has no source file"),
+    ],
+)
+def test_what_cannot_be_found_is_named(folder: Path, name: str, message: str) -> None:
+    with pytest.raises(SpecError, match=message):
+        load_part(name, folder)
+
+
+def test_syntax_error_is_reported_with_file_and_line(folder: Path) -> None:
+    (folder / "broken.py").write_text("x = 1\ndef act(:\n")
+    with pytest.raises(SpecError) as caught:
+        load_part("./broken.py:Mine", folder)
+    where = caught.value.where
+    assert where is not None
+    assert (Path(where.path).name, where.line) == ("broken.py", 2)
+
+
+def test_error_while_importing_is_reported_with_file_and_line(folder: Path) -> None:
+    (folder / "raising.py").write_text("x = 1\ny = x / 0\n")
+    with pytest.raises(SpecError, match="ZeroDivisionError") as caught:
+        load_part("./raising.py:Mine", folder)
+    where = caught.value.where
+    assert where is not None
+    assert (Path(where.path).name, where.line) == ("raising.py", 2)
+
+
+def test_file_with_null_bytes_is_an_input_error(folder: Path) -> None:
+    (folder / "binary.py").write_bytes(b"\0\1")
+    with pytest.raises(SpecError, match="null"):
+        load_part("./binary.py:Mine", folder)
+
+
+def test_missing_method_is_named(folder: Path) -> None:
+    require(load_part("./mine.py:Mine", folder), "channel", ("act",))
+    with pytest.raises(SpecError, match=r"has no act\(\)"):
+        require(load_part("./mine.py:Bare", folder), "channel", ("act",))
+    with pytest.raises(SpecError, match="not a class"):
+        require(load_part("./mine.py:NUMBER", folder), "channel", ("act",))
+
+
+def test_parameters_are_validated_by_the_declared_model(folder: Path) -> None:
+    part = load_part("./mine.py:Mine", folder)
+    good = validate_parameters(part, {"speed": "36 km/h"})
+    assert good.errors == ()
+    assert good.parameters is not None
+    assert good.parameters.model_dump() == {"speed": pytest.approx(10.0)}
+    bad = validate_parameters(part, {"speed": "3 m", "sped": 1})
+    assert [loc for loc, _ in bad.errors] == [("speed",), ("sped",)]
+    assert bad.parameters is None
+
+
+def test_parameters_of_a_class_without_model_are_errors(folder: Path) -> None:
+    part = load_part("./mine.py:Bare", folder)
+    assert validate_parameters(part, {}).errors == ()
+    assert validate_parameters(part, {"a": 1}).errors[0][0] == ("a",)
+
+
+def test_parameters_that_are_no_model_are_refused(folder: Path) -> None:
+    (folder / "odd.py").write_text("class Odd:\n    Parameters = 3\n")
+    with pytest.raises(SpecError, match="no parameter model"):
+        validate_parameters(load_part("./odd.py:Odd", folder), {})
+
+
+def test_digest_of_plugins_does_not_depend_on_order(folder: Path) -> None:
+    one, two = load_part("./mine.py:Mine", folder), load_part("./mine.py:Bare", folder)
+    assert plugins_digest([one, two]) == plugins_digest([two, one, one])
+    assert plugins_digest([one]) != plugins_digest([two])
