@@ -5,7 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -14,23 +13,19 @@ from typing import Any, Generic, TypeVar
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-MAX_ATTEMPTS = 3
-"""How often a batch is tried whose worker died, before it is given up."""
-
-
 @dataclass(frozen=True, slots=True)
 class Done(Generic[Task, Result]):
     """A batch that has been executed.
 
     Attributes:
         task: What was submitted.
-        result: What came back, None if it was given up.
-        error: Why it was given up.
+        result: What came back, None if its worker died.
+        lost: How the worker died, empty otherwise.
     """
 
     task: Task
     result: Result | None
-    error: BaseException | None = None
+    lost: str = ""
 
 
 class InProcess(Generic[Task, Result]):
@@ -51,7 +46,7 @@ class InProcess(Generic[Task, Result]):
 class Processes(Generic[Task, Result]):
     """Runs batches in worker processes, one batch each at a time.
 
-    A worker that dies takes only its batch with it, and that batch is tried again in a fresh one.
+    A worker that dies takes only its batch with it; the caller decides whether to try it again.
     A worker whose parent dies reads the end of its pipe and ends. An exception of the work itself
     ends the iteration here, because it is a defect, not an accident.
     """
@@ -70,24 +65,20 @@ class Processes(Generic[Task, Result]):
 
     def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
         """Execute tasks as they come; results arrive in the order in which they end."""
-        waiting: deque[tuple[Task, int]] = deque()
-        exhausted = False
         try:
             while True:
                 for worker in self._idle():
-                    if not waiting and not exhausted:
-                        task = next(tasks, None)
-                        exhausted = task is None
-                        if task is not None:
-                            waiting.append((task, 1))
-                    if waiting:
-                        worker.give(*waiting.popleft())
+                    # The iterator is asked again after its end: a batch that was lost comes back.
+                    task = next(tasks, None)
+                    if task is None:
+                        break
+                    worker.give(task)
                 busy = [end for end, worker in self._workers.items() if worker.task is not None]
                 if not busy:
                     return
                 for end in wait(busy):
                     assert isinstance(end, Connection)
-                    yield from self._collect(end, waiting)
+                    yield self._collect(end)
         finally:
             self.close()
 
@@ -103,26 +94,18 @@ class Processes(Generic[Task, Result]):
             self._workers[worker.end] = worker
         return [worker for worker in self._workers.values() if worker.task is None]
 
-    def _collect(
-        self, end: Connection, waiting: deque[tuple[Any, int]]
-    ) -> Iterator[Done[Task, Result]]:
+    def _collect(self, end: Connection) -> Done[Task, Result]:
         worker = self._workers[end]
-        task, attempt = worker.task, worker.attempt
+        task: Task = worker.task
         try:
             kind, content = end.recv()
         except (EOFError, OSError):
             del self._workers[end]
-            code = worker.stop()
-            if attempt < MAX_ATTEMPTS:
-                waiting.append((task, attempt + 1))
-            else:
-                lost = RuntimeError(f"its worker died {attempt} times, last with code {code}")
-                yield Done(task, None, lost)
-            return
+            return Done(task, None, f"its worker died with code {worker.stop()}")
         worker.task = None
         if kind == "error":
             raise content
-        yield Done(task, content)
+        return Done(task, content)
 
 
 class _Worker:
@@ -131,13 +114,12 @@ class _Worker:
     def __init__(self, context: Any, work: Callable[[Any], Any]) -> None:
         self.end, other = context.Pipe()
         self.task: Any = None
-        self.attempt = 0
         self._process = context.Process(target=_serve, args=(other, work), daemon=True)
         self._process.start()
         other.close()
 
-    def give(self, task: Any, attempt: int) -> None:
-        self.task, self.attempt = task, attempt
+    def give(self, task: Any) -> None:
+        self.task = task
         try:
             self.end.send(task)
         except OSError:

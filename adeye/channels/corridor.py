@@ -123,7 +123,7 @@ def offset_from_corridor(d: float, path_d: float, ego_d: float) -> float:
 
 
 @compiled
-def uses_path(  # noqa: PLR0913, PLR0917 - a kernel
+def uses_path(
     offset: float, sideways: float, half: float, gap: float, length: float, closing: float
 ) -> bool:
     """Tell whether an object is in the corridor or will be when the ego comes by.

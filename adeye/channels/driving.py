@@ -16,7 +16,6 @@ from adeye.channels.pose import (
 )
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import compiled
-from adeye.kernel.motion import clip
 from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
 from adeye.ports import ChannelContext
 from adeye.signals import Floats
@@ -120,7 +119,7 @@ def allowed_speed(record: Any, segments: Floats, pose: Floats, path_d: float) ->
 
 
 @compiled
-def follow(  # noqa: PLR0913, PLR0917 - a kernel
+def follow(
     record: Any, speed: float, allowed: float, gap: float, front_speed: float, hardest: float
 ) -> float:
     """Return the acceleration of car following, and hold the ego where it is to stand [m/s²].

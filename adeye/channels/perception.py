@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from adeye.channels.pose import update_pose
+from adeye.channels.pose import has_pose, update_pose
 from adeye.channels.tracking import drop_tentative, predict_tracks, update_tracks
 from adeye.channels.tracks import (
     TRACK_HITS,
@@ -66,6 +66,10 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
         used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
     """
     update_pose(pose, segments, estimate, estimate_stamp, time, period)
+    if not has_pose(pose, time):
+        # Without its own motion every standing object would seem to move.
+        tracks[:, TRACK_HITS] = 0.0
+        return
     predict_tracks(tracks, pose, time, period, coast)
     for sensor in range(stamps.shape[0]):
         if not stamps[sensor] > used[sensor]:

@@ -104,7 +104,7 @@ def update_pose(
 
 @compiled
 def _is_finite(estimate: Floats) -> bool:
-    for value in estimate:  # noqa: SIM110 - compiled
+    for value in estimate:  # noqa: SIM110 - a kernel
         if not np.isfinite(value):
             return False
     return True

@@ -195,7 +195,7 @@ class ScalarChannel:
             try:
                 parameters = context.parameters[run]
                 self._objects[run] = self._factory(parameters, _context(context, run))
-            except (Exception, SystemExit) as error:  # noqa: BLE001 - recorded; the run goes on
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - recorded, and the run goes on
                 self._fail(run, ERROR, 0.0, describe(error))
 
     def act(self, observation: Observation) -> ControlCommand:

@@ -236,7 +236,7 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
 @compiled
 def _speed_at(pose: Floats, age: float) -> float:
     """Speed of the ego at the sample's time [m/s]."""
-    return max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age)
+    return float(max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age))
 
 
 @compiled

@@ -35,26 +35,6 @@ TRACKS: Final = 8
 ) = range(15)
 TRACK_STATE: Final = 15
 
-# Columns of a track.
-(
-    TRACK_X,  # centre, forward [m]
-    TRACK_Y,  # centre, to the left [m]
-    TRACK_VX,  # relative to the ground [m/s]
-    TRACK_VY,
-    TRACK_VAR_X,  # variance of the place along x [m²]
-    TRACK_COV_X,  # covariance of place and velocity along x
-    TRACK_VAR_VX,
-    TRACK_VAR_Y,
-    TRACK_COV_Y,
-    TRACK_VAR_VY,
-    TRACK_LENGTH,  # [m]
-    TRACK_WIDTH,
-    TRACK_CLASS,
-    TRACK_HITS,  # detections so far; 0 marks a free place
-    TRACK_SEEN,  # time of the newest sample that has it [s]
-) = range(15)
-TRACK_STATE: Final = 15
-
 _GATE_GROWTH: Final = 0.08
 """Growth of the gate along the line of sight with distance, for cameras. Our choice."""
 

@@ -130,6 +130,8 @@ def _dictionary(
         **scene_signals(objects, lanes),
         **architecture_signals(sensors, channels, monitors, faults, objects),
         **series_signals(),
+        # The distance declares "no conflict", for runs without any object.
+        "any_actor.distance": SERIES["distance"].type,
     }
 
 

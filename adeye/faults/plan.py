@@ -103,7 +103,7 @@ class FaultPlan:
         """
         faulty = dict(readings)
         for name, (injector, columns) in self._drop_outs.items():
-            faulty[name] = injector.apply(readings[name], active[:, columns].any(axis=1))
+            faulty[name] = injector.apply(readings[name], _any_of(active, columns))
         return faulty
 
     def on_commands(
@@ -119,8 +119,13 @@ class FaultPlan:
         for index, command in enumerate(proposals):
             if command.channel in self._silences:
                 injector, columns = self._silences[command.channel]
-                faulty[index] = injector.apply(command, active[:, columns].any(axis=1))
+                faulty[index] = injector.apply(command, _any_of(active, columns))
         return faulty
+
+
+def _any_of(active: Bools, columns: list[int]) -> Bools:
+    """Tell in which runs (B,) any of some faults is present."""
+    return np.asarray(active[:, columns].any(axis=1), dtype=np.bool_)
 
 
 class _Programs:

@@ -10,7 +10,7 @@ from datetime import UTC, date, datetime
 from functools import cached_property
 from typing import Any
 
-from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_runs, gate_exit
+from adeye.evaluation.verdict import Outcome, Verdict
 from adeye.report.dead import dead_axes
 from adeye.report.model import (
     Architecture,
@@ -34,6 +34,7 @@ from adeye.spec.quantity import SI
 from adeye.store.repository import Repository
 from adeye.store.rows import EventRecord, VerdictRecord
 from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
+from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
 
 SHORT = 12
@@ -109,7 +110,7 @@ class ReportBuilder:
             replays: Most runs to embed.
         """
         cells = tuple(self._cells())
-        code, message = self._exit(cells)
+        code, message = gate_code(self.repository, self.campaign)
         worst = self._worst_cases()
         progress = self.repository.progress(self.campaign.id)
         provenance = self.campaign.provenance
@@ -159,26 +160,6 @@ class ReportBuilder:
 
     def _replay_command(self, run: str) -> str:
         return self._command(f"adeye replay {run[:SHORT]}")
-
-    def _exit(self, cells: Iterable[Cell]) -> tuple[ExitCode, str]:
-        verdicts: dict[str, list[Verdict]] = {name: [] for name in self.campaign.gate}
-        for item in self.repository.gate(self.campaign.id):
-            if item.architecture in verdicts:
-                verdicts[item.architecture].append(item.verdict or Verdict.ERROR)
-        progress = self.repository.progress(self.campaign.id)
-        code = gate_exit(verdicts, planned=progress.planned, accounted=progress.accounted)
-        bad = [
-            f"{cell.fsr} {cell.verdict} for {cell.architecture}"
-            for cell in cells
-            if cell.scenario is None
-            and cell.architecture in verdicts
-            and self.requirements[cell.fsr].mandatory
-            and cell.verdict is not Verdict.PASS
-        ]
-        gate = ", ".join(self.campaign.gate)
-        if code is ExitCode.OK:
-            return code, f"Every mandatory requirement passes for {gate}."
-        return code, "; ".join(bad) or code.meaning
 
     # Content
 
@@ -326,67 +307,51 @@ class ReportBuilder:
     # Verdicts
 
     def _cells(self) -> Iterable[Cell]:
-        gate = {(item.fsr, item.architecture): item for item in self.repository.gate(self.campaign.id)}
-        groups: dict[tuple[str, str], list[FsrStatus]] = defaultdict(list)
+        for total in totals(self.repository, self.campaign):
+            yield self._total(total)
         for item in self.status:
-            groups[item.fsr, item.architecture].append(item)
-        for (fsr, architecture), items in groups.items():
-            yield self._total(fsr, architecture, items, gate.get((fsr, architecture)))
-            for item in items:
-                if item.scenario and item.is_applicable:
-                    yield self._cell(item, item.scenario, item.verdict, item.counts, item.exercised)
+            if item.scenario and item.is_applicable:
+                worst = self.repository.worst_runs(
+                    self.campaign.id,
+                    item.fsr,
+                    architecture=item.architecture,
+                    scenario=item.scenario,
+                    limit=1,
+                )
+                run, record = worst[0] if worst else (None, None)
+                yield Cell(
+                    fsr=item.fsr,
+                    architecture=item.architecture,
+                    scenario=item.scenario,
+                    verdict=item.verdict,
+                    counts={key: count for key, count in item.counts.items() if count},
+                    exercised=item.exercised,
+                    runs=sum(item.counts.values()),
+                    **self._worst(run, record),
+                )
 
-    def _total(
-        self, fsr: str, architecture: str, items: Sequence[FsrStatus], gate: FsrStatus | None
-    ) -> Cell:
-        counts: Counter[Verdict] = Counter()
-        for item in items:
-            counts.update(item.counts)
-        worst = min(items, key=lambda item: _badness(item.worst_robustness))
-        if not worst.is_applicable:
-            return Cell(
-                fsr=fsr,
-                architecture=architecture,
-                verdict=None,
-                command=self._command("adeye show"),
-                note=worst.reason or "not applicable",
-            )
-        if gate is not None:
-            verdict = gate.verdict
-        else:
-            verdict = fold_runs(dict(counts), min_exercised=worst.min_exercised)
-        return self._cell(worst, None, verdict, counts, sum(item.exercised for item in items))
-
-    def _cell(
-        self,
-        item: FsrStatus,
-        scenario: str | None,
-        verdict: Verdict | None,
-        counts: Mapping[Verdict, int],
-        exercised: int,
-    ) -> Cell:
-        worst = self.repository.worst_runs(
-            self.campaign.id,
-            item.fsr,
-            architecture=item.architecture,
-            scenario=scenario,
-            limit=1,
-        )
-        run = worst[0][0].result_digest if worst else None
-        record = worst[0][1] if worst else None
+    def _total(self, total: Total) -> Cell:
+        run, record = total.worst or (None, None)
         return Cell(
-            fsr=item.fsr,
-            architecture=item.architecture,
-            scenario=scenario,
-            verdict=verdict,
-            counts={key: count for key, count in counts.items() if count},
-            exercised=exercised,
-            runs=sum(counts.values()),
-            margin=margin_of(record) if record else None,
-            binding=binding_of(record) if record else None,
-            worst_run=run,
-            command=self._replay_command(run) if run else self._command("adeye query failing-fsrs"),
+            fsr=total.fsr,
+            architecture=total.architecture,
+            verdict=total.verdict,
+            counts=dict(total.counts) if total.verdict is not None else {},
+            exercised=total.exercised if total.verdict is not None else 0,
+            runs=total.runs if total.verdict is not None else 0,
+            note=total.note,
+            **self._worst(run, record),
         )
+
+    def _worst(self, run: RunRef | None, record: VerdictRecord | None) -> dict[str, Any]:
+        if run is None or record is None:
+            return {"command": self._command("adeye query failing-fsrs")}
+        return {
+            "margin": margin_of(record),
+            "binding": binding_of(record),
+            "worst_run": run.result_digest,
+            "command": self._replay_command(run.result_digest),
+        }
 
     def _worst_cases(self) -> tuple[WorstCase, ...]:
         found: list[tuple[float, WorstCase]] = []

@@ -7,7 +7,6 @@ off a worker whose lease was taken over: whatever it brings later is dropped.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,12 +16,15 @@ from adeye.store.encoding import utc_text
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
 from adeye.store.pending import open_cases
 from adeye.store.recording import record_runs, record_verdicts, write_tallies
-from adeye.store.rows import RunRecord, VerdictRecord
 from adeye.store.stored import Block, WorkState
 from adeye.store.tables import work
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from sqlalchemy import Connection, Row
+
+    from adeye.store.rows import RunRecord, VerdictRecord
 
 MAX_FAILURES: Final = 3
 """Infrastructure errors of a block before it is split or quarantined."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
@@ -22,13 +21,15 @@ from adeye.store.content import concept_record, save_concept, save_content
 from adeye.store.encoding import Row, insert_rows, json_text, row, utc_text
 from adeye.store.pending import count_open, open_cases
 from adeye.store.recording import write_tallies
-from adeye.store.rows import CampaignFsr, CampaignRecord, PlannedCase
 from adeye.store.stored import Plan
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from sqlalchemy import Connection
 
     from adeye.spec.concept import Concept, Requirement
+    from adeye.store.rows import CampaignFsr, CampaignRecord, PlannedCase
 
 _CHUNK: Final = 1000
 

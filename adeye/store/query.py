@@ -10,12 +10,14 @@ from __future__ import annotations
 import sqlite3
 import time
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError
 from adeye.store.database import Database, database_path, errors_in_words
 from adeye.store.schema import require_current, require_exists
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 _FUNCTION_NAMES: Final = """
 abs acos asin atan atan2 avg ceil ceiling char coalesce cos count cume_dist current_date

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import select
@@ -12,10 +11,12 @@ from adeye.errors import InputError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.leasing import work_state
-from adeye.store.rows import EventRecord, MetricValue, VerdictRecord
+from adeye.store.rows import Artifact, EventRecord, MetricValue, VerdictRecord
 from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from sqlalchemy import Connection, Row
 
 MIN_PREFIX: Final = 4
@@ -257,3 +258,12 @@ def content(connection: Connection, kind: str, digest: str) -> Any:
     if found is None:
         raise InputError(f"{kind} {digest!r}: there is none", remedy="Plan its ODD first.")
     return json.loads(found)
+
+
+def artifacts(connection: Connection, result_digest: str) -> tuple[Artifact, ...]:
+    """List the kept files of a run."""
+    table = tables.artifact
+    found = connection.execute(
+        table.select().where(table.c.result_digest == result_digest).order_by(table.c.digest)
+    )
+    return tuple(Artifact(item.digest, item.kind, item.result_digest, item.bytes) for item in found)

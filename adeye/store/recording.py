@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import text
@@ -13,11 +12,14 @@ from sqlalchemy import text
 from adeye.errors import IntegrityError
 from adeye.store import tables
 from adeye.store.encoding import Row, chunks, clean_text, insert_rows, row, utc_text
-from adeye.store.rows import RunRecord, VerdictRecord
 from adeye.store.views import WORST_FIRST
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
     from sqlalchemy import Connection
+
+    from adeye.store.rows import Artifact, RunRecord, VerdictRecord
 
 RUN_HASHED = tuple(
     column.name
@@ -265,3 +267,17 @@ def _verdict_row(digest: str, record: VerdictRecord) -> Row:
 def _finite(value: float | None) -> float | None:
     """Infinite, or NaN of an ERROR, is NULL: the verdict says what it means."""
     return value if value is not None and math.isfinite(value) else None
+
+
+def record_artifact(connection: Connection, artifact: Artifact) -> None:
+    """Note a kept file unless it is noted already; its name is its digest, never a path."""
+    values = {
+        "digest": artifact.digest,
+        "kind": clean_text(artifact.kind),
+        "result_digest": artifact.result_digest,
+        "bytes": artifact.size_bytes,
+        "created_at": utc_text(None),
+    }
+    known = tables.artifact.select().where(tables.artifact.c.digest == artifact.digest)
+    if connection.execute(known).first() is None:
+        connection.execute(tables.artifact.insert().values(**values))

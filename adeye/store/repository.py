@@ -16,16 +16,11 @@ Contract:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, date, datetime
-from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from sqlalchemy import func, select
 
-from adeye.evaluation.verdict import Verdict
-from adeye.spec.concept import Concept
 from adeye.store import (
     content,
     leasing,
@@ -41,7 +36,6 @@ from adeye.store import (
 )
 from adeye.store.database import Database, create_parent, database_path
 from adeye.store.owner import Owner
-from adeye.store.rows import CampaignRecord, ContentRecord, PlannedCase, RunRecord, VerdictRecord
 from adeye.store.stored import (
     Block,
     CampaignInfo,
@@ -56,6 +50,22 @@ from adeye.store.stored import (
     StoredRun,
     WorkState,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+    from pathlib import Path
+    from types import TracebackType
+
+    from adeye.evaluation.verdict import Verdict
+    from adeye.spec.concept import Concept
+    from adeye.store.rows import (
+        Artifact,
+        CampaignRecord,
+        ContentRecord,
+        PlannedCase,
+        RunRecord,
+        VerdictRecord,
+    )
 
 DEFAULT_LEASE_S = 60.0
 DEFAULT_BLOCK_SIZE = 64
@@ -81,12 +91,16 @@ class Repository:
             PlatformError: It cannot be opened, is not ours, or has another schema version.
         """
         path = database_path(location)
-        if create and not (path.exists() and path.stat().st_size):
+        if create:
             create_parent(path)
-            schema.upgrade(path)
-        schema.require_exists(path)
+        else:
+            schema.require_exists(path)
         database = Database(path)
         try:
+            with database.read() as connection:
+                is_new = schema.read_version(connection) is None
+            if create and is_new:
+                schema.upgrade_database(database)
             with database.read() as connection:
                 schema.require_current(connection, path)
         except BaseException:
@@ -224,6 +238,11 @@ class Repository:
         with self._database.read() as connection:
             return leasing.work_state(connection, campaign)
 
+    def add_artifact(self, artifact: Artifact) -> None:
+        """Note a kept file by the digest of its content."""
+        with self._database.write() as connection:
+            recording.record_artifact(connection, artifact)
+
     # Judging again
 
     def missing_verdicts(
@@ -296,12 +315,17 @@ class Repository:
         with self._database.read() as connection:
             return reading.test_case_row(connection, test_case)
 
+    def artifacts(self, result_digest: str) -> tuple[Artifact, ...]:
+        """List the kept files of a run."""
+        with self._database.read() as connection:
+            return reading.artifacts(connection, result_digest)
+
     def content(self, kind: str, digest: str) -> Any:
         """Read an ``odd``, ``scenario``, ``architecture`` or ``concept`` by its digest."""
         with self._database.read() as connection:
             return reading.content(connection, kind, digest)
 
-    def worst_runs(  # noqa: PLR0913 - filters, by keyword only
+    def worst_runs(
         self,
         campaign: str,
         fsr: str,

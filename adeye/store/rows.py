@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from functools import cached_property
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError
 from adeye.evaluation.verdict import Outcome, Verdict
 from adeye.identity import digest
-from adeye.spec.concept import Concept
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from datetime import datetime
+
+    from adeye.spec.concept import Concept
 
 MAX_SEED: Final = 2**63 - 1
 
@@ -308,3 +311,25 @@ class RunRecord:
     def result_digest(self) -> str:
         """Identity of the result."""
         return self.engine.result_digest(self.test_case)
+
+
+@dataclass(frozen=True)
+class Artifact:
+    """A kept file: a trace or a log. Its place is derived from its digest.
+
+    Attributes:
+        digest: sha256 of its content in hex.
+        kind: ``trace`` or ``log``.
+        result_digest: The run that it belongs to.
+        size_bytes: Its size.
+    """
+
+    digest: str
+    kind: str
+    result_digest: str | None
+    size_bytes: int
+
+    def __post_init__(self) -> None:
+        if len(self.digest) != 64 or not set(self.digest) <= set("0123456789abcdef"):
+            msg = f"{self.digest!r} is not a sha256 in hex"
+            raise ValueError(msg)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from adeye.evaluation.verdict import Verdict
-from adeye.store.rows import EventRecord, MetricValue, VerdictRecord
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.evaluation.verdict import Verdict
+    from adeye.store.rows import EventRecord, MetricValue, VerdictRecord
 
 
 @dataclass(frozen=True)

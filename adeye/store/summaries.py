@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from datetime import date
 from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import and_, case, func, select, text
@@ -13,14 +12,16 @@ from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.pending import is_judged
 from adeye.store.reading import run_ref, verdict_record
-from adeye.store.rows import VerdictRecord
 from adeye.store.stored import FsrStatus, Progress, ResultTable, RunRef
 from adeye.store.views import COUNTED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from datetime import date
 
     from sqlalchemy import Connection, Row, Select, Table
+
+    from adeye.store.rows import VerdictRecord
 
 _CHUNK: Final = 1000
 

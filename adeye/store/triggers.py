@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from adeye.store.tables import INSERT_ONLY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
 
 
 def _sqlite(table: str) -> tuple[str, ...]:

@@ -8,7 +8,6 @@ table and row. ``result_table_hash`` gives one hash for the results of a campaig
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import Table, select
@@ -21,6 +20,8 @@ from adeye.store.rows import EngineKey
 from adeye.store.stored import Finding
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from sqlalchemy import Connection
 
 _CHUNK = 1000

@@ -201,11 +201,11 @@ CREATE TABLE campaign_case (
 
 --
 
-CREATE INDEX ix_campaign_case_test_case_digest ON campaign_case (test_case_digest)
+CREATE INDEX ix_campaign_case_result_digest ON campaign_case (result_digest)
 
 --
 
-CREATE INDEX ix_campaign_case_result_digest ON campaign_case (result_digest)
+CREATE INDEX ix_campaign_case_test_case_digest ON campaign_case (test_case_digest)
 
 --
 
@@ -698,7 +698,7 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
     m.first_detection_distance_m, m.first_detection_distance_m_status, m.first_detection_distance_m_time_s, m.first_detection_distance_m_actor,
     m.takeover_time_s, m.takeover_time_s_status, m.takeover_time_s_time_s, m.takeover_time_s_actor,
     m.standstill_gap_m, m.standstill_gap_m_status, m.standstill_gap_m_time_s, m.standstill_gap_m_actor,
-    (SELECT '{' || COALESCE(group_concat(json_quote(fsr) || ':' || json_quote(verdict)), '') || '}'
+    (SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"'), '') || '}'
         FROM (
             SELECT v.fsr, v.verdict FROM v_verdicts v
             WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal ORDER BY v.fsr)

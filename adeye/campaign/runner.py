@@ -1,0 +1,238 @@
+"""Execute a campaign: plan first, then block by block what is missing, into the database."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from adeye.campaign.executors import Done, InProcess, Processes
+from adeye.campaign.plan import CampaignPlan
+from adeye.campaign.work import BatchResult, BatchTask, execute
+from adeye.errors import IntegrityError
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.store.repository import Repository
+from adeye.store.stored import Block, CampaignInfo, Plan
+from adeye.store.totals import gate_code, totals
+from adeye.sweep.case import TestCase
+
+BLOCK_SIZE = 16
+"""Test cases in a block: small enough that a kill costs little and two workers stay busy."""
+LEASE_S = 600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a campaign is.
+
+    Attributes:
+        phase: ``plan``, ``run`` or ``done``.
+        done: Test cases executed or judged.
+        total: Test cases to execute or judge.
+        failures: Runs with a FAIL or ERROR so far.
+    """
+
+    phase: str
+    done: int
+    total: int
+    failures: int
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictLine:
+    """The verdict of one FSR for one architecture.
+
+    Attributes:
+        architecture: Id.
+        is_gate: Whether the architecture decides the exit code.
+        fsr: Id.
+        asil: ASIL of the FSR.
+        mandatory: Whether the gate needs it.
+        verdict: Folded over all runs; None where the FSR is not applicable.
+        exercised: Runs in which its precondition held.
+        runs: Runs planned.
+        margin: Of the worst run, in ``unit``.
+        unit: Of the margin.
+        worst_run: Result digest of the worst run.
+        text: Text of the requirement.
+    """
+
+    architecture: str
+    is_gate: bool
+    fsr: str
+    asil: str
+    mandatory: bool
+    verdict: Verdict | None
+    exercised: int
+    runs: int
+    margin: float | None
+    unit: str
+    worst_run: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignSummary:
+    """What came out of a campaign.
+
+    Attributes:
+        campaign: Its id.
+        planned: Test cases.
+        executed: Executed now.
+        judged: Judged again now, on results that existed.
+        reused: Results that existed.
+        exit_code: Of the gate.
+        message: Why.
+        verdicts: One line per FSR and architecture.
+    """
+
+    campaign: str
+    planned: int
+    executed: int
+    judged: int
+    reused: int
+    exit_code: ExitCode
+    message: str
+    verdicts: tuple[VerdictLine, ...]
+
+
+def run_campaign(
+    plan: CampaignPlan,
+    *,
+    db: str | Path | None = None,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+) -> CampaignSummary:
+    """Execute what a plan lacks in the database, and judge it.
+
+    The plan is committed before the first run. Whatever dies, the next call goes on where the
+    database ends; a finished campaign executes nothing.
+
+    Args:
+        plan: A checked plan.
+        db: Database, by default ``.adeye/adeye.db``.
+        workers: Processes; 1 runs here.
+        progress: Called after each block.
+
+    Raises:
+        IntegrityError: A result contradicts one that exists.
+        PlatformError: The database cannot be written.
+    """
+    report = progress or (lambda _: None)
+    with Repository.open(db) as repository:
+        stored = repository.plan_campaign(plan.record(), plan.planned(), block_size=BLOCK_SIZE)
+        repository.requeue_quarantined(stored.campaign)
+        total = stored.to_execute + stored.to_judge
+        state = Progress("run", 0, total, 0)
+        report(state)
+        executor = InProcess(execute) if workers == 1 else Processes(execute, workers)
+        tasks = _Tasks(repository, plan, stored)
+        try:
+            for done in executor.run(tasks):
+                state = _absorb(repository, tasks, done, state)
+                report(state)
+        finally:
+            executor.close()
+            tasks.release()
+        report(replace(state, phase="done"))
+        return summarise(repository, repository.find_campaign(stored.campaign), plan, stored)
+
+
+class _Tasks(Iterator[BatchTask]):
+    """Claims blocks as workers ask for them; asked again after its end, it looks again."""
+
+    def __init__(self, repository: Repository, plan: CampaignPlan, stored: Plan) -> None:
+        self._repository = repository
+        self._plan = plan
+        self._campaign = stored.campaign
+        self._cases: Sequence[TestCase] = plan.cases
+        self._held: dict[int, Block] = {}
+
+    def __next__(self) -> BatchTask:
+        block = self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign)
+        if block is None:
+            raise StopIteration
+        self._held[block.id] = block
+        return BatchTask(
+            block=block.id,
+            execute=tuple(self._cases[item.ordinal] for item in block.to_execute),
+            judge=tuple(
+                (self._cases[item.ordinal], item.result_digest, item.missing_fsrs)
+                for item in block.to_judge
+            ),
+            context=self._plan.work,
+        )
+
+    def take(self, task: BatchTask) -> Block:
+        """Return the block behind a task; it is no longer held."""
+        return self._held.pop(task.block)
+
+    def release(self) -> None:
+        """Give back what was claimed and not completed."""
+        for block in self._held.values():
+            self._repository.release_block(block)
+        self._held.clear()
+
+
+def _absorb(
+    repository: Repository,
+    tasks: _Tasks,
+    done: Done[BatchTask, BatchResult],
+    state: Progress,
+) -> Progress:
+    """Save what came back for a block."""
+    block = tasks.take(done.task)
+    if done.result is None or done.result.failure:
+        detail = done.lost if done.result is None else done.result.failure
+        repository.fail_block(block, detail)
+        return state
+    result = done.result
+    for digest, trace_digest in result.judged_traces.items():
+        known = repository.run_row(digest)
+        if known is None or known.trace_digest != trace_digest:
+            raise IntegrityError(
+                f"run {digest[:12]} does not come out as it was recorded, so it cannot be judged "
+                "again; `adeye replay` shows the difference"
+            )
+    repository.complete_block(block, result.runs, result.verdicts)
+    judged = [record.verdicts for record in result.runs] + list(result.verdicts.values())
+    bad = sum(
+        any(item.verdict in {Verdict.FAIL, Verdict.ERROR} for item in verdicts)
+        for verdicts in judged
+    )
+    return replace(state, done=state.done + len(judged), failures=state.failures + bad)
+
+
+def summarise(
+    repository: Repository, campaign: CampaignInfo, plan: CampaignPlan, stored: Plan
+) -> CampaignSummary:
+    """Read what a campaign came to from the database."""
+    code, message = gate_code(repository, campaign)
+    texts = {item.id: item.text.strip() for item in plan.files.concept.spec.requirements}
+    lines = [
+        VerdictLine(
+            architecture=item.architecture,
+            is_gate=item.is_in_gate,
+            fsr=item.fsr,
+            asil=item.asil,
+            mandatory=item.is_mandatory,
+            verdict=item.verdict,
+            exercised=item.exercised,
+            runs=item.runs,
+            margin=item.worst[1].margin if item.worst else None,
+            unit=(item.worst[1].unit or "") if item.worst else "",
+            worst_run=item.worst[0].result_digest if item.worst else "",
+            text=texts[item.fsr],
+        )
+        for item in totals(repository, campaign)
+    ]
+    return CampaignSummary(
+        campaign=campaign.id,
+        planned=stored.planned,
+        executed=stored.to_execute,
+        judged=stored.to_judge,
+        reused=stored.reused,
+        exit_code=code,
+        message=message,
+        verdicts=tuple(lines),
+    )

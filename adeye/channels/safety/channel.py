@@ -1,0 +1,208 @@
+"""The built-in safety channel on the batch."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import numpy as np
+
+from adeye.channels.driving import vehicle_fields
+from adeye.channels.links import SWITCH, linked_channels
+from adeye.channels.perception import show_tracks
+from adeye.channels.pose import POSE_WIDTH, clear_pose
+from adeye.channels.safety.monitors import MONITOR_IDS
+from adeye.channels.safety.supervision import MEMORY_PATH, MEMORY_WIDTH, NO_SWITCH, safety_step
+from adeye.channels.sight import Sight
+from adeye.channels.tracks import TRACK_STATE, TRACKS
+from adeye.kernel.jit import compiled
+from adeye.ports import ChannelContext
+from adeye.signals import (
+    DEGRADED,
+    FAULT,
+    OK,
+    TRACK_COLUMNS,
+    Bools,
+    ControlCommand,
+    Floats,
+    Ints,
+    Observation,
+    parameter_record,
+)
+from adeye.spec.architecture import SafetyParameters
+
+PERCEPTION: Final = {"coast": 0.3, "gate": 4.0, "confirm_hits": 2.0}
+"""Coasting [s], gate [m] and confirmation of the channel's own tracks. Two samples give a velocity,
+which is all that ground truth needs; shorter coasting than the nominal channel's, because a ghost
+would trigger a stop. Our choice."""
+
+SHADOW: Final = {
+    "time_gap": 2.0,
+    "standstill_gap": 5.0,
+    "max_acceleration": 1.0,
+    "comfort_deceleration": 2.0,
+}
+"""Car following while no stop is asked for [s], [m], [m/s²]: gentler than the nominal channel. The
+time gap is the one that UN R157 5.2.3.3 asks for at highest speed."""
+
+
+class SafetyChannel:
+    """Supervises nominal channel and scene, and brings the ego to an in-lane safe stop.
+
+    It requests authority while a monitor is confirmed. Its command is computed at every tick, also
+    without authority. Without a recent ego estimate its state is FAULT.
+    """
+
+    monitor_ids: tuple[str, ...] = MONITOR_IDS
+
+    def reset(self, context: ChannelContext) -> None:
+        """Prepare for the runs of a batch."""
+        runs = context.runs
+        names = tuple(SafetyParameters.model_fields)
+        fields: dict[str, Any] = {
+            name: [float(getattr(item, name)) for item in context.parameters] for name in names
+        }
+        for name in ("confirm", "heal"):
+            fields[f"{name}_ticks"] = [ticks_within(t, context.period) for t in fields[name]]
+        self._channel_id = context.channel_id
+        self._records = parameter_record(fields | PERCEPTION | SHADOW | vehicle_fields(context))
+        self._segments = np.ascontiguousarray(context.road.segments)
+        self._supervised = linked_channels(context.links)
+        self._has_switch = SWITCH in context.links
+        self._sight = Sight(context)
+        self._numbers = np.zeros((runs, len(self._supervised), 3))
+        self._channel_status = np.zeros((runs, len(self._supervised)), dtype=np.int64)
+        self._reason = np.full(runs, NO_SWITCH, dtype=np.int64)
+        self._pose = np.zeros((runs, POSE_WIDTH))
+        for row in self._pose:
+            clear_pose(row)
+        self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
+        self._used = np.full(self._sight.stamps.shape, -1.0)
+        self._heard = np.zeros(self._channel_status.shape, dtype=np.bool_)
+        self._states = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.int64)
+        self._memory = np.zeros((runs, MEMORY_WIDTH))
+        self._memory[:, MEMORY_PATH] = np.nan
+        self._command = np.zeros((runs, 2))
+        self._status = np.full(runs, FAULT, dtype=np.int64)
+        self._monitors = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.bool_)
+        self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
+
+    def act(self, observation: Observation) -> ControlCommand:
+        """Answer one observation with one command per run."""
+        sight = self._sight
+        sight.take(observation.measurements)
+        for index, name in enumerate(self._supervised):
+            heard = observation.commands[name]
+            self._numbers[:, index, 0] = heard.acceleration
+            self._numbers[:, index, 1] = heard.steering_angle
+            self._numbers[:, index, 2] = heard.stamp
+            self._channel_status[:, index] = heard.status
+        if self._has_switch and observation.authority is not None:
+            self._reason[:] = observation.authority.reason
+        _act(
+            self._records,
+            observation.time,
+            observation.running,
+            self._segments,
+            sight.estimate,
+            sight.estimate_stamp,
+            sight.kinds,
+            sight.mounts,
+            sight.stamps,
+            sight.masks,
+            sight.detections,
+            sight.is_degraded,
+            self._numbers,
+            self._channel_status,
+            self._reason,
+            self._pose,
+            self._tracks,
+            self._used,
+            self._heard,
+            self._states,
+            self._memory,
+            self._command,
+            self._status,
+            self._monitors,
+            self._shown,
+        )
+        return ControlCommand(
+            self._channel_id,
+            self._command[:, 0].copy(),
+            self._command[:, 1].copy(),
+            np.full(self._status.shape, observation.time),
+            self._status.copy(),
+            monitors=self._monitors.copy(),
+            tracks=self._shown.copy(),
+        )
+
+
+def ticks_within(duration: float, period: float) -> int:
+    """Return how many periods a duration takes, rounded up.
+
+    Args:
+        duration: [s].
+        period: [s].
+
+    >>> ticks_within(0.1, 0.05), ticks_within(0.12, 0.05), ticks_within(0.0, 0.05)
+    (2, 3, 0)
+    """
+    return math.ceil(duration / period - 1e-6)
+
+
+@compiled
+def _act(  # noqa: PLR0913, PLR0917 - a kernel
+    records: Any,
+    time: float,
+    running: Bools,
+    segments: Floats,
+    estimate: Floats,
+    estimate_stamp: Floats,
+    kinds: Ints,
+    mounts: Floats,
+    stamps: Floats,
+    masks: Bools,
+    detections: Floats,
+    is_degraded: Bools,
+    numbers: Floats,
+    channel_status: Ints,
+    reason: Ints,
+    pose: Floats,
+    tracks: Floats,
+    used: Floats,
+    heard: Bools,
+    states: Ints,
+    memory: Floats,
+    command: Floats,
+    status: Ints,
+    monitors: Bools,
+    shown: Floats,
+) -> None:
+    for run in range(records.shape[0]):
+        if not running[run]:
+            continue
+        state = safety_step(
+            records[run],
+            time,
+            segments[run],
+            estimate[run],
+            estimate_stamp[run],
+            kinds,
+            mounts[run],
+            stamps[run],
+            masks[run],
+            detections[run],
+            numbers[run],
+            channel_status[run],
+            reason[run],
+            pose[run],
+            tracks[run],
+            used[run],
+            heard[run],
+            states[run],
+            memory[run],
+            command[run],
+            monitors[run],
+        )
+        status[run] = DEGRADED if state == OK and is_degraded[run] else state
+        show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

@@ -1,0 +1,48 @@
+"""The in-lane safe stop: how hard to brake, from its onset to standstill."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from adeye.channels.driving import HOLD_DECELERATION, STANDSTILL
+from adeye.kernel.control import limit_jerk
+from adeye.kernel.jit import compiled
+from adeye.kernel.motion import clip
+
+ONSET_JERK: Final = 12.65
+"""Growth of the braking of a stop that no object hurries [m/s³]: what UN R157, annex 4, appendix 3
+gives a competent and careful driver."""
+
+RESERVE: Final = 1.2
+"""How much more than the required deceleration is commanded, for the lag of the brakes and for
+what the object may still do. Our choice."""
+
+BRAKES_AT_ONCE: Final = 100.0
+"""Growth of the braking for an object ahead [m/s³]: none that is slower than the actuator's own."""
+
+
+@compiled
+def stop_acceleration(record: Any, previous: float, speed: float, required: float) -> float:
+    """Return the acceleration of the safe stop at this tick [m/s²].
+
+    The stop deceleration if it is enough, up to the emergency deceleration if an object in the path
+    needs more; then it is built up at once, else at limited jerk. It is never taken back before the
+    ego stands, because an object that has left the measurements may still be there.
+
+    Args:
+        record: Has ``stop_deceleration``, ``emergency_deceleration`` [m/s²] and ``period`` [s].
+        previous: Acceleration of the stop at the previous tick, at its onset that of the ego
+            [m/s²].
+        speed: Of the ego [m/s].
+        required: Required deceleration for the objects in the path [m/s²].
+    """
+    hardest = max(record["emergency_deceleration"], record["stop_deceleration"])
+    if speed < STANDSTILL:
+        return -float(min(HOLD_DECELERATION, hardest))
+    wanted = record["stop_deceleration"]
+    jerk = ONSET_JERK
+    if RESERVE * required > wanted:
+        wanted = min(RESERVE * required, hardest)
+        jerk = BRAKES_AT_ONCE
+    wanted = max(wanted, -previous)
+    return clip(limit_jerk(previous, -wanted, jerk, record["period"]), -hardest, 0.0)

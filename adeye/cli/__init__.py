@@ -1,0 +1,5 @@
+"""The command line: ``adeye VERB``; each verb parses, calls one function and prints."""
+
+from adeye.cli.entry import main
+
+__all__ = ["main"]

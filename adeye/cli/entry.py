@@ -1,0 +1,112 @@
+"""The console script: run a verb, and turn whatever ends it into one message and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import Final
+
+import typer
+
+from adeye.cli.app import app
+from adeye.cli.interruption import Terminated, raising_on_sigterm
+from adeye.cli.output import clean, talk
+
+DEBUG: Final = "ADEYE_DEBUG"
+"""Environment variable that asks for tracebacks; ``--debug`` sets it, workers inherit it."""
+
+_USAGE: Final = 2
+_DEFECT: Final = 3
+_ENVIRONMENT: Final = 5
+_INTERRUPTED: Final = 130
+_READER_GONE: Final = 141
+_TERMINATED: Final = 143
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: What follows the name of the program; default: what it was called with.
+
+    Returns:
+        The exit code, see ``evaluation.verdict.ExitCode``; never 0 if anything went wrong.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            # A name that the terminal cannot show must not end the program.
+            reconfigure(errors="backslashreplace")
+    before = os.environ.get(DEBUG)
+    try:
+        with raising_on_sigterm():
+            return _run(arguments)
+    except Terminated:
+        return _TERMINATED
+    except (KeyboardInterrupt, typer.Abort):
+        return _INTERRUPTED
+    except SystemExit as error:
+        return _code_of(error)
+    except Exception as error:  # noqa: BLE001 - the boundary where errors become messages
+        return _report(error)
+    finally:
+        if before is None:
+            os.environ.pop(DEBUG, None)
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    command = typer.main.get_command(app)
+    given = None if arguments is None else list(arguments)
+    result = command.main(given, prog_name="adeye", standalone_mode=False)
+    return result if isinstance(result, int) else 0
+
+
+def _code_of(error: SystemExit) -> int:
+    if isinstance(error.__context__, BrokenPipeError):
+        return _READER_GONE
+    if error.code is None or isinstance(error.code, int):
+        return error.code or 0
+    talk(clean(error.code, lines=True))
+    return _USAGE
+
+
+def _report(error: Exception) -> int:
+    """Tell what ended the verb and return the exit code."""
+    from adeye.errors import AdeyeError, InputError
+
+    if os.environ.get(DEBUG, "0") not in {"", "0"}:
+        talk(clean("".join(traceback.format_exception(error)), lines=True))
+    if isinstance(error, AdeyeError):
+        text = str(error)
+        if not isinstance(error, InputError):
+            text = f"{type(error).__name__}: {text}"
+        talk(clean(text, lines=True))
+        return error.exit_code
+    if hasattr(error, "format_message"):
+        # The parser's own errors; its class differs between releases of typer.
+        talk(_usage(error, error.format_message()))
+        return _USAGE
+    if isinstance(error, OSError):
+        place = f"{error.filename}: " if error.filename else ""
+        talk(clean(f"PlatformError: {place}{error.strerror or error}."))
+        return _ENVIRONMENT
+    if isinstance(error, MemoryError):
+        talk("PlatformError: out of memory. Use fewer workers.")
+        return _ENVIRONMENT
+    talk(
+        clean(f"{type(error).__name__}: {error}", lines=True)
+        + "\nThis is a defect of adeye, not of your files. "
+        f"Set {DEBUG}=1 and run again for the traceback, and report both."
+    )
+    return _DEFECT
+
+
+def _usage(error: Exception, message: str) -> str:
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context is not None else "adeye"
+    if not message.strip():
+        return clean(context.get_help(), lines=True) if context is not None else ""
+    text = clean(message.strip().rstrip("."))
+    return f"UsageError: {text}. Try '{command} --help'."

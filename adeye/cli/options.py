@@ -1,0 +1,111 @@
+"""Arguments and options that several verbs share; each option is also an environment variable."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from adeye.cli.completion import complete_campaigns, complete_runs
+
+OddFile = Annotated[
+    Path,
+    typer.Argument(metavar="ODD", help="The ODD's file, such as odd/motorway_chauffeur.yaml."),
+]
+RunId = Annotated[
+    str,
+    typer.Argument(
+        metavar="RUN",
+        help="Beginning of the run's digest, at least 4 characters.",
+        autocompletion=complete_runs,
+    ),
+]
+CampaignId = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[CAMPAIGN]",
+        help="Number of the campaign or beginning of its digest; default: the latest.",
+        autocompletion=complete_campaigns,
+    ),
+]
+Db = Annotated[
+    str | None,
+    typer.Option(
+        "--db",
+        metavar="PATH",
+        envvar="ADEYE_DB",
+        help="Database file or sqlite:///PATH; default: .adeye/adeye.db.",
+    ),
+]
+Json = Annotated[
+    bool,
+    typer.Option("--json", envvar="ADEYE_JSON", help="Print one JSON document, not tables."),
+]
+Backend = Annotated[
+    str,
+    typer.Option("--backend", metavar="NAME", envvar="ADEYE_BACKEND", help="Simulated traffic."),
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        "-n",
+        min=1,
+        metavar="N",
+        envvar="ADEYE_WORKERS",
+        help="Worker processes; default: one per usable processor. Results do not depend on it.",
+    ),
+]
+ReportFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--report",
+        metavar="FILE",
+        envvar="ADEYE_REPORT",
+        help="Write the report: one HTML page that needs no network.",
+    ),
+]
+OutputFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        envvar="ADEYE_REPORT",
+        help="The HTML page; default: report.html if no other file is asked for.",
+    ),
+]
+JunitFile = Annotated[
+    Path | None,
+    typer.Option("--junit", metavar="FILE", envvar="ADEYE_JUNIT", help="Write JUnit XML for CI."),
+]
+ReportJsonFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--report-json",
+        metavar="FILE",
+        envvar="ADEYE_REPORT_JSON",
+        help="Write the report as JSON.",
+    ),
+]
+Quiet = Annotated[
+    bool,
+    typer.Option(
+        "--quiet", "-q", envvar="ADEYE_QUIET", help="No progress and no notices, only the result."
+    ),
+]
+Catalogue = Annotated[
+    Path | None,
+    typer.Option(
+        "--catalogue",
+        metavar="DIR",
+        envvar="ADEYE_CATALOGUE",
+        help="Folder of scenarios; default: scenarios_db here, else the shipped one.",
+    ),
+]
+
+
+def examples(*commands: str) -> str:
+    """Write the examples below a verb's help, one a line."""
+    return "\n\n".join(["Examples:", *commands])

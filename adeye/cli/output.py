@@ -1,0 +1,256 @@
+"""What the verbs print: results to standard output, talk to standard error, names made harmless."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+import math
+import os
+import re
+import sys
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TextIO
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+    from adeye.evaluation.verdict import Verdict
+
+NONE: Final = "–"
+"""Shown where there is no value."""
+SHORT: Final = 10
+"""Characters of a digest that people see; any unique beginning names it."""
+_UNBOUNDED: Final = 100_000
+
+# C0 and C1 controls, DEL, and the marks that turn the direction of text around.
+_CONTROL: Final = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+_CONTROL_BUT_LINES: Final = re.compile(
+    "[\x00-\x09\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]"
+)
+_ESCAPED_IN_JSON: Final = re.compile("[\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+
+
+def clean(text: object, *, lines: bool = False) -> str:
+    r"""Remove what a terminal would obey instead of show.
+
+    Args:
+        text: Whatever somebody wrote into a file or the database.
+        lines: Whether line breaks stay.
+
+    >>> clean("cut\x1b[31m_in")
+    'cut[31m_in'
+    """
+    pattern = _CONTROL_BUT_LINES if lines else _CONTROL
+    return pattern.sub(lambda match: " " if match[0] in "\t\n" else "", str(text))
+
+
+def emit(text: str) -> None:
+    """Write a result to standard output; a reader that has gone away is no error."""
+    _write(sys.stdout, text)
+
+
+def talk(text: str) -> None:
+    """Tell the person something on standard error."""
+    _write(sys.stderr, text)
+
+
+def _write(stream: TextIO | None, text: str) -> None:
+    if stream is None:
+        return
+    try:
+        stream.write(text if text.endswith("\n") else f"{text}\n")
+        stream.flush()
+    except BrokenPipeError:
+        _silence(stream)
+    except OSError:
+        # Python flushes again when it ends, and would end with a code of its own.
+        _silence(stream)
+        raise
+
+
+def _silence(stream: TextIO) -> None:
+    """Send what is still buffered, and all that follows, nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, stream.fileno())
+    except io.UnsupportedOperation:
+        # A stream without a file keeps its text.
+        return
+    finally:
+        os.close(nowhere)
+
+
+def emit_json(verb: str, content: Mapping[str, Any]) -> None:
+    """Write one JSON document with its schema, ``adeye/<verb>@1``."""
+    document = {"schema": f"adeye/{verb}@1", **content}
+    text = json.dumps(plain(document), indent=1, ensure_ascii=False, allow_nan=False)
+    emit(_ESCAPED_IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text))
+
+
+def plain(value: Any) -> Any:
+    """Turn records, enumerations and paths into JSON types; a number that is none becomes null.
+
+    >>> plain({"a": (1.5, float("nan"))})
+    {'a': [1.5, None]}
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = (field.name for field in dataclasses.fields(value))
+        return {name: plain(getattr(value, name)) for name in fields}
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, str | int | bool) else str(value)
+
+
+def emit_csv(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write comma-separated values with a line of headers; no value is an empty field."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([clean(header) for header in headers])
+    for row in rows:
+        writer.writerow([clean(item) if isinstance(item, str) else item for item in row])
+    emit(text.getvalue())
+
+
+def emit_table(
+    headers: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    *,
+    title: str = "",
+    right: Collection[str] = (),
+    sections: Collection[int] = (),
+) -> None:
+    """Write a table.
+
+    Args:
+        headers: Names of the columns.
+        rows: Cells: text, numbers, None, or styled text.
+        title: Line above it.
+        right: Headers of columns that are set flush right.
+        sections: Numbers of rows that a line follows.
+    """
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for header in headers:
+        justify = "right" if header in right else "left"
+        table.add_column(_text(header), justify=justify, overflow="fold")  # type: ignore[arg-type]
+    for number, row in enumerate(rows):
+        table.add_row(*map(_text, row), end_section=number in sections)
+    if title:
+        emit(f"\n{clean(title)}")
+    emit(_rendered(table))
+
+
+def emit_fields(fields: Mapping[str, object]) -> None:
+    """Write names and values, one pair a line; what has no value is left out."""
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="bold")
+    table.add_column(overflow="fold")
+    for name, value in fields.items():
+        if value not in (None, "", (), []):
+            table.add_row(_text(name), _text(value))
+    emit(_rendered(table))
+
+
+def emit_value(title: str, value: Any) -> None:
+    """Write a value of whatever shape: records as a table, a mapping as fields, else one line."""
+    if not value:
+        return
+    if isinstance(value, Mapping):
+        if all(isinstance(item, Mapping) for item in value.values()):
+            emit_value(title, [{"name": name, **item} for name, item in value.items()])
+            return
+        emit(f"\n{clean(title)}")
+        emit_fields(value)
+    elif isinstance(value, list | tuple) and all(isinstance(item, Mapping) for item in value):
+        headers = list(dict.fromkeys(name for item in value for name in item))
+        headers = [name for name in headers if any(_is_shown(item.get(name)) for item in value)]
+        rows = [[item.get(name) for name in headers] for item in value]
+        emit_table(headers, rows, title=title)
+    else:
+        emit(f"\n{clean(title)}: {format_value(value)}")
+
+
+def _is_shown(value: Any) -> bool:
+    return value is not None and value not in ("", [], {})
+
+
+def format_value(value: object) -> str:
+    """Write a value for people."""
+    if value is None:
+        return NONE
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(format_value(item) for item in value) or NONE
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key}={format_value(item)}" for key, item in value.items()) or NONE
+    return clean(value)
+
+
+def verdict_cell(verdict: Verdict | None) -> Text:
+    """Write a verdict with its sign, so that none is told by colour alone."""
+    from rich.text import Text
+
+    from adeye.evaluation.verdict import Verdict
+    from adeye.report.words import SYMBOLS, verdict_word
+
+    styles = {Verdict.PASS: "green", Verdict.FAIL: "bold red", None: "dim"}
+    return Text(f"{SYMBOLS[verdict]} {verdict_word(verdict)}", styles.get(verdict, "yellow"))
+
+
+def short(digest: str | None) -> str:
+    """Shorten a digest for people.
+
+    >>> short("0123456789abcdef"), short(None)
+    ('0123456789', '–')
+    """
+    return NONE if digest is None else digest[:SHORT]
+
+
+def wrote(path: Path) -> None:
+    """Tell that a file was written."""
+    talk(f"wrote {clean(path)}")
+
+
+def listed(items: Iterable[object], *, of: Callable[[object], str] = str) -> str:
+    """Write names one after the other.
+
+    >>> listed(["a", "b"])
+    'a, b'
+    """
+    return ", ".join(of(item) for item in items) or NONE
+
+
+def _text(value: object) -> Text:
+    from rich.text import Text
+
+    return value if isinstance(value, Text) else Text(format_value(value))
+
+
+def _rendered(renderable: Any) -> str:
+    """Render for standard output; where nobody looks, nothing is wrapped or cut."""
+    from rich.console import Console
+
+    is_seen = sys.stdout is not None and sys.stdout.isatty()
+    width = None if is_seen or "COLUMNS" in os.environ else _UNBOUNDED
+    console = Console(width=width, highlight=False)
+    with console.capture() as capture:
+        console.print(renderable)
+    lines = (line.rstrip() for line in capture.get().splitlines())
+    return "\n".join(lines).strip("\n")

@@ -1,0 +1,106 @@
+/* Read what embed.py packed: differences to numbers, repeats to columns. */
+function decodeNumbers(packed) {
+  const values = new Float64Array(packed.d.length);
+  let steps = 0;
+  packed.d.forEach((difference, row) => {
+    if (difference === null) {
+      values[row] = NaN;
+    } else {
+      steps += difference;
+      values[row] = steps / packed.k;
+    }
+  });
+  return values;
+}
+
+function decodeRepeats(packed) {
+  const values = [];
+  for (let index = 0; index < packed.length; index += 2) {
+    for (let left = packed[index + 1]; left > 0; left -= 1) values.push(packed[index]);
+  }
+  return values;
+}
+
+/* Where the entries of each row begin in the columns that hold all rows one after the other. */
+function offsetsOf(counts) {
+  const offsets = new Int32Array(counts.length + 1);
+  counts.forEach((count, row) => { offsets[row + 1] = offsets[row] + count; });
+  return offsets;
+}
+
+function decodeLine(packed) {
+  return { marking: packed.marking, x: decodeNumbers(packed.x), y: decodeNumbers(packed.y) };
+}
+
+function decodeMotion(packed) {
+  const columns = {};
+  for (const name of ["x", "y", "heading", "speed", "acceleration", "steering"]) {
+    if (packed[name]) columns[name] = decodeNumbers(packed[name]);
+  }
+  return { ...packed, ...columns };
+}
+
+function decodeSensor(packed) {
+  return {
+    ...packed,
+    alive: decodeRepeats(packed.alive),
+    offsets: offsetsOf(decodeRepeats(packed.count)),
+    dx: decodeNumbers(packed.dx),
+    dy: decodeNumbers(packed.dy),
+  };
+}
+
+function decodeChannel(packed) {
+  return {
+    ...packed,
+    acceleration: decodeNumbers(packed.acceleration),
+    steering: decodeNumbers(packed.steering),
+    status: decodeRepeats(packed.status),
+    tracks: packed.tracks && {
+      offsets: offsetsOf(decodeRepeats(packed.tracks.count)),
+      columns: packed.tracks.columns.map(decodeNumbers),
+    },
+  };
+}
+
+/* The camera turns with the road, not with every twitch of the ego: the mean over two seconds. */
+function smoothHeading(heading, step) {
+  const reach = Math.max(1, Math.round(1 / step));
+  return heading.map((_, row) => {
+    let sine = 0;
+    let cosine = 0;
+    const last = Math.min(heading.length - 1, row + reach);
+    for (let other = Math.max(0, row - reach); other <= last; other += 1) {
+      sine += Math.sin(heading[other]);
+      cosine += Math.cos(heading[other]);
+    }
+    return Math.atan2(sine, cosine);
+  });
+}
+
+function decodeReplay(raw) {
+  const ego = decodeMotion(raw.ego);
+  return {
+    ...raw,
+    ego,
+    camera: smoothHeading(ego.heading, raw.step_s),
+    boundaries: raw.boundaries.map(decodeLine),
+    shoulder: raw.shoulder && decodeLine(raw.shoulder),
+    actors: raw.actors.map(decodeMotion),
+    sensors: raw.sensors.map(decodeSensor),
+    channels: raw.channels.map(decodeChannel),
+    faults: raw.faults.map((fault) => ({ ...fault, active: decodeRepeats(fault.active) })),
+    authority: decodeRepeats(raw.authority),
+    reason: decodeRepeats(raw.reason),
+    signals: raw.signals.map((signal) => ({ ...signal, values: decodeNumbers(signal.values) })),
+  };
+}
+
+/* A place between two rows, for smooth drawing; everything that is read off is taken at a row. */
+function poseAt(motion, row, share) {
+  const next = Math.min(row + 1, motion.x.length - 1);
+  const mix = (column) => column[row] + share * (column[next] - column[row]);
+  let turn = motion.heading[next] - motion.heading[row];
+  turn -= 2 * Math.PI * Math.round(turn / (2 * Math.PI));
+  return { x: mix(motion.x), y: mix(motion.y), heading: motion.heading[row] + share * turn };
+}

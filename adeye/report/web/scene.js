@@ -1,0 +1,190 @@
+/* The two views: the world as it is, and what the channels make of it. */
+const LOOK_AHEAD = 2.5; // seconds over which a command is drawn as a path
+
+function drawFields(camera, replay, row, ego) {
+  const { context } = camera;
+  replay.sensors.forEach((sensor, index) => {
+    if (sensor.fov === null || sensor.range === null) return;
+    const cosine = Math.cos(ego.heading);
+    const sine = Math.sin(ego.heading);
+    const [x, y] = camera.place(
+      ego.x + cosine * sensor.x - sine * sensor.y,
+      ego.y + sine * sensor.x + cosine * sensor.y,
+    );
+    // The canvas counts angles clockwise, and the camera is turned.
+    const middle = camera.pose.heading - ego.heading - sensor.yaw;
+    const whole = sensor.fov >= 2 * Math.PI - 1e-6;
+    context.beginPath();
+    if (!whole) context.moveTo(x, y);
+    context.arc(x, y, sensor.range * camera.scale, middle - sensor.fov / 2, middle + sensor.fov / 2);
+    if (!whole) context.closePath();
+    const alive = sensor.alive[row];
+    if (alive) {
+      context.fillStyle = withAlpha(sensorColour(index), whole ? 0.03 : 0.09);
+      context.fill();
+    }
+    context.setLineDash(alive ? [] : [5, 5]);
+    context.strokeStyle = alive ? withAlpha(sensorColour(index), 0.45) : palette.fail;
+    context.lineWidth = 1;
+    context.stroke();
+    context.setLineDash([]);
+  });
+}
+
+function drawDetections(camera, replay, row, radius) {
+  replay.sensors.forEach((sensor, index) => {
+    for (let at = sensor.offsets[row]; at < sensor.offsets[row + 1]; at += 1) {
+      const [x, y] = camera.place(sensor.dx[at], sensor.dy[at]);
+      drawMark(camera.context, x, y, index, radius);
+    }
+  });
+}
+
+function drawBoxes(camera, replay, faint) {
+  for (const box of replay.boxes) {
+    drawBody(camera, box, box, {
+      fill: faint ? null : withAlpha(palette.static, 0.55),
+      stroke: faint ? withAlpha(palette.static, 0.7) : palette.static,
+      dash: faint ? [2, 3] : [],
+      plain: true,
+    });
+  }
+}
+
+function drawWorld(size, replay, moment, options) {
+  const { row, share } = moment;
+  const ego = poseAt(replay.ego, row, share);
+  const camera = new Camera(size, { x: ego.x, y: ego.y, heading: moment.heading }, moment.scale);
+  drawRoad(camera, replay, false);
+  if (options.fields) drawFields(camera, replay, row, ego);
+  drawBoxes(camera, replay, false);
+  for (const actor of replay.actors) {
+    const pose = poseAt(actor, row, share);
+    const colour = bodyColour(actor.kind);
+    drawBody(camera, pose, actor, { fill: withAlpha(colour, 0.85), stroke: colour, mark: palette.surface });
+  }
+  const authority = channelColour(replay.authority[row]);
+  drawBody(camera, ego, replay.ego, {
+    fill: authority, stroke: palette.ink, mark: palette.surface, lineWidth: 1.4,
+  });
+  if (options.detections) drawDetections(camera, replay, row, 4);
+  const lift = (size_) => size_.width * camera.scale / 2 + 12;
+  for (const box of replay.boxes) {
+    if (camera.sees(box.x, box.y, 0)) drawLabel(camera, box.x, box.y, box.id, palette.quiet, lift(box));
+  }
+  for (const actor of replay.actors) {
+    const pose = poseAt(actor, row, share);
+    if (camera.sees(pose.x, pose.y, 0)) {
+      const text = `${actor.id}  ${fixed(actor.speed[row] * 3.6, 0)} km/h`;
+      drawLabel(camera, pose.x, pose.y, text, bodyColour(actor.kind), lift(actor));
+    }
+  }
+  const who = replay.authority[row] < 0 ? "no channel" : replay.channels[replay.authority[row]].id;
+  const text = `ego · ${who}  ${fixed(replay.ego.speed[row] * 3.6, 0)} km/h`;
+  drawLabel(camera, ego.x, ego.y, text, authority, -lift(replay.ego));
+  drawScaleBar(camera);
+}
+
+/* Where the ego would go if a command were held: constant acceleration and curvature. */
+function commandPath(replay, row, ego, channel) {
+  const curvature = Math.tan(channel.steering[row]) / replay.ego.wheelbase;
+  const points = [[ego.x, ego.y]];
+  let { x, y, heading } = ego;
+  let speed = replay.ego.speed[row];
+  const step = 0.05;
+  for (let time = 0; time < LOOK_AHEAD - 1e-9; time += step) {
+    const next = Math.max(0, speed + channel.acceleration[row] * step);
+    const travelled = (speed + next) / 2 * step;
+    const turn = curvature * travelled;
+    x += travelled * Math.cos(heading + turn / 2);
+    y += travelled * Math.sin(heading + turn / 2);
+    heading += turn;
+    speed = next;
+    points.push([x, y]);
+  }
+  return points;
+}
+
+function drawCommand(camera, replay, row, ego, index) {
+  const { context } = camera;
+  const channel = replay.channels[index];
+  if (channel.status[row] === "silent") return;
+  const acts = replay.authority[row] === index;
+  // Shadow commands run beside the acting one, so that equal commands stay visible.
+  const side = (acts ? 0 : 1) * (index % 2 === 0 ? 1 : -1) * 0.55;
+  const shifted = commandPath(replay, row, ego, channel).map(([x, y]) => [
+    x - side * Math.sin(ego.heading), y + side * Math.cos(ego.heading),
+  ]);
+  camera.path(shifted);
+  context.strokeStyle = channelColour(index);
+  context.lineWidth = acts ? 3.5 : 1.8;
+  context.setLineDash(acts ? [] : [6, 4]);
+  context.lineJoin = "round";
+  context.stroke();
+  context.setLineDash([]);
+  const [x, y] = camera.place(...shifted[shifted.length - 1]);
+  context.beginPath();
+  context.arc(x, y, acts ? 4.5 : 3.2, 0, 2 * Math.PI);
+  context.fillStyle = channelColour(index);
+  context.fill();
+}
+
+function drawTracks(camera, ego, channel, row, colour) {
+  if (!channel.tracks) return;
+  const { context } = camera;
+  const [xs, ys, vxs, vys, lengths, widths] = channel.tracks.columns;
+  const cosine = Math.cos(ego.heading);
+  const sine = Math.sin(ego.heading);
+  for (let at = channel.tracks.offsets[row]; at < channel.tracks.offsets[row + 1]; at += 1) {
+    const x = ego.x + cosine * xs[at] - sine * ys[at];
+    const y = ego.y + sine * xs[at] + cosine * ys[at];
+    const pose = { x, y, heading: ego.heading };
+    drawBody(camera, pose, { length: lengths[at], width: widths[at] }, {
+      fill: withAlpha(colour, 0.14), stroke: colour, plain: true, lineWidth: 1.6,
+    });
+    camera.path([[x, y], [x + cosine * vxs[at] - sine * vys[at], y + sine * vxs[at] + cosine * vys[at]]]);
+    context.strokeStyle = colour;
+    context.lineWidth = 1.4;
+    context.stroke();
+  }
+}
+
+function drawRings(camera, ego) {
+  const { context } = camera;
+  context.strokeStyle = withAlpha(palette.edge, 0.35);
+  context.fillStyle = palette.quiet;
+  context.font = `10.5px ${palette.sans}`;
+  context.textAlign = "left";
+  context.textBaseline = "alphabetic";
+  context.lineWidth = 1;
+  const [x, y] = camera.place(ego.x, ego.y);
+  const apart = [10, 25, 50, 100].find((metres) => metres * camera.scale > 90) || 200;
+  for (let metres = apart; x + metres * camera.scale < camera.width - 30; metres += apart) {
+    context.beginPath();
+    context.arc(x, y, metres * camera.scale, -0.9, 0.9);
+    context.stroke();
+    context.fillText(`${metres} m`, x + metres * camera.scale + 3, camera.height - 6);
+  }
+}
+
+function drawBelief(size, replay, moment, options) {
+  const { row, share } = moment;
+  const ego = poseAt(replay.ego, row, share);
+  const camera = new Camera(size, { x: ego.x, y: ego.y, heading: moment.heading }, moment.scale);
+  drawRoad(camera, replay, true);
+  drawRings(camera, ego);
+  if (options.truth) {
+    drawBoxes(camera, replay, true);
+    for (const actor of replay.actors) {
+      drawBody(camera, poseAt(actor, row, share), actor, {
+        stroke: withAlpha(palette.ink, 0.55), dash: [2, 3], plain: true, lineWidth: 1,
+      });
+    }
+  }
+  replay.channels.forEach((channel, index) => drawTracks(camera, ego, channel, row, channelColour(index)));
+  if (options.detections) drawDetections(camera, replay, row, 4.5);
+  replay.channels.forEach((_, index) => drawCommand(camera, replay, row, ego, index));
+  drawBody(camera, ego, replay.ego, {
+    fill: palette.surface, stroke: channelColour(replay.authority[row]), lineWidth: 2,
+  });
+}

@@ -1,0 +1,119 @@
+"""The verdict of every FSR for every architecture over all scenarios, and the gate's exit code."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from adeye.evaluation.verdict import ExitCode, Verdict, fold_runs, gate_exit
+from adeye.store.repository import Repository
+from adeye.store.rows import VerdictRecord
+from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
+
+
+@dataclass(frozen=True, slots=True)
+class Total:
+    """One FSR for one architecture, folded over all runs.
+
+    Attributes:
+        fsr: Id of the FSR.
+        architecture: Id of the architecture.
+        asil: ASIL of the FSR.
+        is_mandatory: Whether the gate needs it.
+        is_in_gate: Whether the architecture decides the exit code.
+        verdict: Folded; None where the FSR is not applicable.
+        counts: Runs by verdict.
+        exercised: Runs in which its precondition held.
+        worst: The run that it holds in least, if any was judged.
+        note: Why it is not applicable.
+    """
+
+    fsr: str
+    architecture: str
+    asil: str
+    is_mandatory: bool
+    is_in_gate: bool
+    verdict: Verdict | None
+    counts: Mapping[Verdict, int]
+    exercised: int
+    worst: tuple[RunRef, VerdictRecord] | None
+    note: str
+
+    @property
+    def runs(self) -> int:
+        """Runs planned for it."""
+        return sum(self.counts.values())
+
+
+def totals(repository: Repository, campaign: CampaignInfo) -> tuple[Total, ...]:
+    """Fold every FSR for every architecture; waivers must be valid today.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+    """
+    gate = {(item.fsr, item.architecture): item for item in repository.gate(campaign.id)}
+    groups: dict[tuple[str, str], list[FsrStatus]] = defaultdict(list)
+    for item in repository.fsr_status(campaign.id):
+        groups[item.fsr, item.architecture].append(item)
+    return tuple(
+        _total(repository, campaign, items, gate.get(key)) for key, items in groups.items()
+    )
+
+
+def _total(
+    repository: Repository,
+    campaign: CampaignInfo,
+    items: list[FsrStatus],
+    gate: FsrStatus | None,
+) -> Total:
+    first = items[0]
+    counts: Counter[Verdict] = Counter()
+    for item in items:
+        counts.update(item.counts)
+    verdict: Verdict | None = None
+    worst: tuple[tuple[RunRef, VerdictRecord], ...] = ()
+    if first.is_applicable:
+        verdict = gate.verdict if gate else fold_runs(counts, min_exercised=first.min_exercised)
+        worst = repository.worst_runs(
+            campaign.id, first.fsr, architecture=first.architecture, limit=1
+        )
+    return Total(
+        fsr=first.fsr,
+        architecture=first.architecture,
+        asil=first.asil,
+        is_mandatory=gate is not None,
+        is_in_gate=first.architecture in campaign.gate,
+        verdict=verdict,
+        counts={key: count for key, count in counts.items() if count},
+        exercised=sum(item.exercised for item in items),
+        worst=worst[0] if worst else None,
+        note="" if first.is_applicable else first.reason or "not applicable",
+    )
+
+
+def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode, str]:
+    """Decide the exit code of a campaign and say why.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+    """
+    verdicts: dict[str, list[Verdict]] = {name: [] for name in campaign.gate}
+    reasons: list[str] = []
+    for item in totals(repository, campaign):
+        if not (item.is_in_gate and item.is_mandatory):
+            continue
+        # An FSR that cannot be judged for an architecture in the gate is never green.
+        verdict = item.verdict or Verdict.ERROR
+        verdicts[item.architecture].append(verdict)
+        if verdict is not Verdict.PASS:
+            reasons.append(f"{item.fsr} {verdict} for {item.architecture}")
+    progress = repository.progress(campaign.id)
+    code = gate_exit(verdicts, planned=progress.planned, accounted=progress.accounted)
+    if progress.accounted < progress.planned:
+        reasons.append(f"{progress.accounted} of {progress.planned} test cases accounted for")
+    if code is ExitCode.OK:
+        return code, f"Every mandatory requirement passes for {', '.join(campaign.gate)}."
+    return code, "; ".join(reasons) or code.meaning

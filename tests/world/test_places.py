@@ -1,0 +1,115 @@
+"""Starts: gaps are bumper to bumper, chains resolve, circles are refused."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import SpecError
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.world.formulas import Formulas
+from adeye.world.places import Starts, gap_circle, gap_order, resolve_starts
+from adeye.world.roads import build_roads
+
+Resolve = Callable[..., Starts]
+
+
+def car(**start: Any) -> dict[str, Any]:
+    return {"kind": "car", "start": {"lane": 1, "speed": "20 m/s", **start}}
+
+
+@pytest.fixture
+def resolve(
+    make_scenario: Callable[..., LogicalScenario], make_case: Callable[..., TestCase]
+) -> Resolve:
+    def starts(*, gaps: tuple[float, ...] = (40.0,), **changes: Any) -> Starts:
+        scenario = make_scenario(**changes)
+        formulas = Formulas.of([make_case(scenario, {"gap": gap}) for gap in gaps])
+        return resolve_starts(formulas, build_roads(formulas), np.full(len(gaps), 4.8))
+
+    return starts
+
+
+def test_a_gap_is_from_the_front_of_the_ego_to_the_rear_of_the_actor(resolve: Resolve) -> None:
+    starts = resolve(actors={"lead": car(ahead_of="ego", gap="gap")}, gaps=(40.0, 10.0))
+    assert starts.s[:, 0] == pytest.approx([200.0 + 2.4 + 40.0 + 2.25, 200.0 + 2.4 + 10.0 + 2.25])
+
+
+def test_a_negative_gap_puts_the_actor_behind(resolve: Resolve) -> None:
+    starts = resolve(actors={"follower": car(ahead_of="ego", gap="-gap")})
+    assert starts.s[0, 0] == pytest.approx(200.0 - 2.4 - 40.0 - 2.25)
+
+
+def test_a_chain_resolves_whatever_its_order_in_the_file(resolve: Resolve) -> None:
+    truck = {**car(ahead_of="middle", gap="30 m"), "kind": "truck"}
+    starts = resolve(actors={"first": truck, "middle": car(ahead_of="ego", gap="20 m")})
+    middle = 200.0 + 2.4 + 20.0 + 2.25
+    assert starts.s[0].tolist() == pytest.approx([middle + 2.25 + 30.0 + 6.0, middle])
+
+
+def test_a_gap_counts_from_a_static_object_too(resolve: Resolve) -> None:
+    wall = {
+        "kind": "building",
+        "s": "500 m",
+        "offset": "-9 m",
+        "length": "20 m",
+        "width": "8 m",
+        "height": "10 m",
+    }
+    starts = resolve(
+        world={"objects": {"house": wall}}, actors={"behind": car(ahead_of="house", gap="-1 m")}
+    )
+    assert starts.s[0].tolist() == pytest.approx([500.0 - 10.0 - 1.0 - 2.25, 500.0])
+    assert starts.d[0].tolist() == pytest.approx([5.25, -9.0])
+    assert starts.sizes[0, 1].tolist() == [20.0, 8.0, 10.0]
+    assert starts.reflectivity[0].tolist() == [0.5, 0.4]
+
+
+def test_offsets_count_from_the_lane_centre_or_the_right_edge(resolve: Resolve) -> None:
+    walker = {"kind": "pedestrian", "start": {"offset": "-1 m", "s": "300 m", "speed": "0 m/s"}}
+    starts = resolve(
+        ego={"offset": "-0.5 m"}, actors={"near": car(s="250 m", offset="0.4 m"), "walker": walker}
+    )
+    assert starts.ego_d[0] == pytest.approx(5.25 - 0.5)
+    assert starts.d[0].tolist() == pytest.approx([5.65, -1.0])
+
+
+def test_a_size_of_its_own_replaces_the_default(resolve: Resolve) -> None:
+    small = {**car(s="250 m"), "size": {"length": "3 m", "width": "1.5 m", "height": "1.4 m"}}
+    starts = resolve(actors={"small": small, "plain": car(s="350 m")})
+    assert starts.sizes[0].tolist() == [[3.0, 1.5, 1.4], [4.5, 1.8, 1.5]]
+
+
+def test_a_circle_of_gaps_is_refused_with_its_members(
+    make_scenario: Callable[..., LogicalScenario],
+) -> None:
+    scenario = make_scenario(
+        actors={
+            "lone": car(ahead_of="a", gap="1 m"),
+            "a": car(ahead_of="b", gap="1 m"),
+            "b": car(ahead_of="a", gap="1 m"),
+        }
+    )
+    assert gap_circle(scenario) == ("a", "b", "a")
+    with pytest.raises(SpecError, match=r"actors\.a\.start\.ahead_of: .*circle: a → b → a"):
+        gap_order(scenario)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ego": {"lane": 3}}, r"ego\.lane: 3 is no lane of a road with lanes 0 to 2"),
+        ({"ego": {"lane": "gap / 16 m"}}, r"ego\.lane: 2\.5 is no lane"),
+        ({"actors": {"a": car(s="1 m", lane=-1)}}, r"actors\.a\.start\.lane: -1 is no lane"),
+        ({"actors": {"a": car(ahead_of="b", gap="1 m")}}, "there is no 'b'"),
+        ({"actors": {"a": {**car(s="1 m"), "reflectivity": 1.5}}}, "1.5 is above 1"),
+        ({"ego": {"speed": "-1 m/s"}}, r"ego\.speed: -1 m/s"),
+    ],
+)
+def test_an_impossible_start_is_an_error_with_its_field(
+    resolve: Resolve, changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(SpecError, match=message):
+        resolve(**changes)

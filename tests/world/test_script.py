@@ -1,0 +1,136 @@
+"""Storyboards become rows of numbers and programs."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import SpecError
+from adeye.kernel.postfix import run_program
+from adeye.kernel.storyboard import (
+    ACTION_ACTOR,
+    ACTION_JERK,
+    ACTION_KIND,
+    ACTION_RATE,
+    ACTION_SHAPE,
+    ACTION_TARGET,
+    CHANGE_BY,
+    CHANGE_SPEED,
+    CHANGE_TO,
+    CROSS,
+    LINEAR,
+    SINUSOIDAL,
+)
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.world.formulas import Formulas
+from adeye.world.roads import build_roads
+from adeye.world.script import Script, check_lanes, compile_script
+
+Compile = Callable[..., Script]
+ACTORS = {
+    name: {"kind": "car", "start": {"lane": 0, "s": "300 m", "speed": "20 m/s"}}
+    for name in ("one", "two")
+}
+INDEX = {"time": 0, "gap": 1, "ego_speed": 2}
+
+
+@pytest.fixture
+def script(
+    make_scenario: Callable[..., LogicalScenario], make_case: Callable[..., TestCase]
+) -> Compile:
+    def make(*boards: dict[str, Any], gaps: tuple[float, ...] = (40.0,)) -> Script:
+        cases = []
+        for board in boards:
+            scenario = make_scenario(actors=ACTORS, storyboard=board)
+            cases += [make_case(scenario, {"gap": gap}) for gap in gaps]
+        formulas = Formulas.of(cases)
+        return compile_script(formulas, build_roads(formulas), INDEX)
+
+    return make
+
+
+def event(when: str = "time >= 1 s", **action: Any) -> dict[str, Any]:
+    return {"actor": "two", "when": when, **action}
+
+
+def test_a_lane_change_aims_at_the_centre_of_its_lane(script: Compile) -> None:
+    change = {"to_lane": 2, "lateral_speed": "1.2 m/s"}
+    row = script({"cut": event(lane_change=change)}).actions[0, 0]
+    assert row[ACTION_KIND] == CHANGE_TO
+    assert row[ACTION_ACTOR] == 1
+    assert row[ACTION_TARGET] == pytest.approx(8.75)
+    assert row[ACTION_RATE] == 1.2
+    assert row[ACTION_SHAPE] == SINUSOIDAL
+
+
+def test_a_lane_change_by_a_distance_varies_with_the_run(script: Compile) -> None:
+    change = {"by": "gap / 20", "lateral_speed": "1 m/s", "shape": "linear"}
+    rows = script({"swerve": event(lane_change=change)}, gaps=(40.0, 20.0)).actions[:, 0]
+    assert rows[:, ACTION_TARGET].tolist() == [2.0, 1.0]
+    assert set(rows[:, ACTION_KIND]) == {CHANGE_BY}
+    assert set(rows[:, ACTION_SHAPE]) == {LINEAR}
+
+
+def test_a_stop_is_a_change_to_no_speed_without_jerk_limit(script: Compile) -> None:
+    row = script({"brake": event(stop={"rate": "6 m/s^2"})}).actions[0, 0]
+    assert row[ACTION_KIND] == CHANGE_SPEED
+    assert (row[ACTION_TARGET], row[ACTION_RATE], row[ACTION_JERK]) == (0.0, 6.0, np.inf)
+
+
+def test_a_speed_change_and_a_crossing_keep_their_values(script: Compile) -> None:
+    board = {
+        "faster": event(speed={"to": "30 m/s", "rate": "2 m/s^2", "jerk": "4 m/s^3"}),
+        "walk": event(cross={"to": "9 m", "speed": "1.5 m/s"}),
+    }
+    faster, walk = script(board).actions[0]
+    assert (faster[ACTION_TARGET], faster[ACTION_RATE], faster[ACTION_JERK]) == (30.0, 2.0, 4.0)
+    assert (walk[ACTION_KIND], walk[ACTION_TARGET], walk[ACTION_RATE]) == (CROSS, 9.0, 1.5)
+
+
+def test_equal_conditions_share_a_program_and_overridden_ones_have_their_own(
+    script: Compile,
+) -> None:
+    stop = {"rate": "6 m/s^2"}
+    early = {"a": event(stop=stop), "b": event(stop=stop)}
+    late = {"a": event(stop=stop), "b": event("time >= 3 s and gap < 50 m", stop=stop)}
+    made = script(early, late)
+    assert made.programs.tolist() == [[0, 0], [0, 1]]
+    variables = np.array([2.0, 40.0, 30.0])
+    values = [
+        run_program(made.ops[p, : made.lengths[p]], made.args[p, : made.lengths[p]], variables)
+        for p in (0, 1)
+    ]
+    assert values == [1.0, 0.0]
+
+
+def test_an_empty_storyboard_has_no_programs(script: Compile) -> None:
+    made = script({})
+    assert made.actions.shape[1] == 0
+    assert made.programs.shape == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        ({"lane_change": {"to_lane": 3, "lateral_speed": "1 m/s"}}, "to_lane: 3 is no lane"),
+        ({"lane_change": {"by": "1 m", "lateral_speed": "0 m/s"}}, "lateral_speed: 0 m/s"),
+        ({"stop": {"rate": "-3 m/s^2"}}, r"storyboard\.act\.stop\.rate: -3 m/s\^2"),
+        ({"stop": {"rate": "3 m/s^2", "jerk": "0 m/s^3"}}, r"stop\.jerk: 0"),
+        ({"speed": {"to": "-1 m/s", "rate": "3 m/s^2"}}, r"speed\.to: -1"),
+        ({"cross": {"to": "3 m", "speed": "0 m/s"}}, r"cross\.speed: 0"),
+    ],
+)
+def test_an_impossible_action_is_an_error_with_its_field(
+    script: Compile, action: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(SpecError, match=message):
+        script({"act": event(**action)})
+
+
+@pytest.mark.parametrize("lane", [-1.0, 0.5, 3.0, np.nan])
+def test_only_whole_numbers_of_the_road_are_lanes(lane: float) -> None:
+    check_lanes("lane", np.array([0.0, 2.0]), 3)
+    with pytest.raises(SpecError, match="no lane"):
+        check_lanes("lane", np.array([0.0, lane]), 3)

@@ -1,0 +1,137 @@
+"""Trigger variables: gaps and times to collision along the road, distances between bodies."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.signals import Scene
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.units import Dimension
+from adeye.world.compile import World, compile_world
+from adeye.world.triggers import (
+    TriggerTable,
+    parameter_dimensions,
+    road_extent,
+    road_gap,
+    road_ttc,
+    trigger_variables,
+)
+
+Compile = Callable[..., World]
+
+
+def actor(kind: str = "car", **start: Any) -> dict[str, Any]:
+    return {"kind": kind, "start": {"lane": 1, "speed": "20 m/s", **start}}
+
+
+@pytest.fixture
+def scenario(make_scenario: Callable[..., LogicalScenario]) -> LogicalScenario:
+    return make_scenario(
+        parameters={"rain": {"default": "2 mm/h"}, "share": {"default": 0.5}},
+        actors={
+            "lead": actor(ahead_of="ego", gap="gap"),
+            "rear": {**actor(ahead_of="ego", gap="-10 m"), "kind": "truck"},
+            "beside": actor(s="200 m", lane=2),
+        },
+        storyboard={"brake": {"actor": "lead", "when": "time > 1 s", "stop": {"rate": "3 m/s^2"}}},
+    )
+
+
+@pytest.fixture
+def table(scenario: LogicalScenario, make_case: Callable[..., TestCase]) -> Any:
+    cases = [make_case(scenario, {"gap": gap, "rain": 5e-7, "share": 0.5}) for gap in (40.0, 20.0)]
+    world = compile_world(cases)
+    places = np.zeros((2, 3, 6))
+    places[:, :, 0] = world.objects[:, :, 0]
+    places[:, :, 1] = world.objects[:, :, 1]
+    ego_place = np.zeros((2, 6))
+    ego_place[:, :2] = world.ego[:, :2]
+    scene = Scene(
+        tick=10,
+        time=0.5,
+        ego=world.ego,
+        ego_place=ego_place,
+        objects=world.objects,
+        object_places=places,
+        begun=np.array([[np.nan], [0.25]]),
+        contact=np.full(2, -1),
+        impact_speed=np.zeros(2),
+        foreign_contact=np.zeros(2, dtype=np.bool_),
+        running=np.ones(2, dtype=np.bool_),
+    )
+    made = TriggerTable.of(cases, world.context)
+    values = made.values(scene)
+    return lambda name: values[:, made.index[name]].tolist()
+
+
+def test_the_columns_are_the_names_that_conditions_may_use(
+    scenario: LogicalScenario, make_case: Callable[..., TestCase]
+) -> None:
+    case = make_case(scenario, {"rain": 0.0, "share": 0.5})
+    index = compile_world([case]).triggers.index
+    assert list(index) == list(trigger_variables(scenario))
+    assert list(index.values()) == list(range(len(index)))
+
+
+def test_dimensions_of_parameters_come_from_their_defaults(scenario: LogicalScenario) -> None:
+    dimensions = parameter_dimensions(scenario)
+    assert dimensions["gap"] is Dimension.LENGTH
+    assert dimensions["share"] is Dimension.NONE
+    assert dimensions["rain"].exponents == Dimension.RAIN_RATE.exponents
+    variables = trigger_variables(scenario)
+    assert variables["lead.ttc"] is Dimension.TIME
+    assert variables["brake.begun"] is Dimension.NONE
+
+
+def test_gap_and_distance_to_a_car_ahead_in_the_lane_agree(table: Any) -> None:
+    assert table("lead.gap") == pytest.approx([40.0, 20.0])
+    assert table("lead.distance") == pytest.approx([40.0, 20.0])
+
+
+def test_time_to_collision_is_gap_over_closing_speed(table: Any) -> None:
+    assert table("lead.ttc") == pytest.approx([4.0, 2.0])
+
+
+def test_what_is_behind_has_a_negative_gap_and_does_not_close_when_slower(table: Any) -> None:
+    assert table("rear.gap") == pytest.approx([-10.0, -10.0])
+    assert table("rear.ttc") == [math.inf, math.inf]
+
+
+def test_side_by_side_there_is_no_gap_but_a_distance(table: Any) -> None:
+    assert table("beside.gap") == [0.0, 0.0]
+    assert table("beside.distance") == pytest.approx([3.5 - 0.95 - 0.9] * 2)
+
+
+def test_time_ego_events_and_parameters_are_there(table: Any) -> None:
+    assert table("time") == [0.5, 0.5]
+    assert table("ego.speed") == [30.0, 30.0]
+    assert table("ego.s") == pytest.approx([200.0, 200.0])
+    assert table("ego.d") == pytest.approx([5.25, 5.25])
+    assert table("brake.begun") == [0.0, 1.0]
+    assert table("gap") == [40.0, 20.0]
+    assert table("lead.speed") == [20.0, 20.0]
+    assert table("lead.d") == pytest.approx([5.25, 5.25])
+
+
+def test_a_faster_one_behind_closes() -> None:
+    assert road_ttc(-10.0, 20.0, 25.0) == 2.0
+    assert road_ttc(-10.0, 20.0, 20.0) == math.inf
+    assert road_ttc(10.0, 0.0, 0.0) == math.inf
+    assert road_ttc(10.0, 20.0, -5.0) == 0.4
+
+
+def test_a_gap_has_the_sign_of_where_the_other_is() -> None:
+    assert road_gap(0.0, 2.0, 10.0, 3.0) == 5.0
+    assert road_gap(0.0, 2.0, -10.0, 3.0) == -5.0
+    assert road_gap(0.0, 2.0, 4.0, 3.0) == 0.0
+
+
+def test_a_box_across_the_road_takes_its_width_along_it() -> None:
+    size = np.array([12.0, 2.5, 3.8])
+    assert road_extent(size, 0.0) == 6.0
+    assert road_extent(size, math.pi / 2) == pytest.approx(1.25)
+    assert road_extent(size, math.pi) == pytest.approx(6.0)
