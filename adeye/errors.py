@@ -12,8 +12,11 @@ AdeyeError
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +60,8 @@ class InputError(AdeyeError):
     def __str__(self) -> str:
         """Write it as ``Class: file:line:column: message. remedy``."""
         place = f"{self.where}: " if self.where is not None else ""
-        text = f"{type(self).__name__}: {place}{self.message.rstrip('.')}."
-        return f"{text} {self.remedy}".rstrip()
+        end = "" if self.message.endswith((".", "?", "!")) else "."
+        return f"{type(self).__name__}: {place}{self.message}{end} {self.remedy}".rstrip()
 
     def __reduce__(self) -> tuple[object, ...]:
         """Keep the keyword arguments when the error crosses a process boundary."""
@@ -91,21 +94,32 @@ class UsageError(InputError):
     """A command or function was called in a way that it does not support."""
 
 
-class InputErrors(InputError):
-    """Several input errors, each on a line of its own."""
+class InputErrors(InputError):  # noqa: N818 - several errors
+    """Several input errors, each on a line of its own.
 
-    def __init__(self, errors: Sequence[InputError]) -> None:
-        super().__init__(f"{len(errors)} errors")
+    Attributes:
+        errors: Those that are listed.
+        unlisted: How many more there are.
+    """
+
+    def __init__(self, errors: Sequence[InputError], *, unlisted: int = 0) -> None:
+        count = len(errors) + unlisted
+        super().__init__(f"{count:,} error{'' if count == 1 else 's'}")
         self.errors = tuple(errors)
+        self.unlisted = unlisted
 
     def __str__(self) -> str:
         """Write each error on its own line and count them at the end."""
-        lines = [str(error) for error in self.errors]
-        return "\n".join([*lines, f"{len(lines)} errors."])
+        shown = f", the first {len(self.errors):,} are listed" if self.unlisted else ""
+        return "\n".join([*map(str, self.errors), f"{self.message}{shown}."])
 
     def __reduce__(self) -> tuple[object, ...]:
         """Keep the list when the error crosses a process boundary."""
-        return InputErrors, (self.errors,)
+        return _rebuild_several, (self.errors, self.unlisted)
+
+
+def _rebuild_several(errors: tuple[InputError, ...], unlisted: int) -> InputErrors:
+    return InputErrors(errors, unlisted=unlisted)
 
 
 class PlatformError(AdeyeError):

@@ -13,14 +13,16 @@ from typing import Any
 def canonical_json(value: Any) -> bytes:
     """Write a value as JSON in the one way that is hashed.
 
-    Keys are sorted, strings are NFC, floats are the shortest that read back, -0.0 is 0.0. A float
-    without a fraction is written as a float (``1.0``), an int as an int, so that the two differ.
+    Keys are sorted by code point, strings are NFC, floats are the shortest that read back, -0.0 is
+    0.0. A float without a fraction is written as a float (``1.0``), an int as an int, so that the
+    two differ: a count is never equal to a measured value by accident.
 
     Args:
         value: Mappings with string keys, sequences, strings, numbers, booleans and None.
 
     Raises:
-        ValueError: A number is not finite, or a value of another type.
+        ValueError: A number is not finite, a value or key of another type, text that is no
+            Unicode, or two keys that are equal in NFC.
 
     >>> canonical_json({"b": -0.0, "a": [1, True]})
     b'{"a":[1,true],"b":0.0}'
@@ -70,15 +72,20 @@ def _plain(value: Any) -> Any:
     if isinstance(value, str):
         return unicodedata.normalize("NFC", value)
     if isinstance(value, Mapping):
-        return {unicodedata.normalize("NFC", _key(key)): _plain(item) for key, item in value.items()}
-    if isinstance(value, Sequence):
+        return _object(value)
+    # Bytes are a sequence of ints for Python; here they would be mistaken for a list.
+    if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray | memoryview):
         return [_plain(item) for item in value]
     msg = f"{type(value).__name__} has no canonical form"
     raise ValueError(msg)
 
 
-def _key(key: Any) -> str:
-    if not isinstance(key, str):
-        msg = f"key {key!r} is not text"
-        raise TypeError(msg)
-    return key
+def _object(value: Mapping[Any, Any]) -> dict[str, Any]:
+    plain: dict[str, Any] = {}
+    for key, item in value.items():
+        name = unicodedata.normalize("NFC", key) if isinstance(key, str) else None
+        if name is None or name in plain:
+            msg = f"key {key!r} is {'not text' if name is None else 'twice there'}"
+            raise ValueError(msg)
+        plain[name] = _plain(item)
+    return plain

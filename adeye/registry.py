@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import inspect
 import sys
 import traceback
@@ -163,9 +162,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     label = f"adeye_plugin_{path.stem}_{digest[:12]}"
     if label in sys.modules:
         return sys.modules[label]
-    spec = importlib.util.spec_from_loader(label, loader=None, origin=str(path))
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
+    module = ModuleType(label)
     module.__file__ = str(path)
     sys.modules[label] = module
     try:

@@ -12,6 +12,7 @@ import math
 import re
 from dataclasses import dataclass
 from enum import Enum
+from typing import Final
 
 from adeye.errors import UnitError
 
@@ -57,6 +58,7 @@ UNITS: dict[str, Unit] = {
     "1/s": Unit(1.0, 1.0, _RATE),
     "/h": Unit(1.0, 3600.0, _RATE),
     "1/h": Unit(1.0, 3600.0, _RATE),
+    "/m": Unit(1.0, 1.0, (-1, 0, 0)),
     "1/m": Unit(1.0, 1.0, (-1, 0, 0)),
 }
 """Every unit that is understood; the exponents are of length, time and angle."""
@@ -86,42 +88,69 @@ class Dimension(Enum):
         self.unit = unit
 
 
-_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
-_QUANTITY = re.compile(rf"^\s*({_NUMBER})\s*(\S.*?)?\s*$")
+MAX_LENGTH: Final = 100
+"""Longest text that is read as a quantity, in characters."""
+
+_NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.DOTALL)
+_AROUND_SIGN = re.compile(r"\s*([/^])\s*")
 
 
 def parse_quantity(text: str | float, dimension: Dimension) -> float:
     """Read a quantity and convert it to SI.
 
     Args:
-        text: A number with a unit; without one only for plain numbers.
+        text: A number with a unit; without one only for plain numbers. Zero needs its unit too.
         dimension: What it must measure.
 
     Raises:
         UnitError: Not a number, not finite, no unit, or a unit of something else.
+
+    >>> parse_quantity("130 km/h", Dimension.SPEED) == 130 / 3.6
+    True
     """
-    if isinstance(text, bool):
-        raise _refuse(repr(text), dimension)
-    if isinstance(text, int | float):
-        if not math.isfinite(text):
-            raise UnitError(f"{text!r} is not a finite number")
-        if dimension is not Dimension.NONE:
-            raise _refuse(f"{text!r} has no unit", dimension)
-        return float(text)
-    match = _QUANTITY.match(text)
+    if isinstance(text, str):
+        return _read(text, dimension)
+    if isinstance(text, bool) or not isinstance(text, int | float):
+        raise _refuse(f"{shown(text)} is not a quantity", dimension)
+    if dimension is not Dimension.NONE:
+        raise _refuse(f"{shown(text)} has no unit", dimension)
+    return _finite(text, text)
+
+
+def _read(text: str, dimension: Dimension) -> float:
+    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= MAX_LENGTH else None
     if match is None:
-        raise _refuse(f"{text!r} is not a quantity", dimension)
-    value, unit_text = float(match[1]), (match[2] or "").replace(" ", "")
-    if not math.isfinite(value):
-        raise UnitError(f"{text!r} is not a finite number")
-    if not unit_text:
+        raise _refuse(f"{shown(text)} is not a quantity", dimension)
+    name = _AROUND_SIGN.sub(r"\1", match[2])
+    if not name:
         if dimension is not Dimension.NONE:
-            raise _refuse(f"{text!r} has no unit", dimension)
-        return value
-    unit = UNITS.get(unit_text)
+            raise _refuse(f"{shown(text)} has no unit", dimension)
+        return _finite(float(match[1]), text)
+    unit = UNITS.get(name)
     if unit is None or unit.exponents != dimension.exponents:
-        raise _refuse(f"{text!r} is not {dimension.label}", dimension)
-    return convert(value, unit)
+        raise _refuse(f"{shown(text)} is not {dimension.label}", dimension)
+    return _finite(convert(float(match[1]), unit), text)
+
+
+def _finite(value: float, text: object) -> float:
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise UnitError(f"{shown(text)} is not a finite number", remedy="Write a smaller number.")
+    return number
+
+
+def shown(value: object) -> str:
+    """Quote a value for a message: on one line, without control characters, not too long."""
+    if isinstance(value, str):
+        return repr(value if len(value) <= 80 else f"{value[:77]}...")
+    if isinstance(value, int) and value.bit_length() > 200:
+        return "a number of more than 60 digits"
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def convert(value: float, unit: Unit) -> float:
@@ -130,11 +159,26 @@ def convert(value: float, unit: Unit) -> float:
 
 
 def format_quantity(value: float, dimension: Dimension) -> str:
-    """Write an SI value in the field's unit, short and without trailing zeros."""
-    if dimension is Dimension.NONE:
-        return f"{value:.10g}"
-    unit = UNITS[dimension.unit]
-    return f"{value * unit.denominator / unit.numerator:.10g} {dimension.unit}"
+    """Write an SI value in the field's unit, short and without trailing zeros.
+
+    A rate is written per hour if it is a short number then and not in hertz (an exposure).
+
+    >>> format_quantity(parse_quantity("0.6 /h", Dimension.FREQUENCY), Dimension.FREQUENCY)
+    '0.6 /h'
+    """
+    text = _format(value, dimension.unit)
+    if dimension is Dimension.FREQUENCY and abs(value) < 1.0:
+        hourly = _format(value, "/h")
+        if _read(text, dimension) != value == _read(hourly, dimension):
+            return hourly
+    return text
+
+
+def _format(value: float, name: str) -> str:
+    if name:
+        value = value * UNITS[name].denominator / UNITS[name].numerator
+    # The sum turns -0.0 into 0.0.
+    return f"{value + 0.0:.10g} {name}".rstrip()
 
 
 def units_of(dimension: Dimension) -> list[str]:

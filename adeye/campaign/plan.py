@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from adeye.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
-from adeye.channels.factory import plugin_channel
-from adeye.engine import EngineIdentity, identity
-from adeye.errors import InputErrors, SpecError
-from adeye.evaluation.judge import CheckedRequirements, check_requirements
-from adeye.faults.plan import check_faults
-from adeye.registry import Part, load_part, plugins_digest, require, validate_parameters
-from adeye.sensors.rig import BUILT_IN as BUILT_IN_SENSORS
-from adeye.spec.architecture import Architecture
-from adeye.spec.load import Loaded, OddFiles, load_odd
-from adeye.spec.quantity import Record
+from adeye.campaign.content import Contents
+from adeye.campaign.parts import Parts, load_parts
+from adeye.campaign.provenance import provenance
+from adeye.campaign.work import WorkContext
+from adeye.engine import DRIVER, EngineIdentity, identity
+from adeye.errors import SpecError, suggest
+from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
+from adeye.signals import SignalType
+from adeye.spec.load import OddFiles, load_odd
 from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, PlannedCase
 from adeye.sweep.axes import quantity_or_text
 from adeye.sweep.case import TestCase
@@ -28,3 +24,308 @@ from adeye.sweep.expand import Expansion, expand
 from adeye.sweep.structure import structure_key
 from adeye.units import Dimension
 from adeye.world.check import check_scenario
+from adeye.world.triggers import trigger_variables
+
+SUFFIXES = {
+    Dimension.LENGTH: "m",
+    Dimension.TIME: "s",
+    Dimension.SPEED: "mps",
+    Dimension.RAIN_RATE: "mps",
+    Dimension.ACCELERATION: "mps2",
+    Dimension.JERK: "mps3",
+    Dimension.ANGLE: "rad",
+    Dimension.ANGULAR_RATE: "radps",
+    Dimension.FREQUENCY: "hz",
+    Dimension.CURVATURE: "pm",
+}
+"""SI suffix of a parameter's column, by dimension."""
+
+
+@dataclass(frozen=True)
+class SignalRow:
+    """A signal that an FSR of the ODD may name.
+
+    Attributes:
+        name: In formulas.
+        unit: SI unit.
+        kind: ``number``, ``boolean`` or ``enumeration``.
+        scale: Size of one unit of robustness.
+        text: What it means.
+        labels: Words of an enumeration.
+        scenarios: Where it exists.
+        architectures: Which have it.
+    """
+
+    name: str
+    unit: str
+    kind: str
+    scale: float
+    text: str
+    labels: tuple[str, ...]
+    scenarios: tuple[str, ...]
+    architectures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class CampaignPlan:
+    """A checked plan.
+
+    Attributes:
+        path: The ODD's file.
+        files: The ODD and everything that it names.
+        expansion: Its test cases, counted.
+        engine: What would execute them.
+        requirements: FSRs, checked against scenarios and architectures.
+        parts: Plug-ins and monitors by architecture.
+        notices: What the user should know; not errors.
+    """
+
+    path: Path
+    files: OddFiles
+    expansion: Expansion
+    engine: EngineIdentity
+    requirements: tuple[CheckedRequirement, ...]
+    parts: Mapping[str, Parts]
+    notices: tuple[str, ...]
+
+    @property
+    def driver(self) -> str:
+        """Name of the driver that would execute it."""
+        return DRIVER
+
+    @cached_property
+    def cases(self) -> Sequence[TestCase]:
+        """Every test case, by ordinal."""
+        return list(self.expansion.cases())
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Fault ids of the ODD."""
+        return tuple(fault.id for fault in self.files.odd.spec.faults)
+
+    @cached_property
+    def engines(self) -> dict[str, EngineKey]:
+        """Engine by architecture id."""
+        return {
+            name: EngineKey(
+                self.engine.backend,
+                self.engine.variant,
+                self.engine.numerics_version,
+                parts.digest,
+            )
+            for name, parts in self.parts.items()
+        }
+
+    @cached_property
+    def folders(self) -> dict[str, Path]:
+        """Folder of each architecture's file, where its plug-ins are looked for."""
+        return {name: item.path.parent for name, item in self.files.architectures.items()}
+
+    @property
+    def work(self) -> WorkContext:
+        """What every block of the campaign shares."""
+        return WorkContext(
+            backend=self.engine.backend,
+            engines=self.engines,
+            folders=self.folders,
+            requirements=self.files.concept.spec.requirements,
+            faults=self.faults,
+        )
+
+    def record(self) -> CampaignRecord:
+        """Describe the campaign for the database."""
+        odd = self.files.odd.spec
+        return CampaignRecord(
+            odd=ContentRecord(odd.odd, "", self._odd_content()),
+            concept=self.files.concept.spec,
+            fsrs=[
+                CampaignFsr(item.requirement.id, item.digest, dict(item.not_applicable))
+                for item in self.requirements
+            ],
+            gate=self.files.gate,
+            factors=[
+                {
+                    "scenario": factor.scenario,
+                    "architecture": factor.architecture,
+                    "raw": factor.raw,
+                    "points": factor.points,
+                    "fault_entries": list(factor.fault_entries),
+                    "replicates": factor.replicates,
+                    "test_cases": factor.test_cases,
+                    "axes": self._axes(factor.scenario),
+                }
+                for factor in self.expansion.factors
+            ],
+            title=odd.title or odd.odd,
+            units=self._units(),
+            provenance={
+                **provenance(self.path),
+                "numerics_version": self.engine.numerics_version,
+                "driver": self.driver,
+            },
+        )
+
+    def planned(self) -> Iterator[PlannedCase]:
+        """Describe the test cases for the database, in the order of their ordinals."""
+        contents = Contents()
+        for index, case in enumerate(self.cases):
+            name = case.architecture.architecture
+            yield PlannedCase(
+                test_case=case.digest,
+                situation=case.situation_digest,
+                scenario=case.scenario_id,
+                scenario_content=contents.scenario(case.scenario),
+                architecture=name,
+                architecture_content=contents.architecture(case.architecture, self.folders[name]),
+                fault_entry=case.fault_entry,
+                faults=[fault.model_dump(mode="json") for fault in case.faults],
+                parameters=case.parameters,
+                point=case.point,
+                replicate=case.replicate,
+                seed=case.seed,
+                step_s=case.step,
+                inside_odd=case.inside_odd,
+                engine=self.engines[name],
+                point_index=index,
+                structure=structure_key(case),
+            )
+
+    def _odd_content(self) -> dict[str, Any]:
+        files = self.files
+        return {
+            "odd": files.odd.spec.model_dump(mode="json", by_alias=True),
+            "scenarios": {
+                name: item.spec.model_dump(mode="json") for name, item in files.scenarios.items()
+            },
+            "architectures": {
+                name: item.spec.model_dump(mode="json")
+                for name, item in files.architectures.items()
+            },
+        }
+
+    def _axes(self, scenario: str) -> dict[str, str]:
+        use = next(item for item in self.files.odd.spec.scenarios if item.name == scenario)
+        axes: dict[str, str] = {}
+        for name, axis in use.sweep.parameters.items():
+            if isinstance(axis, tuple):
+                axes[name] = ", ".join(map(str, axis))
+            else:
+                axes[name] = f"{axis.start} to {axis.to}, step {axis.step}"
+        for point in use.sweep.points:
+            for name, value in point.items():
+                axes[name] = f"{axes[name]}, {value}" if name in axes else str(value)
+        return axes
+
+    def _units(self) -> dict[str, dict[str, str]]:
+        units: dict[str, dict[str, str]] = {}
+        for name, item in self.files.scenarios.items():
+            units[name] = {}
+            for parameter, spec in item.spec.parameters.items():
+                _, dimension = quantity_or_text(spec.default)
+                if dimension in SUFFIXES:
+                    units[name][parameter] = SUFFIXES[dimension]
+        return units
+
+
+def make_plan(path: str | Path, *, backend: str = "highway") -> CampaignPlan:
+    """Load an ODD and check everything that can be checked before anything runs.
+
+    Args:
+        path: The ODD's file.
+        backend: Traffic implementation that would execute it.
+
+    Raises:
+        InputError: Anything is wrong; the message has file, line and column.
+    """
+    files = load_odd(path)
+    for item in files.scenarios.values():
+        for loc, message in check_scenario(item.spec):
+            raise SpecError(message, where=item.locate(loc))
+    engine = identity(backend)
+    parts = {name: load_parts(item) for name, item in files.architectures.items()}
+    expansion = expand(files)
+    _check_onsets(files)
+    requirements = check_requirements(
+        files.concept.spec, judged_plan(files, parts), files.concept.locate
+    )
+    plan = CampaignPlan(
+        path=Path(path),
+        files=files,
+        expansion=expansion,
+        engine=engine,
+        requirements=requirements,
+        parts=parts,
+        notices=tuple(_notices(files)),
+    )
+    if not plan.cases:
+        raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
+    return plan
+
+
+def judged_plan(files: OddFiles, parts: Mapping[str, Parts]) -> JudgedPlan:
+    """Say what FSRs are checked against."""
+    return JudgedPlan(
+        scenarios={name: item.spec for name, item in files.scenarios.items()},
+        architectures={name: item.spec for name, item in files.architectures.items()},
+        gate=files.gate,
+        step=files.odd.spec.step,
+        faults=tuple(fault.id for fault in files.odd.spec.faults),
+        monitors={name: item.monitors for name, item in parts.items()},
+    )
+
+
+def signal_table(plan: CampaignPlan) -> list[SignalRow]:
+    """List every signal that an FSR of the ODD may name, and who has it."""
+    judged = judged_plan(plan.files, plan.parts)
+    found: dict[str, tuple[SignalType, dict[str, None], dict[str, None]]] = {}
+    for scenario in plan.files.scenarios:
+        for architecture in plan.files.architectures:
+            for name, kind in judged.dictionary(scenario, architecture).items():
+                _, scenarios, architectures = found.setdefault(name, (kind, {}, {}))
+                scenarios[scenario] = None
+                architectures[architecture] = None
+    return [
+        SignalRow(
+            name=name,
+            unit=kind.unit,
+            kind=kind.kind,
+            scale=kind.scale,
+            text=kind.text,
+            labels=kind.labels,
+            scenarios=tuple(scenarios),
+            architectures=tuple(architectures),
+        )
+        for name, (kind, scenarios, architectures) in found.items()
+    ]
+
+
+def _check_onsets(files: OddFiles) -> None:
+    for number, fault in enumerate(files.odd.spec.faults):
+        if fault.onset.when is None:
+            continue
+        where = files.odd.locate(("faults", number, "onset", "when"))
+        for use in files.odd.spec.scenarios:
+            entries = use.faults
+            names = {n for e in entries for n in ((e,) if isinstance(e, str) else e)} if (
+                entries is not None
+            ) else {fault.id}
+            if fault.id not in names:
+                continue
+            known = trigger_variables(files.scenarios[use.name].spec)
+            for name in sorted(fault.onset.when.names):
+                if name not in known:
+                    raise SpecError(
+                        f"fault {fault.id}: scenario {use.name} has nothing named {name!r}",
+                        where=where,
+                        remedy=suggest(name, known),
+                    )
+            fault.onset.when.dimension(known)
+
+
+def _notices(files: OddFiles) -> Iterator[str]:
+    for name, item in files.architectures.items():
+        for channel, spec in item.spec.channels.items():
+            if not spec.links:
+                yield f"{name}: channel {channel} has no links, so it cannot act"
+            if channel not in item.spec.switch.priority:
+                yield f"{name}: channel {channel} is not in switch.priority, so it never acts"

@@ -9,6 +9,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from adeye import __version__
+
 PACKAGES = ("highway-env", "numba", "numpy", "pydantic", "scipy", "sqlalchemy")
 
 
@@ -19,7 +21,7 @@ def provenance(odd_path: Path) -> dict[str, Any]:
         odd_path: The ODD's file, whose git state is noted.
     """
     return {
-        "adeye": version("adeye"),
+        "adeye": __version__,
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",
         "packages": {name: _version(name) for name in PACKAGES},

@@ -32,7 +32,7 @@ class ClockedChannel:
         self.monitor_ids: tuple[str, ...] = tuple(channel.monitor_ids)
         self._tick = 0
         self._waiting: deque[tuple[int, ControlCommand]] = deque()
-        self._newest: ControlCommand | None = None
+        self._newest = no_command("", 0)
 
     @property
     def is_due(self) -> bool:
@@ -54,10 +54,14 @@ class ClockedChannel:
 
         Args:
             observation: What is linked to the channel; None is enough unless ``is_due``.
+
+        Raises:
+            ValueError: The channel is due and there is no observation.
         """
-        assert self._newest is not None, "reset() comes first"
         if self.is_due:
-            assert observation is not None, "a due channel needs an observation"
+            if observation is None:
+                msg = "a due channel needs an observation"
+                raise ValueError(msg)
             self._waiting.append((self._tick + self._delay, self._channel.act(observation)))
         while self._waiting and self._waiting[0][0] <= self._tick:
             self._newest = self._waiting.popleft()[1]

@@ -49,7 +49,7 @@ class GuardedChannel:
         self._trusted = trusted
         self.monitor_ids: tuple[str, ...] = tuple(channel.monitor_ids)
         self._failures = Failures("", 0)
-        self._previous: ControlCommand | None = None
+        self._previous = no_command("", 0)
         self._dead = False
 
     @property
@@ -68,7 +68,6 @@ class GuardedChannel:
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer with a command that is finite and well formed in every run."""
-        assert self._previous is not None, "reset() comes first"
         running = observation.running
         answer = None
         if not self._dead:
@@ -88,7 +87,6 @@ class GuardedChannel:
             return None
 
     def _checked(self, answer: Any, observation: Observation) -> ControlCommand:
-        assert self._previous is not None
         wrong = self._form(answer)
         if wrong:
             self._failures.add(observation.running, INVALID_OUTPUT, observation.time, wrong)

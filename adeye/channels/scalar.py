@@ -177,9 +177,9 @@ class ScalarChannel:
             factory: Called with parameters and context once per run.
         """
         self._factory = factory
-        self._objects: list[ScalarAct | None] = []
+        self._objects: dict[int, ScalarAct] = {}
         self._failures = Failures("", 0)
-        self._previous: ControlCommand | None = None
+        self._previous = no_command("", 0)
 
     @property
     def events(self) -> list[ChannelEvent | None]:
@@ -190,7 +190,7 @@ class ScalarChannel:
         """Make the object of every run; one that fails here is silent from the start."""
         self._failures = Failures(context.channel_id, context.runs)
         self._previous = no_command(context.channel_id, context.runs)
-        self._objects = [None] * context.runs
+        self._objects = {}
         for run in range(context.runs):
             try:
                 parameters = context.parameters[run]
@@ -200,7 +200,6 @@ class ScalarChannel:
 
     def act(self, observation: Observation) -> ControlCommand:
         """Ask the object of every run that has not ended."""
-        assert self._previous is not None, "reset() comes first"
         command = self._previous.copy()
         for run in np.flatnonzero(observation.running & ~self._failures.silent):
             answer = self._ask(int(run), observation)
@@ -216,7 +215,6 @@ class ScalarChannel:
 
     def _ask(self, run: int, observation: Observation) -> ScalarCommand | None:
         channel = self._objects[run]
-        assert channel is not None
         try:
             answer: Any = channel.act(_observation(observation, run))
         except (Exception, SystemExit) as error:  # noqa: BLE001 - recorded, and the run goes on

@@ -220,7 +220,7 @@ def short(digest: str | None) -> str:
     >>> short("0123456789abcdef"), short(None)
     ('0123456789', '–')
     """
-    return NONE if digest is None else digest[:SHORT]
+    return digest[:SHORT] if digest else NONE
 
 
 def wrote(path: Path) -> None:

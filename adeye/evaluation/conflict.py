@@ -36,7 +36,6 @@ from adeye.kernel.geometry import box_distance
 from adeye.kernel.jit import compiled
 from adeye.signals import (
     EGO_HEADING,
-    EGO_SPEED,
     EGO_X,
     EGO_Y,
     OBJECT_ACCELERATION,
@@ -119,7 +118,9 @@ def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
                     turn = state[OBJECT_HEADING] - places[run, row, thing, PLACE_HEADING]
                     lead_acceleration = state[OBJECT_ACCELERATION] * sin_cos(turn)[1]
                     corridor = 0.5 * ego_size[run, 1]
-                    _measure_ahead(own, other, corridor, lead_acceleration, distance, thing, worst, who)
+                    _measure_ahead(
+                        own, other, corridor, lead_acceleration, distance, thing, worst, who
+                    )
                     _measure_rss(own, other, rss, thing, worst, who)
             touched = contact[run, row]
             if touched >= 0:
@@ -218,7 +219,7 @@ def _project(state: Floats, place: Floats, size: Floats, out: Floats) -> bool:
     total = state[OBJECT_X] + state[OBJECT_Y]
     for column in range(6):
         total += out[column]
-    return math.isfinite(total)
+    return bool(math.isfinite(total))
 
 
 @compiled
@@ -258,7 +259,7 @@ def _is_in_path(own: Floats, corridor: float, other: Floats, gap: float) -> bool
     last = first + 2.0 * (own[_HALF_LENGTH] + other[_HALF_LENGTH]) / closing
     enter = (-math.copysign(reach, across) - beside) / across
     leave = (math.copysign(reach, across) - beside) / across
-    return enter <= last and leave >= first
+    return bool(enter <= last and leave >= first)
 
 
 @compiled

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from functools import cached_property
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
@@ -23,7 +22,13 @@ from adeye.evaluation.conflict import (
 )
 from adeye.evaluation.stl.series import SampleStatus, Series
 from adeye.signals import EGO_ACCELERATION, Bools, Floats, Ints, SignalType
-from adeye.trace import Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from adeye.trace import Trace
 
 Statuses = np.ndarray[tuple[int, ...], np.dtype[np.int8]]
 
@@ -116,6 +121,10 @@ class TraceSeries:
         self._rss = np.array(astuple(rss or RssParameters()))
         self._samples: dict[str, Samples] = {}
 
+    def column(self, name: str) -> NDArray[Any]:
+        """Return a column of the trace."""
+        return self.trace[name]
+
     def samples(self, name: str) -> Samples:
         """Give the samples of a metric series.
 
@@ -155,13 +164,13 @@ class TraceSeries:
         distances, gaps = np.zeros(self.known.shape), np.zeros(self.known.shape)
         measure_object(
             trace.length,
-            trace["ego"],
-            trace["ego_place"],
+            self.column("ego"),
+            self.column("ego_place"),
             context.ego_size,
-            trace["objects"][:, :, index],
-            trace["object_places"][:, :, index],
+            self.column("objects")[:, :, index],
+            self.column("object_places")[:, :, index],
             context.object_sizes[:, index],
-            trace["contact"],
+            self.column("contact"),
             index,
             distances,
             gaps,
@@ -176,13 +185,13 @@ class TraceSeries:
         actors = np.full(values.shape, -1, dtype=np.int64)
         measure_runs(
             trace.length,
-            trace["ego"],
-            trace["ego_place"],
+            self.column("ego"),
+            self.column("ego_place"),
             context.ego_size,
-            trace["objects"],
-            trace["object_places"],
+            self.column("objects"),
+            self.column("object_places"),
             context.object_sizes,
-            trace["contact"],
+            self.column("contact"),
             self._rss,
             values,
             actors,
@@ -217,7 +226,7 @@ def _rss_violation(series: TraceSeries) -> Samples:
 
 
 def _jerk(series: TraceSeries) -> Samples:
-    acceleration = series.trace["ego"][..., EGO_ACCELERATION]
+    acceleration = series.column("ego")[..., EGO_ACCELERATION]
     values = np.zeros(acceleration.shape)
     values[:, 1:] = np.diff(acceleration, axis=1) / series.step
     status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
@@ -226,7 +235,7 @@ def _jerk(series: TraceSeries) -> Samples:
     return Samples(values, status, np.full(values.shape, -1, dtype=np.int64))
 
 
-def _define(  # noqa: PLR0913 - a row of the table below
+def _define(  # noqa: PLR0913, PLR0917 - a row of the table below
     name: str,
     unit: str,
     scale: float,

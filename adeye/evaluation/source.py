@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
@@ -34,6 +33,8 @@ from adeye.signals import (
 from adeye.spec.odd import Attributes
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
     from numpy.typing import NDArray
 
     from adeye.spec.architecture import Architecture
@@ -229,13 +230,13 @@ class TraceSignals:
         )
 
     def _column(self, name: str) -> NDArray[Any]:
-        return self.trace[name]
+        return self.measured.column(name)
 
     def _ego(self, column: int) -> Floats:
-        return cast("Floats", self.trace["ego"][..., column])
+        return cast("Floats", self._column("ego")[..., column])
 
     def _place(self, column: int) -> Floats:
-        return cast("Floats", self.trace["ego_place"][..., column])
+        return cast("Floats", self._column("ego_place")[..., column])
 
     def _state(self, name: str) -> Reading:
         """Read time and the truth values about the whole run."""
@@ -265,18 +266,17 @@ class TraceSignals:
         actor, _, what = rest.rpartition(".")
         index = self.trace.layout.context.object_ids.index(actor)
         if what == "lane":
-            place = self.trace["object_places"][:, :, index]
+            place = self._column("object_places")[:, :, index]
             values, *checked = place[..., PLACE_LANE], place[..., PLACE_D]
         elif what in _OBJECT:
-            values, checked = self.trace["objects"][:, :, index, _OBJECT[what]], []
+            values, checked = self._column("objects")[:, :, index, _OBJECT[what]], []
         else:
             distances, gaps = self.measured.object(index)
             values, checked = (distances if what == "distance" else gaps), []
         reading = _reading(values, *checked)
         return reading[0], reading[1], np.full(values.shape, index)
 
-    def _of_any_actor(self, what: str) -> Reading:
-        assert what == "distance"
+    def _of_any_actor(self, _what: str) -> Reading:
         samples = self.measured.samples("distance")
         return samples.values, samples.status, samples.actor
 
@@ -315,8 +315,7 @@ class TraceSignals:
             return _reading(np.zeros(self.measured.known.shape, dtype=np.bool_))
         return _reading(self._column("fault_active")[..., self.trace.layout.faults.index(fault)])
 
-    def _of_switch(self, what: str) -> Reading:
-        assert what == "reason"
+    def _of_switch(self, _what: str) -> Reading:
         return _reading(self._column("reason"))
 
     def _age(self, stamp: Floats) -> Reading:

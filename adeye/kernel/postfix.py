@@ -1,16 +1,24 @@
-"""A stack machine for expressions over one run's variables; truth is 1.0 and 0.0."""
+"""A stack machine for expressions over one run's variables; truth is 1.0 and 0.0.
+
+What is undefined is never true: a comparison with NaN is false, ``and``, ``or`` and ``not`` take
+NaN as false, and every number that is computed from NaN is NaN.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from adeye.kernel.elementary import cos, exp, log, power, sin
 from adeye.kernel.jit import compiled
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
 MAX_STACK: Final = 128
+"""Most values that a program may hold at once; who makes a program has to keep to it."""
 
 PUSH_NUMBER, PUSH_VARIABLE = 0, 1
 OPERATOR_CODES: Final = {
@@ -29,6 +37,9 @@ OPERATOR_CODES: Final = {
     "or": 14,
     "not": 15,
     "negative": 16,
+    # Value, found, item -> value, found or value == item; then value, found -> found.
+    "member": 29,
+    "found": 30,
 }
 FUNCTION_CODES: Final = {
     "abs": 17,
@@ -54,7 +65,7 @@ def run_program(
     """Evaluate a postfix program.
 
     Args:
-        ops: Operation codes.
+        ops: Operation codes of a program that needs at most ``MAX_STACK`` values at once.
         args: The number of a PUSH_NUMBER, the position of a PUSH_VARIABLE, else unused.
         variables: (V,) values of the names.
 
@@ -72,92 +83,159 @@ def run_program(
         elif op == 1:
             top += 1
             stack[top] = variables[int(args[at])]
-        elif op <= 14:
+        elif op <= 14 or op in (18, 19):
             top -= 1
-            stack[top] = _binary(op, stack[top], stack[top + 1])
-        elif op in (18, 19):
+            stack[top] = _binary(op, float(stack[top]), float(stack[top + 1]))
+        elif op in (27, 28):
+            top -= 2
+            stack[top] = _ternary(
+                op, float(stack[top]), float(stack[top + 1]), float(stack[top + 2])
+            )
+        elif op == 29:
             top -= 1
-            low = min(stack[top], stack[top + 1])
-            high = max(stack[top], stack[top + 1])
-            stack[top] = low if op == 18 else high
-        elif op == 27:
-            top -= 2
-            stack[top] = min(max(stack[top], stack[top + 1]), stack[top + 2])
-        elif op == 28:
-            top -= 2
-            stack[top] = stack[top + 1] if stack[top] != 0.0 else stack[top + 2]
+            if stack[top - 1] == stack[top + 1]:
+                stack[top] = 1.0
+        elif op == 30:
+            top -= 1
+            stack[top] = stack[top + 1]
         else:
-            stack[top] = _unary(op, stack[top])
+            stack[top] = unary(op, float(stack[top]))
     return float(stack[top])
 
 
 @compiled
+def unary_column(op: int, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Apply an operation of one operand to every value of a column (N,)."""
+    results = np.empty(values.shape[0])
+    for row in range(values.shape[0]):
+        results[row] = unary(op, float(values[row]))
+    return results
+
+
+@compiled
+def power_column(bases: NDArray[np.float64], exponents: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Raise every value of a column (N,) to a power (N,)."""
+    results = np.empty(bases.shape[0])
+    for row in range(bases.shape[0]):
+        results[row] = _raised(float(bases[row]), float(exponents[row]))
+    return results
+
+
+@compiled
+def unary(op: int, value: float) -> float:
+    """Apply an operation of one operand, by its code."""
+    if math.isnan(value):
+        return 0.0 if op == 15 else value
+    if op >= 23:
+        return _elementary(op, value)
+    result = value
+    if op == 15:
+        result = 1.0 if value == 0.0 else 0.0
+    elif op == 16:
+        result = -value
+    elif op == 17:
+        result = abs(value)
+    elif op == 20:
+        result = math.sqrt(value) if value >= 0.0 else math.nan
+    elif op == 21:
+        # NumPy's, because math.floor returns an integer, of which the compiler has 64 bits.
+        result = float(np.floor(value))
+    elif op == 22:
+        result = float(np.ceil(value))
+    return result
+
+
+@compiled
+def _elementary(op: int, value: float) -> float:
+    if op == 23:
+        return sin(value)
+    if op == 24:
+        return cos(value)
+    if op == 25:
+        return exp(value)
+    return log(value)
+
+
+@compiled
 def _binary(op: int, left: float, right: float) -> float:
-    """Apply an operator of two operands."""
     if op <= 6:
         return _arithmetic(op, left, right)
+    if op <= 12:
+        return 1.0 if _compares(op, left, right) else 0.0
     if op == 13:
-        return 1.0 if left != 0.0 and right != 0.0 else 0.0
+        return 1.0 if _is_true(left) and _is_true(right) else 0.0
     if op == 14:
-        return 1.0 if left != 0.0 or right != 0.0 else 0.0
+        return 1.0 if _is_true(left) or _is_true(right) else 0.0
+    return _smaller(left, right) if op == 18 else _greater(left, right)
+
+
+@compiled
+def _ternary(op: int, first: float, second: float, third: float) -> float:
+    if op == 27:
+        return _smaller(_greater(first, second), third)
+    if math.isnan(first):
+        return first
+    return second if first != 0.0 else third
+
+
+@compiled
+def _is_true(value: float) -> bool:
+    return value > 0.0 or value < 0.0
+
+
+@compiled
+def _smaller(left: float, right: float) -> float:
+    """Return the left one of equals, and NaN if either is."""
+    return left if left <= right or math.isnan(left) else right
+
+
+@compiled
+def _greater(left: float, right: float) -> float:
+    """Return the left one of equals, and NaN if either is."""
+    return left if left >= right or math.isnan(left) else right
+
+
+@compiled
+def _compares(op: int, left: float, right: float) -> bool:
     if op == 7:
-        held = left == right
-    elif op == 8:
-        held = left != right
-    elif op == 9:
-        held = left < right
-    elif op == 10:
-        held = left <= right
-    elif op == 11:
-        held = left > right
-    else:
-        held = left >= right
-    if math.isnan(left) or math.isnan(right):
-        held = False
-    return 1.0 if held else 0.0
+        return left == right
+    if op == 8:
+        # Not `!=`, which holds for NaN.
+        return left < right or left > right
+    if op == 9:
+        return left < right
+    if op == 10:
+        return left <= right
+    return left > right if op == 11 else left >= right
 
 
 @compiled
 def _arithmetic(op: int, left: float, right: float) -> float:
-    """Apply + - * / or **."""
     if op == 2:
         return left + right
     if op == 3:
         return left - right
     if op == 4:
         return left * right
-    if op == 5:
-        if right == 0.0:
-            return math.nan if left == 0.0 else math.copysign(math.inf, left)
-        return left / right
-    if left < 0.0 and right != math.floor(right):
-        return math.nan
-    if left == 0.0 and right < 0.0:
-        return math.inf
-    return float(left**right)
+    return _raised(left, right) if op == 6 else _divided(left, right)
 
 
 @compiled
-def _unary(op: int, value: float) -> float:
-    """Apply an operator or function of one operand."""
-    if op == 15:
-        return 1.0 if value == 0.0 else 0.0
-    if op == 16:
-        return -value
-    if op == 17:
-        return abs(value)
-    if op == 20:
-        return math.sqrt(value) if value >= 0.0 else math.nan
-    if op == 21:
-        return float(math.floor(value)) if math.isfinite(value) else value
-    if op == 22:
-        return float(math.ceil(value)) if math.isfinite(value) else value
-    if not math.isfinite(value):
+def _divided(left: float, right: float) -> float:
+    """Divide; the infinities and NaN of IEEE 754 for a zero divisor, where Python raises."""
+    if right != 0.0:
+        return left / right
+    if left == 0.0 or math.isnan(left):
         return math.nan
-    if op == 23:
-        return math.sin(value)
-    if op == 24:
-        return math.cos(value)
-    if op == 25:
-        return math.exp(value) if value < 709.0 else math.inf
-    return math.log(value) if value > 0.0 else math.nan
+    return math.copysign(math.inf, left) * math.copysign(1.0, right)
+
+
+@compiled
+def _raised(base: float, exponent: float) -> float:
+    """Raise to a power; NaN if either is, and for a negative base with a broken exponent."""
+    if math.isnan(base) or math.isnan(exponent):
+        return math.nan
+    if base >= 0.0 or math.isinf(exponent) or exponent != np.floor(exponent):
+        return power(base, exponent)
+    size = power(-base, exponent)
+    return -size if np.floor(exponent * 0.5) * 2.0 != exponent else size

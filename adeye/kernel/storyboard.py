@@ -1,9 +1,4 @@
-"""Scripted actors in road coordinates: manoeuvres with closed forms, begun by triggers.
-
-An actor moves along a base direction with a pace that follows a planned profile; a lane change
-adds a lateral offset on top. Pace and offset are functions of the time since their manoeuvre
-began, so no error accumulates over ticks and the step does not change where an actor ends.
-"""
+"""Scripted actors in road coordinates: actions begun by triggers, and the motion of a tick."""
 
 from __future__ import annotations
 
@@ -13,42 +8,41 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.kernel.elementary import atan2, sin_cos
+from adeye.kernel.elementary import atan2
 from adeye.kernel.jit import compiled
+from adeye.kernel.manoeuvre import (
+    ACROSS,
+    ACTOR_WIDTH,
+    ALONG,
+    BASE,
+    HEADING,
+    LIMIT,
+    LIMIT_D,
+    PACE,
+    PACE_END,
+    PACE_RATE,
+    PACE_START,
+    PACE_TICK,
+    PATH,
+    PHASES,
+    SHIFT,
+    SHIFT_DURATION,
+    SHIFT_SHAPE,
+    SHIFT_TICK,
+    D,
+    S,
+    advance,
+    pace_at,
+    plan_pace,
+    shift_at,
+    shift_duration,
+)
 from adeye.kernel.postfix import run_program
 from adeye.kernel.road import position
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-
-# Columns of a scripted actor's state.
-(
-    S,  # place along the road's reference line [m]
-    D,  # lateral place, from the reference line to the left [m]
-    HEADING,  # relative to the road [rad]
-    ALONG,  # base direction: component along the road
-    ACROSS,  # base direction: component to the left
-    PACE,  # speed in the base direction [m/s]
-    PACE_RATE,  # its rate of change [m/s²]
-    PACE_TICK,  # when the pace profile began
-    PACE_START,  # pace at that time [m/s]
-    PACE_END,  # pace after the last phase [m/s]
-    PHASES,  # three phases of duration [s], acceleration [m/s²], jerk [m/s³]
-) = range(11)
-(
-    PATH,  # way since the pace profile began [m]
-    LIMIT,  # way at which the actor stops, inf for none [m]
-    LIMIT_D,  # lateral place at that way [m]
-    BASE,  # lateral place without the lane change [m]
-    SHIFT_TICK,  # when the lane change began
-    SHIFT,  # lateral distance of the lane change [m]
-    SHIFT_DURATION,  # [s]
-    SHIFT_SHAPE,  # SINUSOIDAL or LINEAR
-) = range(PHASES + 9, PHASES + 17)
-ACTOR_WIDTH: Final = PHASES + 17
-
-SINUSOIDAL, LINEAR = range(2)
 
 # Columns of an action.
 ACTION_ACTOR, ACTION_KIND, ACTION_TARGET, ACTION_RATE, ACTION_JERK, ACTION_SHAPE = range(6)
@@ -58,187 +52,6 @@ CHANGE_TO, CHANGE_BY, CHANGE_SPEED, CROSS = range(4)
 
 STANDSTILL: Final = 1e-9
 """Speed below which an actor keeps its heading [m/s]."""
-
-
-@compiled
-def place_actor(row: Floats, s: float, d: float, heading: float, speed: float) -> None:
-    """Set an actor's state at the start of a run: constant speed in its heading.
-
-    Args:
-        row: (ACTOR_WIDTH,) out.
-        s: Along the road [m].
-        d: From the reference line to the left [m].
-        heading: Relative to the road [rad].
-        speed: [m/s].
-    """
-    row[:] = 0.0
-    row[S], row[D], row[BASE] = s, d, d
-    row[HEADING] = heading
-    across, along = sin_cos(heading)
-    # A half turn is meant exactly, and sin(pi) is 1e-16.
-    row[ALONG] = along if abs(along) > 1e-12 else 0.0
-    row[ACROSS] = across if abs(across) > 1e-12 else 0.0
-    row[PACE] = row[PACE_START] = row[PACE_END] = speed
-    row[LIMIT] = math.inf
-
-
-@compiled
-def plan_pace(row: Floats, tick: int, target: float, rate: float, jerk: float) -> None:
-    """Plan the way from the present pace and acceleration to a target pace.
-
-    With a limit on jerk the acceleration is a trapezium: phases of jerk, constant acceleration and
-    opposite jerk that end with the target pace and no acceleration. A limit that would carry the
-    pace below zero on the way (hard braking already under way) is dropped.
-
-    Args:
-        row: (ACTOR_WIDTH,) in and out.
-        tick: When it begins.
-        target: Pace at the end [m/s].
-        rate: Greatest acceleration or deceleration [m/s²].
-        jerk: Greatest jerk [m/s³], inf for no limit.
-    """
-    pace, slope = row[PACE], row[PACE_RATE]
-    row[LIMIT] -= row[PATH]
-    row[PATH] = 0.0
-    row[PACE_TICK] = tick
-    row[PACE_START] = pace
-    row[PACE_END] = target
-    row[PHASES : PHASES + 9] = 0.0
-    if not math.isinf(jerk):
-        # Pace that is reached if the acceleration is taken back at once.
-        coasted = pace + slope * abs(slope) / (2.0 * jerk)
-        if coasted >= 0.0:
-            _plan_with_jerk(row, pace, slope, coasted, target, rate, jerk)
-            return
-    change = target - pace
-    row[PHASES] = abs(change) / rate
-    row[PHASES + 1] = math.copysign(rate, change)
-
-
-@compiled
-def _plan_with_jerk(
-    row: Floats,
-    pace: float,
-    slope: float,
-    coasted: float,
-    target: float,
-    rate: float,
-    jerk: float,
-) -> None:
-    sign = math.copysign(1.0, target - coasted)
-    start = sign * slope
-    gain = sign * (target - pace)
-    if start > rate:
-        first_jerk, peak = -jerk, rate
-        first = (start - rate) / jerk
-        middle = (gain - (start * start - rate * rate) / (2.0 * jerk)) / rate - rate / (2.0 * jerk)
-    else:
-        first_jerk = jerk
-        peak = min(rate, math.sqrt(max(0.0, jerk * gain + 0.5 * start * start)))
-        peak = max(peak, start)
-        first = (peak - start) / jerk
-        middle = 0.0
-        if peak > 0.0:
-            middle = (gain - peak * peak / jerk + 0.5 * start * start / jerk) / peak
-    row[PHASES], row[PHASES + 1], row[PHASES + 2] = first, slope, sign * first_jerk
-    row[PHASES + 3], row[PHASES + 4], row[PHASES + 5] = max(0.0, middle), sign * peak, 0.0
-    row[PHASES + 6], row[PHASES + 7], row[PHASES + 8] = peak / jerk, sign * peak, -sign * jerk
-
-
-@compiled
-def pace_at(row: Floats, elapsed: float) -> tuple[float, float, float]:
-    """Way [m], pace [m/s] and its rate [m/s²] some time after the profile began.
-
-    Args:
-        row: (ACTOR_WIDTH,).
-        elapsed: [s], not negative.
-    """
-    way, pace, left = 0.0, row[PACE_START], elapsed
-    for phase in range(PHASES, PHASES + 9, 3):
-        duration, slope, jerk = row[phase], row[phase + 1], row[phase + 2]
-        t = min(left, duration)
-        way += t * (pace + t * (0.5 * slope + t * jerk / 6.0))
-        pace += t * (slope + 0.5 * t * jerk)
-        if left < duration:
-            return way, max(0.0, pace), slope + jerk * t
-        left -= duration
-    return way + row[PACE_END] * left, row[PACE_END], 0.0
-
-
-@compiled
-def shift_duration(shift: float, lateral_speed: float, shape: float) -> float:
-    """Duration of a lane change whose greatest lateral speed is given [s].
-
-    A sinusoid ``d(t) = shift (1 - cos(pi t / T)) / 2`` is fastest half-way, ``pi shift / (2 T)``.
-
-    Args:
-        shift: Lateral distance [m].
-        lateral_speed: Greatest lateral speed [m/s].
-        shape: ``SINUSOIDAL`` or ``LINEAR``.
-    """
-    duration = abs(shift) / lateral_speed
-    return duration * (0.5 * math.pi) if shape == SINUSOIDAL else duration
-
-
-@compiled
-def shift_at(row: Floats, elapsed: float) -> tuple[float, float, float]:
-    """Lateral offset [m], its rate [m/s] and acceleration [m/s²] since the lane change began.
-
-    Args:
-        row: (ACTOR_WIDTH,).
-        elapsed: [s], not negative.
-    """
-    shift, duration = row[SHIFT], row[SHIFT_DURATION]
-    if elapsed >= duration:
-        return shift, 0.0, 0.0
-    share = elapsed / duration
-    if row[SHIFT_SHAPE] == LINEAR:
-        return shift * share, shift / duration, 0.0
-    omega = math.pi / duration
-    sine, cosine = sin_cos(math.pi * share)
-    return (
-        0.5 * shift * (1.0 - cosine),
-        0.5 * shift * omega * sine,
-        0.5 * shift * omega * omega * cosine,
-    )
-
-
-@compiled
-def advance(segments: Floats, s: float, d: float, way: float) -> float:
-    """Move along the road at a lateral place and return the new place along it [m].
-
-    A lane left of the reference line is shorter in a left curve by ``1 - curvature * d``.
-
-    Args:
-        segments: (K, 5) reference line.
-        s: Place along the road [m].
-        d: Lateral place, constant [m].
-        way: Distance driven [m], negative against the road's direction.
-    """
-    last = segments.shape[0] - 1
-    k, start = 0, 0.0
-    while k < last and s >= start + segments[k, 3]:
-        start += segments[k, 3]
-        k += 1
-    while True:
-        # Beyond the centre of a curve there is no place along the road; creep instead.
-        factor = max(1e-3, 1.0 - segments[k, 4] * d)
-        if way >= 0.0:
-            room = (start + segments[k, 3] - s) * factor
-            if k == last or way <= room:
-                return s + way / factor
-            way -= room
-            start += segments[k, 3]
-            s = start
-            k += 1
-        else:
-            room = (s - start) * factor
-            if k == 0 or -way <= room:
-                return s + way / factor
-            way += room
-            s = start
-            k -= 1
-            start -= segments[k, 3]
 
 
 @compiled

@@ -395,13 +395,16 @@ class ReportBuilder:
             if per_fsr[case.fsr, case.architecture] < 2:
                 per_fsr[case.fsr, case.architecture] += 1
                 run = self.repository.find_run(case.run, campaign=self.campaign.id)
-                chosen[case.run] = ReplayRequest(run, f"worst of {case.fsr} for {case.architecture}")
+                chosen[case.run] = ReplayRequest(
+                    run, f"worst of {case.fsr} for {case.architecture}"
+                )
         order = [*self.campaign.gate, *self.odd["architectures"]]
         for scenario in self.odd["scenarios"]:
             rows = [
                 row
                 for row in self.results
-                if row["scenario"] == scenario and "FAIL" not in json.loads(row["verdicts"]).values()
+                if row["scenario"] == scenario
+                and "FAIL" not in json.loads(row["verdicts"]).values()
             ]
             rows.sort(
                 key=lambda row: (

@@ -244,7 +244,14 @@ def _channels(trace: Trace, run: int, held: Any) -> tuple[ChannelView, ...]:
                 ),
                 tracks=tuple(
                     tuple(
-                        (float(t[0]), float(t[1]), float(t[2]), float(t[3]), float(t[4]), float(t[5]))
+                        (
+                            float(t[0]),
+                            float(t[1]),
+                            float(t[2]),
+                            float(t[3]),
+                            float(t[4]),
+                            float(t[5]),
+                        )
                         for t in row[mask]
                     )
                     for row, mask in zip(rounded, there, strict=True)

@@ -10,6 +10,7 @@ from adeye.evaluation.verdict import Verdict
 from adeye.report.words import (
     SYMBOLS,
     binding_sentence,
+    margin_text,
     number,
     quantity,
     unit_text,
@@ -72,6 +73,8 @@ class MatrixCell:
 class MatrixRow:
     """One FSR of the verdict matrix."""
 
+    number: int
+    """Its place in the concept, from 1."""
     fsr: Fsr
     cells: tuple[MatrixCell, ...]
 
@@ -112,7 +115,7 @@ def arrange(report: Report) -> Page:
                 cell = report.cell(fsr.id, architecture.id, scenario)
                 cells.append(_matrix_cell(len(details), fsr, architecture, scenario, cell))
                 details.append(_detail(fsr, architecture, scenario, cell))
-        rows.append(MatrixRow(fsr, tuple(cells)))
+        rows.append(MatrixRow(report.fsrs.index(fsr) + 1, fsr, tuple(cells)))
     cards = tuple(_card(report, architecture) for architecture in architectures)
     gates = [report.verdict_of(item.id) for item in architectures if item.is_gate]
     gate = min(gates, key=_SEVERITY.index) if gates else Verdict.NOT_RUN
@@ -124,6 +127,7 @@ def filters() -> dict[str, Any]:
     return {
         "badge": badge,
         "binding": binding_sentence,
+        "margin": margin_text,
         "number": number,
         "quantity": quantity,
         "unit": unit_text,
@@ -147,15 +151,6 @@ def _rank(report: Report, fsr: Fsr) -> tuple[Any, ...]:
     return (not fsr.mandatory, *worst(in_gate=True), *worst(in_gate=False))
 
 
-def _margin_text(cell: Cell) -> str:
-    if cell.margin is None:
-        return ""
-    if cell.margin.unit in {"", "1"} and abs(cell.margin.value) == 1.0:
-        # A predicate that is true or false has no margin to speak of.
-        return ""
-    return quantity(cell.margin.value, cell.margin.unit, signed=True)
-
-
 def _matrix_cell(
     position: int, fsr: Fsr, architecture: Architecture, scenario: str | None, cell: Cell | None
 ) -> MatrixCell:
@@ -175,7 +170,10 @@ def _matrix_cell(
         architecture=architecture.id,
         scenario=scenario or "",
         badge=mark,
-        margin="" if cell is None else _margin_text(cell),
+        # Beside any other verdict a margin would read as if it meant something.
+        margin=margin_text(cell)
+        if cell is not None and cell.verdict in {Verdict.PASS, Verdict.FAIL}
+        else "",
         exercised="" if cell is None else f"{cell.exercised}/{cell.runs}",
         hint=hint,
         run="" if cell is None or cell.worst_run is None else cell.worst_run,
@@ -222,7 +220,7 @@ def _card(report: Report, architecture: Architecture) -> ArchitectureCard:
     worst = min((cell for cell in cells if cell is not None), key=_robustness, default=None)
     text = ""
     if worst is not None and _robustness(worst) < _NO_MARGIN:
-        text = f"{worst.fsr} {_margin_text(worst) or verdict_word(worst.verdict)}"
-    cost = "" if architecture.cost is None else number(architecture.cost)
+        text = f"{worst.fsr} {margin_text(worst) or verdict_word(worst.verdict)}"
+    cost = "" if architecture.cost is None else f"{architecture.cost:,g}"
     verdict = report.verdict_of(architecture.id)
     return ArchitectureCard(architecture, badge(verdict), counts, text, cost)

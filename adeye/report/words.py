@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from adeye.evaluation.verdict import Verdict
 
 if TYPE_CHECKING:
+    from adeye.report.model import Cell, WorstCase
     from adeye.report.parts import Binding
 
 MINUS: Final = "\N{MINUS SIGN}"
@@ -59,7 +60,7 @@ def number(value: float, *, signed: bool = False) -> str:
         ValueError: It is not finite, and has no place in a report.
 
     >>> number(12.3456), number(0.5, signed=True), number(0.0000123)
-    ('12.3', '+0.500', '1.23e-05')
+    ('12.3', '+0.50', '1.23e-05')
     """
     if not math.isfinite(value):
         msg = f"{value} has no place in a report"
@@ -70,8 +71,8 @@ def number(value: float, *, signed: bool = False) -> str:
     if size < 0.001 or size >= 1e6:
         digits = f"{size:.2e}"
     else:
-        places = 0 if size >= 999.5 else 1 if size >= 9.995 else 2 if size >= 0.9995 else 3
-        digits = f"{size:.{places}f}"
+        exponent = math.floor(math.log10(size))
+        digits = f"{size:.{max(0, 2 - max(exponent, 0)) if exponent >= -1 else 1 - exponent}f}"
     sign = MINUS if value < 0.0 else "+" if signed else ""
     return sign + digits
 
@@ -83,6 +84,13 @@ def quantity(value: float, unit: str, *, signed: bool = False) -> str:
     '+1.35 m/s²'
     """
     return f"{number(value, signed=signed)} {unit_text(unit)}".rstrip()
+
+
+def margin_text(judged: Cell | WorstCase) -> str:
+    """Write a margin; a predicate that is true or false has none to speak of."""
+    margin, binding = judged.margin, judged.binding
+    is_number = binding is None or not isinstance(binding.value, bool | str)
+    return quantity(margin.value, margin.unit, signed=True) if margin and is_number else ""
 
 
 def verdict_word(verdict: Verdict | None) -> str:
@@ -104,7 +112,7 @@ def binding_sentence(binding: Binding) -> str:
 
     >>> binding_sentence(Binding(predicate="gap >= 2 m", signal="gap", time_s=4.35, value=1.2,
     ...     threshold=2.0, difference=-0.8, unit="m"))
-    'gap >= 2 m: gap is 1.20 m at 4.35 s, short by 0.800 m'
+    'gap >= 2 m: gap is 1.20 m at 4.35 s, short by 0.80 m'
     """
     text = f"{binding.predicate}: "
     if binding.value is None:

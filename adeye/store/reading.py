@@ -11,12 +11,11 @@ from adeye.errors import InputError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.leasing import work_state
-from adeye.store.rows import Artifact, EventRecord, MetricValue, VerdictRecord
+from adeye.store.plugin_metrics import metric_values, plugin_metrics
+from adeye.store.rows import Artifact, EventRecord, VerdictRecord
 from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from sqlalchemy import Connection, Row
 
 MIN_PREFIX: Final = 4
@@ -166,24 +165,13 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
     )
     return StoredRun(
         row=dict(found._mapping),
-        metrics=_metrics(metrics._mapping),
+        metrics=metric_values(metrics._mapping, tables.METRIC_IDS),
         verdicts=tuple(verdict_record(item) for item in verdicts),
         events=tuple(
             EventRecord(item.time_s, item.kind, item.subject, item.text) for item in events
         ),
+        plugin_metrics=plugin_metrics(connection, result_digest),
     )
-
-
-def _metrics(stored: Mapping[Any, Any]) -> dict[str, MetricValue]:
-    return {
-        name: MetricValue(
-            value=stored[name],
-            status=stored[f"{name}_status"],
-            time_s=stored[f"{name}_time_s"],
-            actor=stored[f"{name}_actor"],
-        )
-        for name in tables.METRIC_IDS
-    }
 
 
 def verdict_record(item: Row[Any]) -> VerdictRecord:

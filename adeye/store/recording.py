@@ -12,6 +12,7 @@ from sqlalchemy import text
 from adeye.errors import IntegrityError
 from adeye.store import tables
 from adeye.store.encoding import Row, chunks, clean_text, insert_rows, row, utc_text
+from adeye.store.plugin_metrics import metric_row, record_plugin_metrics
 from adeye.store.views import WORST_FIRST
 
 if TYPE_CHECKING:
@@ -95,7 +96,8 @@ def record_runs(connection: Connection, records: Iterable[RunRecord]) -> frozens
     """
     by_digest: dict[str, RunRecord] = {}
     differing: set[str] = set()
-    for record in records:
+    everything = list(records)
+    for record in everything:
         known = by_digest.setdefault(record.result_digest, record)
         if _differs(record, known.trace_digest, is_excused=known.is_machine_dependent):
             differing.add(record.result_digest)
@@ -109,14 +111,15 @@ def record_runs(connection: Connection, records: Iterable[RunRecord]) -> frozens
     for digest, record in by_digest.items():
         if digest in existing:
             continue
-        metric_row = _metric_row(record)
+        measured = _metric_row(record)
         event_rows = _event_rows(record)
-        runs.append(_run_row(record, metric_row, event_rows))
-        metrics.append(metric_row)
+        runs.append(_run_row(record, measured, event_rows))
+        metrics.append(measured)
         events += event_rows
     insert_rows(connection, tables.run, runs)
     insert_rows(connection, tables.metric, metrics)
     insert_rows(connection, tables.event, events)
+    record_plugin_metrics(connection, everything, frozenset(differing))
     return frozenset(differing)
 
 
@@ -147,7 +150,7 @@ def _existing(connection: Connection, digests: Sequence[str]) -> dict[str, tuple
     return found
 
 
-def _run_row(record: RunRecord, metric_row: Row, event_rows: Sequence[Row]) -> Row:
+def _run_row(record: RunRecord, measured: Row, event_rows: Sequence[Row]) -> Row:
     engine = record.engine
     values = (
         record.result_digest,
@@ -169,7 +172,7 @@ def _run_row(record: RunRecord, metric_row: Row, event_rows: Sequence[Row]) -> R
     # Through a row and back, so that the hash covers the values as they will be read.
     late = ("", clean_text(record.executed_by), utc_text(record.executed_at))
     plain = row(tables.run, (*values, *late))[: len(values)]
-    hashed = result_hash(plain, metric_row[:-1], [item[:-1] for item in event_rows])
+    hashed = result_hash(plain, measured[:-1], [item[:-1] for item in event_rows])
     return row(tables.run, (*values, hashed, *late[1:]))
 
 
@@ -178,11 +181,7 @@ def _metric_row(record: RunRecord) -> Row:
     if unknown:
         msg = f"metrics {unknown} are missing from the result or unknown to the database"
         raise ValueError(msg)
-    values: list[Any] = [record.result_digest]
-    for name in tables.METRIC_IDS:
-        metric = record.metrics[name]
-        values += [metric.value, metric.status, metric.time_s, metric.actor]
-    return row(tables.metric, values)
+    return metric_row(tables.metric, record.result_digest, tables.METRIC_IDS, record.metrics)
 
 
 def _event_rows(record: RunRecord) -> list[Row]:

@@ -280,6 +280,7 @@ class RunRecord:
         is_machine_dependent: Whether a wall-clock deadline was hit.
         executed_by: Host and process.
         executed_at: UTC time of day.
+        plugin_metrics: Metrics of plug-ins by name of the plug-in and id of the metric.
     """
 
     test_case: str
@@ -298,6 +299,7 @@ class RunRecord:
     is_machine_dependent: bool = False
     executed_by: str = ""
     executed_at: datetime | None = None
+    plugin_metrics: Mapping[str, Mapping[str, MetricValue]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.outcome is Outcome.INFRASTRUCTURE_ERROR:

@@ -229,12 +229,14 @@ class StoredRun:
         metrics: By id.
         verdicts: Every verdict that was ever given on it.
         events: In order.
+        plugin_metrics: By table of the plug-in and id of the metric.
     """
 
     row: Mapping[str, Any]
     metrics: Mapping[str, MetricValue]
     verdicts: tuple[VerdictRecord, ...]
     events: tuple[EventRecord, ...]
+    plugin_metrics: Mapping[str, Mapping[str, MetricValue]]
 
     @property
     def trace_digest(self) -> str:

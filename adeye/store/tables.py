@@ -7,7 +7,7 @@ text, because the text is what is hashed.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from sqlalchemy import (
     BigInteger,
@@ -24,6 +24,9 @@ from sqlalchemy import (
     Table,
     Text,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 METRIC_IDS: Final = (
     "contact",
@@ -290,30 +293,35 @@ run = Table(
 )
 
 
-def _metric_columns() -> list[Column[str] | Column[float]]:
+def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> Table:
+    """Describe a wide table of metrics: value, status, time and actor of each, one row a run.
+
+    Args:
+        name: Name of the table.
+        into: Collection of tables that it becomes part of.
+        metric_ids: Identifiers in SQL, checked by the caller.
+    """
     columns: list[Column[str] | Column[float]] = []
-    for name in METRIC_IDS:
+    checks: list[CheckConstraint] = []
+    for metric_id in metric_ids:
         columns += [
-            _number(name),
-            _text(f"{name}_status"),
-            _number(f"{name}_time_s"),
-            _text(f"{name}_actor", null=True),
+            _number(metric_id),
+            _text(f"{metric_id}_status"),
+            _number(f"{metric_id}_time_s"),
+            _text(f"{metric_id}_actor", null=True),
         ]
-    return columns
+        checks += [
+            _one_of(f"{metric_id}_status", METRIC_STATUSES, f"{metric_id}_status"),
+            CheckConstraint(
+                f"({metric_id}_status = 'value') = ({metric_id} IS NOT NULL)", name=metric_id
+            ),
+        ]
+    reference = ForeignKey(run.c.result_digest)
+    key = Column("result_digest", String(64), reference, primary_key=True, nullable=False)
+    return Table(name, into, key, *columns, _row_hash(), *checks)
 
 
-metric = Table(
-    "metric",
-    metadata,
-    _digest("result_digest", "run.result_digest", key=True),
-    *_metric_columns(),
-    _row_hash(),
-    *(_one_of(f"{name}_status", METRIC_STATUSES, f"{name}_status") for name in METRIC_IDS),
-    *(
-        CheckConstraint(f"({name}_status = 'value') = ({name} IS NOT NULL)", name=name)
-        for name in METRIC_IDS
-    ),
-)
+metric = make_metric_table("metric", metadata, METRIC_IDS)
 verdict = Table(
     "verdict",
     metadata,

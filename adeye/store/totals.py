@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from adeye.evaluation.verdict import ExitCode, Verdict, fold_runs, gate_exit
-from adeye.store.repository import Repository
-from adeye.store.rows import VerdictRecord
-from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.store.repository import Repository
+    from adeye.store.rows import VerdictRecord
+    from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
 
 
 @dataclass(frozen=True, slots=True)

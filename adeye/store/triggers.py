@@ -30,4 +30,11 @@ def trigger_ddl(dialect: str = "sqlite") -> tuple[str, ...]:
     Raises:
         KeyError: The dialect has no triggers written for it.
     """
-    return tuple(statement for table in INSERT_ONLY for statement in _DIALECTS[dialect](table.name))
+    return tuple(
+        statement for table in INSERT_ONLY for statement in insert_only_ddl(table.name, dialect)
+    )
+
+
+def insert_only_ddl(table: str, dialect: str = "sqlite") -> tuple[str, ...]:
+    """Write the statements that make one table insert-only; its name is an identifier."""
+    return _DIALECTS[dialect](table)

@@ -15,6 +15,7 @@ from sqlalchemy import Table, select
 from adeye.store import tables
 from adeye.store.encoding import row_hash
 from adeye.store.planning import SelectionHash, judging_hash
+from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.recording import RUN_HASHED, result_hash, tally_rows
 from adeye.store.rows import EngineKey
 from adeye.store.stored import Finding
@@ -35,7 +36,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
     driver.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")
     try:
         yield from _pages(connection)
-        for table in tables.INSERT_ONLY:
+        for table in (*tables.INSERT_ONLY, *plugin_tables(connection)):
             yield from _altered_rows(connection, table)
         yield from _content(connection)
         yield from _missing_references(connection)

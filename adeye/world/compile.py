@@ -11,8 +11,8 @@ import numpy as np
 from adeye.errors import SpecError
 from adeye.kernel.elementary import asin, atan
 from adeye.kernel.jit import compiled
+from adeye.kernel.manoeuvre import ACTOR_WIDTH, place_actor
 from adeye.kernel.road import local, offset_curvature, position
-from adeye.kernel.storyboard import ACTOR_WIDTH, place_actor
 from adeye.signals import (
     Bools,
     Floats,
@@ -39,7 +39,7 @@ class World:
         context: What does not change during the runs.
         ego: (B, 7) initial states, see ``signals.EGO_COLUMNS``.
         objects: (B, M, 5) initial states, see ``signals.OBJECT_COLUMNS``.
-        actors: (B, A, ACTOR_WIDTH) initial states, see ``kernel.storyboard``.
+        actors: (B, A, ACTOR_WIDTH) initial states, see ``kernel.manoeuvre``.
         scripted: (A,) which actors follow the storyboard; the others are reactive.
         lane_changes: (A,) which reactive actors may change lanes.
         desired_speed: (B, A) speed that reactive actors want to drive [m/s].

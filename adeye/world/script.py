@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.errors import SpecError
+from adeye.kernel.manoeuvre import LINEAR, SINUSOIDAL
 from adeye.kernel.storyboard import (
     ACTION_ACTOR,
     ACTION_JERK,
@@ -21,8 +22,6 @@ from adeye.kernel.storyboard import (
     CHANGE_SPEED,
     CHANGE_TO,
     CROSS,
-    LINEAR,
-    SINUSOIDAL,
 )
 from adeye.spec.expression import Expression, Program, to_program
 from adeye.world.formulas import BELOW_ZERO, Formulas, Pick

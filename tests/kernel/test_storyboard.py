@@ -5,6 +5,16 @@ import math
 import numpy as np
 import pytest
 
+from adeye.kernel.manoeuvre import (
+    ACTOR_WIDTH,
+    LINEAR,
+    PACE,
+    PACE_RATE,
+    SINUSOIDAL,
+    D,
+    S,
+    place_actor,
+)
 from adeye.kernel.postfix import OPERATOR_CODES, PUSH_NUMBER, PUSH_VARIABLE
 from adeye.kernel.storyboard import (
     ACTION_ACTOR,
@@ -14,25 +24,15 @@ from adeye.kernel.storyboard import (
     ACTION_SHAPE,
     ACTION_TARGET,
     ACTION_WIDTH,
-    ACTOR_WIDTH,
     CHANGE_BY,
     CHANGE_SPEED,
     CHANGE_TO,
     CROSS,
-    LINEAR,
-    PACE,
-    PACE_RATE,
-    SINUSOIDAL,
-    D,
     Floats,
-    S,
-    advance,
     begin_action,
     begin_events,
     move_actor,
     move_actors,
-    place_actor,
-    shift_duration,
 )
 
 STRAIGHT = np.array([[0.0, 0.0, 0.0, 5000.0, 0.0]])
@@ -110,8 +110,7 @@ def test_a_linear_lane_change_keeps_its_lateral_speed() -> None:
     assert out[30, 2] == pytest.approx(math.atan2(0.5, 10.0))
 
 
-def test_duration_of_a_lane_change_of_no_distance_is_zero() -> None:
-    assert shift_duration(0.0, 1.0, SINUSOIDAL) == 0.0
+def test_a_lane_change_of_no_distance_is_over_at_once() -> None:
     row = actor()
     begin_action(row, action(CHANGE_TO, 5.25, 1.0), 0)
     assert drive(row, 0, 1)[0, 1] == 5.25
@@ -235,18 +234,6 @@ def test_an_oncoming_actor_drives_against_the_road_in_its_lane() -> None:
 def test_a_standing_actor_keeps_its_heading() -> None:
     out = drive(actor(heading=1.0, speed=0.0), 0, 10)
     assert out[-1, 2] == 1.0
-
-
-def test_on_the_inside_of_a_curve_the_same_speed_gets_further_along_the_road() -> None:
-    assert advance(CURVE, 150.0, 10.0, 19.0) == pytest.approx(150.0 + 20.0)
-    assert advance(CURVE, 150.0, -10.0, 21.0) == pytest.approx(150.0 + 20.0)
-
-
-@pytest.mark.parametrize("way", [1.0, 55.0, 250.0, 400.0, 800.0])
-def test_driving_back_the_same_way_ends_where_it_began(way: float) -> None:
-    there = advance(CURVE, 60.0, 5.25, way)
-    assert there > 60.0
-    assert advance(CURVE, there, 5.25, -way) == pytest.approx(60.0, abs=1e-10)
 
 
 def test_an_actor_in_a_curve_covers_its_speed_on_the_ground() -> None:

@@ -43,9 +43,7 @@ def test_clock_of_the_boot_goes_forward() -> None:
     assert boot_clock_s() >= before
 
 
-def test_without_proc_the_pid_alone_tells(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_without_proc_the_pid_alone_tells(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(owner_module, "_PROC", tmp_path / "none")
     child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     there = replace(Owner.current(), pid=child.pid)

@@ -144,8 +144,7 @@ def test_many_first_users_make_one_database(tmp_path: Path) -> None:
     context = multiprocessing.get_context("fork")
     failures: multiprocessing.Queue[str] = context.Queue()
     processes = [
-        context.Process(target=open_and_close, args=(tmp_path / "a.db", failures))
-        for _ in range(6)
+        context.Process(target=open_and_close, args=(tmp_path / "a.db", failures)) for _ in range(6)
     ]
     for process in processes:
         process.start()

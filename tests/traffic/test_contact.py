@@ -68,7 +68,7 @@ def test_impact_speed_is_taken_at_the_time_of_contact() -> None:
 
 def test_of_two_contacts_in_a_tick_the_earlier_counts() -> None:
     ego = (state(0.0, speed=60.0), state(6.0, speed=60.0))
-    far, near = state(9.0), state(7.0)
+    far, near = state(9.0), state(6.5)
     touched, _, _ = sweep(ego, [(far, far, CAR), (near, near, WALKER)])
     assert touched == 1
 

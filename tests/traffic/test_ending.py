@@ -93,5 +93,5 @@ def test_runs_of_a_batch_end_one_by_one() -> None:
 
 
 def test_a_horizon_between_two_ticks_is_refused() -> None:
-    with pytest.raises(SpecError, match="horizon: 0.25 s is no whole number of steps"):
+    with pytest.raises(SpecError, match=r"horizon: 0\.25 s is no whole number of steps"):
         end(horizon=0.25)

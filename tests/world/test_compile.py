@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
+from adeye.kernel.manoeuvre import PACE, D, S
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.road import local
-from adeye.kernel.storyboard import PACE, D, S
 from adeye.signals import OBJECT_CLASSES
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
+from adeye.kernel.manoeuvre import LINEAR, SINUSOIDAL
 from adeye.kernel.postfix import run_program
 from adeye.kernel.storyboard import (
     ACTION_ACTOR,
@@ -19,8 +20,6 @@ from adeye.kernel.storyboard import (
     CHANGE_SPEED,
     CHANGE_TO,
     CROSS,
-    LINEAR,
-    SINUSOIDAL,
 )
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase

@@ -67,7 +67,8 @@ class NominalChannel:
         _act(
             self._records,
             observation.time,
-            observation.running,
+            # A copy, because plug-ins are shown arrays that the compiler takes for another type.
+            observation.running.copy(),
             self._segments,
             sight.estimate,
             sight.estimate_stamp,

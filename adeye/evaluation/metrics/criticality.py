@@ -46,7 +46,7 @@ def impact_speed(series: TraceSeries) -> MetricColumn:
     row = series.touched.argmax(axis=1)
     has_contact = series.touched.any(axis=1)
     status = np.where(has_contact, VALUE, NO_CONFLICT)
-    return at_rows(series, series.trace["impact_speed"], row, status, _touched(series))
+    return at_rows(series, series.column("impact_speed"), row, status, _touched(series))
 
 
 @metric_entry(
@@ -147,15 +147,17 @@ def rss_violation(series: TraceSeries) -> MetricColumn:
 )
 def standstill_gap(series: TraceSeries) -> MetricColumn:
     """Least gap to an object in the path while the ego stands; not applicable if it never does."""
-    speed = series.trace["ego"][..., EGO_SPEED]
+    speed = series.column("ego")[..., EGO_SPEED]
     stands = series.known & (np.abs(speed) <= STANDSTILL_SPEED)
     column = extreme(series, series.samples("gap"), "lower", among=stands)
     is_error = (series.known & ~np.isfinite(speed)).any(axis=1)
     status = np.where(stands.any(axis=1), column.status, NOT_APPLICABLE)
     status = np.where(is_error, ERROR, status)
-    return MetricColumn(column.value, tuple(str(word) for word in status), column.time, column.actor)
+    return MetricColumn(
+        column.value, tuple(str(word) for word in status), column.time, column.actor
+    )
 
 
 def _touched(series: TraceSeries) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
     """Give the object that the ego touches (B, T), also beyond the runs."""
-    return np.asarray(series.trace["contact"], dtype=np.int64)
+    return np.asarray(series.column("contact"), dtype=np.int64)

@@ -5,6 +5,8 @@ They count from the first row at which a fault is present, and are not applicabl
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from adeye.evaluation.metrics.registry import (
@@ -15,11 +17,14 @@ from adeye.evaluation.metrics.registry import (
     metric_entry,
 )
 from adeye.evaluation.outcome import last_rows
-from adeye.evaluation.series import TraceSeries
 from adeye.evaluation.source import TraceSignals
-from adeye.evaluation.stl.series import SampleStatus
+from adeye.evaluation.stl.series import read_samples
 from adeye.ports import MetricColumn
-from adeye.signals import Bools, Ints
+
+if TYPE_CHECKING:
+    from adeye.evaluation.series import TraceSeries
+    from adeye.signals import Bools, Ints
+    from adeye.trace import Layout
 
 
 @metric_entry(
@@ -38,13 +43,13 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
     """
     signals = TraceSignals(series.trace, np.ones(series.trace.runs, dtype=np.bool_))
     safe = signals.series("safe_state")
-    assert safe.status is not None
-    is_error = (series.known & (safe.status == SampleStatus.ERROR)).any(axis=1)
+    is_error = np.asarray((series.known & read_samples(safe).is_error).any(axis=1))
     unsafe = series.known & ~np.asarray(safe.values, dtype=np.bool_)
     # The row after the last unsafe one.
     last_unsafe = safe.values.shape[1] - 1 - unsafe[:, ::-1].argmax(axis=1)
     held_from = np.where(unsafe.any(axis=1), last_unsafe + 1, 0)
-    return _since_fault(series, held_from, held_from <= last_rows(series.trace), is_error)
+    is_held = np.asarray(held_from <= last_rows(series.trace))
+    return _since_fault(series, held_from, is_held, is_error)
 
 
 @metric_entry(
@@ -63,13 +68,20 @@ def takeover_time(series: TraceSeries) -> MetricColumn:
     """
     trace = series.trace
     onset = _onset(series)
-    authority = trace["authority"]
+    authority = series.column("authority")
     before = authority[np.arange(trace.runs), np.maximum(onset - 1, 0)]
+    # With a fault from the start, the channel that acts without a request is the one before.
+    before = np.where(onset == 0, _default_channel(trace.layout), before)
     rows = np.arange(trace.time.shape[0])
     has_other = _decided(series) & (rows >= onset[:, np.newaxis])
     has_other &= authority != before[:, np.newaxis]
     nothing = np.zeros(trace.runs, dtype=np.bool_)
-    return _since_fault(series, has_other.argmax(axis=1), has_other.any(axis=1), nothing)
+    is_reached = np.asarray(has_other.any(axis=1))
+    return _since_fault(series, has_other.argmax(axis=1), is_reached, nothing)
+
+
+def _default_channel(layout: Layout) -> int:
+    return layout.channels.index(layout.architecture.switch.default)
 
 
 def _decided(series: TraceSeries) -> Bools:
@@ -80,7 +92,7 @@ def _decided(series: TraceSeries) -> Bools:
 
 def _active(series: TraceSeries) -> Bools:
     """Tell at which rows (B, T) a fault is present."""
-    active = np.asarray(series.trace["fault_active"], dtype=np.bool_)
+    active = np.asarray(series.column("fault_active"), dtype=np.bool_)
     return np.asarray(active.any(axis=2) & _decided(series))
 
 

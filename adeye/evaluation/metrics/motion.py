@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from adeye.evaluation.metrics.registry import extreme, metric_entry
 from adeye.evaluation.series import SERIES, Samples, TraceSeries
 from adeye.evaluation.stl.series import SampleStatus
-from adeye.ports import MetricColumn
 from adeye.signals import EGO_ACCELERATION, PLACE_OFFSET, Floats
+
+if TYPE_CHECKING:
+    from adeye.ports import MetricColumn
 
 
 @metric_entry(
@@ -30,7 +34,7 @@ def max_jerk(series: TraceSeries) -> MetricColumn:
 )
 def max_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal deceleration; 0 if the ego never brakes."""
-    acceleration = series.trace["ego"][..., EGO_ACCELERATION]
+    acceleration = series.column("ego")[..., EGO_ACCELERATION]
     return extreme(series, _samples(np.maximum(-acceleration, 0.0)), "higher")
 
 
@@ -44,7 +48,8 @@ def max_deceleration(series: TraceSeries) -> MetricColumn:
 )
 def max_lane_offset(series: TraceSeries) -> MetricColumn:
     """Largest distance of the ego's centre from the centre of the nearest lane."""
-    return extreme(series, _samples(np.abs(series.trace["ego_place"][..., PLACE_OFFSET])), "higher")
+    offset = series.column("ego_place")[..., PLACE_OFFSET]
+    return extreme(series, _samples(np.abs(offset)), "higher")
 
 
 def _samples(values: Floats) -> Samples:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from adeye.evaluation.metrics.registry import (
@@ -11,11 +13,13 @@ from adeye.evaluation.metrics.registry import (
     metric_entry,
 )
 from adeye.evaluation.outcome import last_rows
-from adeye.evaluation.series import TraceSeries
 from adeye.evaluation.stl.series import SampleStatus
 from adeye.ports import MetricColumn
-from adeye.signals import Bools
-from adeye.trace import Layout
+
+if TYPE_CHECKING:
+    from adeye.evaluation.series import TraceSeries
+    from adeye.signals import Bools
+    from adeye.trace import Layout
 
 
 @metric_entry(
@@ -75,7 +79,7 @@ def measuring_sensors(layout: Layout) -> tuple[int, ...]:
 
 def _detected(series: TraceSeries, sensors: tuple[int, ...], index: int) -> Bools:
     """Tell at which rows (B, T) one of the sensors has an object."""
-    detected = np.asarray(series.trace["detected"][:, :, list(sensors), index], dtype=np.bool_)
+    detected = np.asarray(series.column("detected")[:, :, list(sensors), index], dtype=np.bool_)
     rows = np.arange(series.trace.time.shape[0])
     decided = rows < last_rows(series.trace)[:, np.newaxis]
     return np.asarray(detected.any(axis=2) & decided)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 import numpy as np
 
@@ -13,8 +13,10 @@ from adeye.errors import UsageError
 from adeye.evaluation.series import Samples, TraceSeries
 from adeye.evaluation.stl.series import SampleStatus
 from adeye.ports import MetricColumn
-from adeye.signals import Bools, Floats, Ints
-from adeye.trace import Trace
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, Floats, Ints
+    from adeye.trace import Trace
 
 Worse = Literal["lower", "higher"]
 Measure = Callable[[TraceSeries], MetricColumn]
@@ -174,7 +176,7 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         times = np.array(column.time, dtype=np.float64)
         status, actor = list(column.status), [int(index) for index in column.actor]
         is_formed = values.shape == times.shape == (runs,) and len(status) == len(actor) == runs
-    except Exception:
+    except Exception:  # noqa: BLE001 - whatever a plug-in raises is an error of its run
         _LOG.exception("metric %s", metric.uid)
         is_formed = False
     if not is_formed:

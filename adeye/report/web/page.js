@@ -113,7 +113,8 @@ function startPage() {
     if (button.dataset.cell !== undefined) showCell(button, details);
     else if (button.classList.contains("run")) {
       const context = `worst case of ${button.dataset.fsr}`;
-      if (!openReplay(button.dataset.run, { context })) copyCommand(button.dataset.command);
+      const time = button.dataset.time === undefined ? null : Number(button.dataset.time);
+      if (!openReplay(button.dataset.run, { context, time })) copyCommand(button.dataset.command);
     } else if (button.dataset.command !== undefined) copyCommand(button.dataset.command);
   });
   const form = byId("filters");

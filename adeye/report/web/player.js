@@ -1,6 +1,6 @@
 /* The player: one clock for the views, the strip, the read-outs and the plots. */
 const player = {
-  replay: null, index: -1, time: 0, playing: false, scale: 1, cache: new Map(), plots: [],
+  keys: [], replay: null, index: -1, time: 0, playing: false, scale: 1, cache: new Map(), plots: [],
 };
 
 function byId(id) {
@@ -108,8 +108,8 @@ function showKey(replay) {
       context.stroke();
     }, `command held for ${LOOK_AHEAD} s (dashed: shadow)`),
   ];
-  byId("key").replaceChildren(...entries.map(({ node }) => node));
-  player.key = entries;
+  byId("keys").replaceChildren(...entries.map(({ node }) => node));
+  player.keys = entries;
 }
 
 function showHead(replay, context) {
@@ -153,7 +153,7 @@ function selectReplay(index, { time = null, context = "" } = {}) {
   player.readout = new Readout(replay, seek);
   player.plots = replay.signals.map((signal) => new Plot(replay, signal, seek));
   byId("plots").replaceChildren(...player.plots.map((plot) => plot.node));
-  for (const entry of player.key) entry.draw();
+  for (const entry of player.keys) entry.draw();
   // A second before the decisive moment, where one was asked for.
   seek(time === null ? 0 : Math.round((time - 1) / replay.step_s));
 }
@@ -170,7 +170,7 @@ function reveal(button) {
 function redraw() {
   readPalette();
   for (const plot of player.plots) plot.base = null;
-  for (const entry of player.key || []) entry.draw();
+  for (const entry of player.keys) entry.draw();
   drawAll();
 }
 
@@ -222,6 +222,14 @@ function startPlayer() {
   byId("zoom-in").addEventListener("click", () => zoom(1.25));
   byId("zoom-out").addEventListener("click", () => zoom(0.8));
   byId("scrub").addEventListener("input", (event) => seek(Number(event.target.value)));
+  byId("scrub").addEventListener("click", (pointer) => {
+    const event = eventAt(player.replay, byId("strip"), pointer);
+    if (event) seek(Math.round(event.time_s / player.replay.step_s));
+  });
+  byId("scrub").addEventListener("pointermove", (pointer) => {
+    const event = eventAt(player.replay, byId("strip"), pointer);
+    byId("scrub").title = event ? `${event.time_s.toFixed(2)} s: ${event.text}` : "";
+  });
   for (const id of ["show-fields", "show-detections", "show-truth"]) byId(id).addEventListener("change", drawAll);
   for (const button of document.querySelectorAll("#runs [data-replay]")) {
     button.addEventListener("click", () => selectReplay(Number(button.dataset.replay)));

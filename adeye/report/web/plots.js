@@ -95,7 +95,7 @@ class Plot {
       return;
     }
     const [low, high] = this.range;
-    const raw = (high - low) / 3.2;
+    const raw = (high - low) / 4.6;
     const power = 10 ** Math.floor(Math.log10(raw));
     const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= raw);
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));

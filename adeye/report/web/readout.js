@@ -39,7 +39,8 @@ class Readout {
     const rows = this.replay.verdicts.map((item) => {
       const time = item.binding ? item.binding.time_s : null;
       let text = item.verdict.replace("_", " ");
-      if (item.margin && unitText(item.margin.unit)) {
+      const isNumber = !item.binding || !["boolean", "string"].includes(typeof item.binding.value);
+      if (item.margin && isNumber && ["PASS", "FAIL"].includes(item.verdict)) {
         const sign = item.margin.value > 0 ? "+" : "";
         text = `${sign}${fixed(item.margin.value, 2)} ${unitText(item.margin.unit)}`;
       }

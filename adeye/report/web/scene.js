@@ -68,20 +68,15 @@ function drawWorld(size, replay, moment, options) {
     fill: authority, stroke: palette.ink, mark: palette.surface, lineWidth: 1.4,
   });
   if (options.detections) drawDetections(camera, replay, row, 4);
-  const lift = (size_) => size_.width * camera.scale / 2 + 12;
-  for (const box of replay.boxes) {
-    if (camera.sees(box.x, box.y, 0)) drawLabel(camera, box.x, box.y, box.id, palette.quiet, lift(box));
-  }
+  for (const box of replay.boxes) nameBody(camera, box, box, box.id, palette.quiet);
   for (const actor of replay.actors) {
-    const pose = poseAt(actor, row, share);
-    if (camera.sees(pose.x, pose.y, 0)) {
-      const text = `${actor.id}  ${fixed(actor.speed[row] * 3.6, 0)} km/h`;
-      drawLabel(camera, pose.x, pose.y, text, bodyColour(actor.kind), lift(actor));
-    }
+    const text = `${actor.id}  ${fixed(actor.speed[row] * 3.6, 0)} km/h`;
+    nameBody(camera, poseAt(actor, row, share), actor, text, bodyColour(actor.kind));
   }
   const who = replay.authority[row] < 0 ? "no channel" : replay.channels[replay.authority[row]].id;
   const text = `ego · ${who}  ${fixed(replay.ego.speed[row] * 3.6, 0)} km/h`;
-  drawLabel(camera, ego.x, ego.y, text, authority, -lift(replay.ego));
+  const behind = camera.anchorX - replay.ego.length * camera.scale / 2 - 6;
+  drawLabel(camera, behind, camera.anchorY, text, authority, "left");
   drawScaleBar(camera);
 }
 

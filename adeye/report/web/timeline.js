@@ -1,5 +1,5 @@
 /* The strip under the views: who has authority, faults, events, the tail and the playhead. */
-const INSET = 2;
+const INSET = 8; // half the thumb of the range input that lies over the strip
 
 function bands(column) {
   const found = [];
@@ -99,4 +99,14 @@ function drawTicks(context, replay, at, width, height) {
     context.fillRect(x, height - 13, 1, 3);
     if (x > 8 && x < width - 12) context.fillText(`${+time.toFixed(1)} s`, x, height - 1);
   }
+}
+
+/* The event under the pointer, if there is one. */
+function eventAt(replay, canvas, pointer) {
+  const box = canvas.getBoundingClientRect();
+  const total = Math.max(1, replay.rows - 1) * replay.step_s;
+  const width = box.width - 2 * INSET;
+  const away = (event) => Math.abs(box.left + INSET + event.time_s / total * width - pointer.clientX);
+  const near = replay.events.filter((event) => away(event) < 6 && pointer.clientY - box.top < 24);
+  return near.sort((one, other) => away(one) - away(other))[0] || null;
 }

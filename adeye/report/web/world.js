@@ -109,22 +109,31 @@ function drawBody(camera, pose, size, look) {
   context.stroke();
 }
 
-/* Text above a place, on a plate that keeps it readable, never outside the canvas. */
-function drawLabel(camera, x, y, text, colour, lift) {
+/* Text near a place, on a plate that keeps it readable, never outside the canvas. */
+function drawLabel(camera, column, row, text, colour, side) {
   const { context } = camera;
-  const [column, row] = camera.place(x, y);
   context.font = `600 11px ${palette.sans}`;
   context.textBaseline = "middle";
   context.textAlign = "center";
   const width = context.measureText(text).width + 8;
-  const centre = Math.min(Math.max(column, width / 2 + 2), camera.width - width / 2 - 2);
-  const middle = Math.max(row - lift, 9);
+  const wanted = side === "left" ? column - width / 2 : column;
+  const centre = Math.min(Math.max(wanted, width / 2 + 2), camera.width - width / 2 - 2);
+  const middle = Math.min(Math.max(row, 9), camera.height - 9);
   context.fillStyle = withAlpha(palette.surface, 0.8);
   context.beginPath();
   context.roundRect(centre - width / 2, middle - 8, width, 15, 3);
   context.fill();
   context.fillStyle = colour;
   context.fillText(text, centre, middle);
+}
+
+/* Name a body on the side that is away from the ego's lane. */
+function nameBody(camera, pose, size, text, colour) {
+  if (!camera.sees(pose.x, pose.y, 0)) return;
+  const [column, row] = camera.place(pose.x, pose.y);
+  const rows = corners(pose, size.length, size.width).map(([x, y]) => camera.place(x, y)[1]);
+  const isBelow = row > camera.anchorY + 4;
+  drawLabel(camera, column, isBelow ? Math.max(...rows) + 11 : Math.min(...rows) - 11, text, colour);
 }
 
 function drawScaleBar(camera) {

@@ -1,0 +1,87 @@
+"""Plug-ins and monitors of an architecture, loaded and checked at plan time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from adeye.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
+from adeye.channels.factory import make_channel, plugin_channel
+from adeye.errors import SpecError
+from adeye.registry import Part, load_part, plugins_digest, require, validate_parameters
+from adeye.sensors.rig import BUILT_IN as BUILT_IN_SENSORS
+from adeye.spec.architecture import Architecture, PluginChannel, PluginSensor
+from adeye.spec.load import Loaded
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What an architecture brings beside its own file.
+
+    Attributes:
+        plugins: Plug-ins that it names.
+        monitors: Monitor ids that its channels declare, in the order of the channels.
+    """
+
+    plugins: tuple[Part, ...]
+    monitors: tuple[str, ...]
+
+    @property
+    def digest(self) -> str:
+        """Hash of the plug-ins' code and versions; empty without plug-ins."""
+        return plugins_digest(self.plugins) if self.plugins else ""
+
+
+def load_parts(loaded: Loaded[Architecture]) -> Parts:
+    """Load the plug-ins of an architecture and ask its channels for their monitors.
+
+    Raises:
+        SpecError: A plug-in does not load, or its parameters are not valid.
+    """
+    folder = loaded.path.parent
+    plugins: list[Part] = []
+    monitors: list[str] = []
+    for name, sensor in loaded.spec.sensors.items():
+        if sensor.kind not in BUILT_IN_SENSORS:
+            assert isinstance(sensor, PluginSensor)
+            plugins.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
+    for name, channel in loaded.spec.channels.items():
+        if channel.kind in BUILT_IN_CHANNELS:
+            made = make_channel(channel.kind, folder)
+        else:
+            assert isinstance(channel, PluginChannel)
+            part = _plugin(loaded, ("channels", name), channel, "channel", ("act",))
+            plugins.append(part)
+            made = plugin_channel(part)
+        for monitor in made.monitor_ids:
+            if monitor in monitors:
+                raise SpecError(
+                    f"channel {name}: monitor {monitor!r} is declared by another channel, too",
+                    where=loaded.locate(("channels", name)),
+                    remedy="Monitor ids are unique within an architecture.",
+                )
+            monitors.append(monitor)
+    return Parts(tuple(plugins), tuple(monitors))
+
+
+def _plugin(
+    loaded: Loaded[Architecture],
+    loc: tuple[str, str],
+    spec: PluginSensor | PluginChannel,
+    kind: str,
+    methods: tuple[str, ...],
+) -> Part:
+    where = loaded.locate((*loc, "kind"))
+    try:
+        part = load_part(spec.kind, loaded.path.parent)
+        require(part, kind, methods)
+        checked = validate_parameters(part, spec.parameters)
+    except SpecError as error:
+        if error.where is not None:
+            raise
+        raise SpecError(error.message, where=where, remedy=error.remedy) from error
+    for place, message in checked.errors:
+        raise SpecError(
+            f"{'.'.join((*loc, 'parameters', *map(str, place)))}: {message}",
+            where=loaded.locate((*loc, "parameters", *place)),
+        )
+    return part

@@ -1,0 +1,95 @@
+"""``db upgrade|info|verify``: the database file itself."""
+
+from __future__ import annotations
+
+import typer
+
+from adeye.cli.options import Db, Json, examples
+from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, talk
+
+_INTEGRITY = 4
+
+database_app = typer.Typer(
+    help="Create, upgrade, describe and verify the database.", no_args_is_help=True
+)
+
+
+@database_app.command("upgrade", epilog=examples("adeye db upgrade", "adeye db upgrade --db my.db"))
+def upgrade(db: Db = None, json: Json = False) -> None:
+    """Create the database or bring it to the newest schema, wholly or not at all."""
+    from adeye.store import schema
+    from adeye.store.database import database_path
+
+    before = schema.current(db)
+    after = schema.upgrade(db)
+    if json:
+        emit_json("db-upgrade", {"path": database_path(db), "before": before, "after": after})
+    elif before == after:
+        emit(clean(f"{database_path(db)}: schema {after} already"))
+    else:
+        emit(clean(f"{database_path(db)}: schema {before or 'none'} → {after}"))
+
+
+@database_app.command("info", epilog=examples("adeye db info", "adeye db info --json"))
+def info(db: Db = None, json: Json = False) -> None:
+    """Say what the database holds: schema, size, rows by table, campaigns."""
+    from adeye.store.repository import Repository
+
+    with Repository.open(db, create=False) as repository:
+        found = repository.info()
+        campaigns = repository.campaigns()
+    if json:
+        emit_json(
+            "db-info",
+            {
+                "path": found.path,
+                "database_schema": found.schema,
+                "size_bytes": found.size_bytes,
+                "rows": found.rows,
+                "campaigns": [
+                    {
+                        "number": item.number,
+                        "id": item.id,
+                        "odd": item.odd,
+                        "planned": item.planned,
+                        "state": item.state,
+                        "created_at": item.created_at,
+                    }
+                    for item in campaigns
+                ],
+            },
+        )
+        return
+    emit_fields(
+        {"Database": found.path, "Schema": found.schema, "Size": f"{found.size_bytes / 1e6:.1f} MB"}
+    )
+    emit_table(("Table", "Rows"), list(found.rows.items()), right=("Rows",))
+    rows = [
+        [item.number, item.id[:10], item.odd, item.planned, item.state, item.created_at]
+        for item in campaigns
+    ]
+    headers = ("Number", "Campaign", "ODD", "Test cases", "State", "First planned")
+    emit_table(headers, rows, right=("Number", "Test cases"))
+
+
+@database_app.command("verify", epilog=examples("adeye db verify"))
+def verify(db: Db = None, json: Json = False) -> None:
+    """Check that every stored row is as it was written, and name each that is not.
+
+    Exit codes: 0 intact, 4 something was altered, is missing or does not belong.
+    """
+    from adeye.store.repository import Repository
+
+    with Repository.open(db, create=False) as repository:
+        findings = repository.verify()
+        rows = sum(repository.info().rows.values())
+    if json:
+        emit_json("db-verify", {"rows": rows, "findings": findings})
+    else:
+        for finding in findings:
+            emit(clean(finding))
+        if not findings:
+            emit(f"Intact: {rows} rows are as they were written.")
+    if findings:
+        talk(f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy.")
+        raise typer.Exit(_INTEGRITY)

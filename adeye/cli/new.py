@@ -1,0 +1,95 @@
+"""``new channel|sensor|metric``: write a working example to start from."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from pathlib import Path
+from string import Template
+from typing import Annotated, Final
+
+import typer
+
+from adeye.cli.options import examples
+from adeye.cli.output import clean, emit, wrote
+
+_NAME: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")
+
+new_app = typer.Typer(
+    help="Write a working example of a part of your own: it runs as it is.", no_args_is_help=True
+)
+
+PartName = Annotated[
+    str, typer.Argument(metavar="NAME", help="Its name: lower case, digits, underscores.")
+]
+Folder = Annotated[
+    Path,
+    typer.Option("--path", metavar="DIR", envvar="ADEYE_PATH", help="Folder that it is put into."),
+]
+
+
+@new_app.command("channel", epilog=examples("adeye new channel follower --path odd/architectures"))
+def new_channel(name: PartName, path: Folder = Path()) -> None:
+    """Write a control channel: one Python object per run that answers what it observes."""
+    write_example("channel", name, path)
+
+
+@new_app.command("sensor", epilog=examples("adeye new sensor sonar --path odd/architectures"))
+def new_sensor(name: PartName, path: Folder = Path()) -> None:
+    """Write a sensor: ground truth in, measurements out, at a rate and a latency."""
+    write_example("sensor", name, path)
+
+
+@new_app.command("metric", epilog=examples("adeye new metric top_speed --path odd"))
+def new_metric(name: PartName, path: Folder = Path()) -> None:
+    """Write a metric: one number per run that requirements can bound."""
+    write_example("metric", name, path)
+
+
+def write_example(kind: str, name: str, folder: Path) -> Path:
+    """Write the example of a kind and print the YAML that uses it.
+
+    Args:
+        kind: ``channel``, ``sensor`` or ``metric``.
+        name: Name of the part; the class is named after it.
+        folder: Where to; it is made if it does not exist.
+
+    Returns:
+        The file.
+
+    Raises:
+        UsageError: The name is no identifier, or the file exists.
+    """
+    from adeye.cli.examples import EXAMPLES
+    from adeye.errors import UsageError
+
+    if not _NAME.fullmatch(name) or keyword.iskeyword(name):
+        raise UsageError(
+            f"{name!r} cannot name a {kind}",
+            remedy="Use lower case letters, digits and underscores, beginning with a letter.",
+        )
+    example = EXAMPLES[kind]
+    path = folder / f"{name}.py"
+    words = {"name": name, "class_name": class_name(name), "file": f"./{path.name}"}
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(Template(example.source).substitute(words))
+    except FileExistsError as error:
+        raise UsageError(
+            f"{path} exists and is not overwritten", remedy="Choose another name or --path."
+        ) from error
+    wrote(path)
+    emit(f"# use it in {Template(example.where).substitute(words)}")
+    emit("# (the path is relative to the YAML file)")
+    emit(clean(Template(example.usage).substitute(words), lines=True))
+    return path
+
+
+def class_name(name: str) -> str:
+    """Name the class of a part.
+
+    >>> class_name("lane_keeper")
+    'LaneKeeper'
+    """
+    return "".join(part.capitalize() for part in name.split("_")) or "Part"

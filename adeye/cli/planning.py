@@ -1,0 +1,156 @@
+"""``plan`` and ``signals``: what an ODD asks for and what its requirements may name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from adeye.cli.options import Backend, Json, OddFile
+from adeye.cli.output import clean, emit, emit_json, emit_table, listed, talk
+
+if TYPE_CHECKING:
+    from adeye.campaign.plan import CampaignPlan
+    from adeye.sweep.expand import Factor
+
+_SHARED_BY_ALL = "all"
+
+
+def plan(odd: OddFile, backend: Backend = "highway", json: Json = False) -> None:
+    """Check an ODD and everything it names, and count its test cases. Nothing is executed.
+
+    Test cases = points × fault entries × architectures × replicates. The fault-free entry 'none' is
+    always among the fault entries.
+    """
+    from adeye.campaign.plan import make_plan
+
+    planned = make_plan(odd, backend=backend)
+    if json:
+        emit_json("plan", _document(planned))
+        return
+    for notice in planned.notices:
+        talk(clean(f"note: {notice}", lines=True))
+    _print_factors(planned)
+    _print_axes(planned)
+    emit(f"\n{_total(planned)}")
+    emit(_engine(planned))
+
+
+def _print_factors(planned: CampaignPlan) -> None:
+    factors = planned.expansion.factors
+    rows = [
+        [
+            factor.scenario,
+            factor.architecture,
+            f"{factor.points} of {factor.raw}" if factor.points != factor.raw else factor.points,
+            f"{len(factor.fault_entries)}: {listed(factor.fault_entries)}",
+            factor.replicates,
+            factor.test_cases,
+        ]
+        for factor in factors
+    ]
+    headers = (
+        "Scenario",
+        "Architecture",
+        "Points",
+        "Fault entries",
+        "Replicates",
+        "Test cases",
+    )
+    ends = {
+        number
+        for number, (factor, after) in enumerate(zip(factors, factors[1:], strict=False))
+        if factor.scenario != after.scenario
+    }
+    emit_table(headers, rows, right=("Points", "Replicates", "Test cases"), sections=ends)
+
+
+def _print_axes(planned: CampaignPlan) -> None:
+    rows = [[name, listed(axes)] for name, axes in planned.expansion.axes.items()]
+    emit_table(("Scenario", "Swept"), rows)
+
+
+def _total(planned: CampaignPlan) -> str:
+    scenarios = sorted({factor.scenario for factor in planned.expansion.factors})
+    parts = [_product(planned.expansion.factors, name) for name in scenarios]
+    return f"Test cases: {' + '.join(parts)} = {planned.expansion.count:,}".replace(",", " ")
+
+
+def _product(factors: Sequence[Factor], scenario: str) -> str:
+    """Write the product of one scenario, or its sum where architectures differ.
+
+    Points × fault entries × architectures × replicates holds only where every architecture has
+    every axis and every fault target.
+    """
+    mine = [factor for factor in factors if factor.scenario == scenario]
+    first = mine[0]
+    each = (first.points, len(first.fault_entries), first.replicates)
+    product = first.points * len(first.fault_entries) * first.replicates
+    alike = all(
+        (factor.points, len(factor.fault_entries), factor.replicates) == each
+        and factor.test_cases == product
+        for factor in mine
+    )
+    if not alike:
+        return str(sum(factor.test_cases for factor in mine))
+    return f"{first.points} × {len(first.fault_entries)} × {len(mine)} × {first.replicates}"
+
+
+def _engine(planned: CampaignPlan) -> str:
+    from adeye.engine import DRIVER
+
+    engine = planned.engine
+    return clean(
+        f"Traffic {engine.backend} ({engine.variant}), driver {DRIVER}, "
+        f"numerics version {engine.numerics_version}; gate: {listed(planned.files.gate)}"
+    )
+
+
+def _document(planned: CampaignPlan) -> dict[str, object]:
+    from adeye.engine import DRIVER
+
+    odd = planned.files.odd
+    return {
+        "odd": odd.spec.odd,
+        "path": odd.path,
+        "test_cases": planned.expansion.count,
+        "factors": planned.expansion.factors,
+        "axes": planned.expansion.axes,
+        "gate": planned.files.gate,
+        "engine": planned.engine,
+        "driver": DRIVER,
+        "notices": planned.notices,
+    }
+
+
+def signals(odd: OddFile, json: Json = False) -> None:
+    """List the signals that the FSRs of an ODD may name.
+
+    Scale is how much of the signal counts as one unit of robustness. A signal that only some
+    architectures have makes an FSR that names it not applicable to the others.
+    """
+    from adeye.campaign.plan import make_plan, signal_table
+
+    planned = make_plan(odd)
+    found = signal_table(planned)
+    if json:
+        emit_json("signals", {"odd": planned.files.odd.spec.odd, "signals": found})
+        return
+    scenarios, architectures = set(planned.files.scenarios), set(planned.files.architectures)
+    rows = [
+        [
+            row.name,
+            "" if row.unit == "1" else row.unit,
+            row.kind,
+            f"{row.scale:g}",
+            row.text,
+            _who(row.scenarios, scenarios),
+            _who(row.architectures, architectures),
+        ]
+        for row in found
+    ]
+    headers = ("Signal", "Unit", "Kind", "Scale", "Meaning", "Scenarios", "Architectures")
+    emit_table(headers, rows, right=("Scale",))
+
+
+def _who(names: Sequence[str], everybody: set[str]) -> str:
+    return _SHARED_BY_ALL if set(names) == everybody else listed(names)

@@ -1,0 +1,151 @@
+"""How far a campaign is: a live line on a terminal, one line at each end elsewhere."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+from adeye.cli.output import clean, talk
+
+
+class ProgressLike(Protocol):
+    """What a campaign says about itself while it runs."""
+
+    @property
+    def done(self) -> int:
+        """Test cases that have a result and verdicts."""
+
+    @property
+    def total(self) -> int:
+        """Test cases planned."""
+
+    @property
+    def failures(self) -> int:
+        """Runs so far in which an FSR failed."""
+
+    @property
+    def phase(self) -> str:
+        """What is being done."""
+
+
+Report = Callable[[ProgressLike], None]
+
+
+class Meter:
+    """Rate and remaining time of a phase; what was there when it began does not count."""
+
+    def __init__(self) -> None:
+        self._phase = ""
+        self._began = 0.0
+        self._first = 0
+        self.phases: dict[str, tuple[int, float]] = {}
+
+    def update(self, progress: ProgressLike, now: float) -> tuple[str, str]:
+        """Return rate and remaining time as people read them, empty where not known.
+
+        Args:
+            progress: The newest state.
+            now: Clock [s].
+        """
+        if progress.phase != self._phase:
+            self._phase, self._began, self._first = progress.phase, now, progress.done
+        elapsed = now - self._began
+        made = progress.done - self._first
+        self.phases[progress.phase] = (made, elapsed)
+        if made <= 0 or elapsed <= 0.0:
+            return "", ""
+        rate = made / elapsed
+        left = max(0, progress.total - progress.done) / rate
+        return f"{rate:.3g}/s", f"{duration(left)} left" if left > 0.0 else ""
+
+
+def duration(seconds: float) -> str:
+    """Write a duration for people.
+
+    >>> duration(9.6), duration(75), duration(3700)
+    ('10 s', '1 min 15 s', '1 h 1 min')
+    """
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def is_live() -> bool:
+    """Tell whether somebody watches standard error on a terminal that can move its cursor."""
+    return (
+        sys.stderr is not None
+        and sys.stderr.isatty()
+        and os.environ.get("TERM", "") not in {"dumb", "unknown"}
+        and not os.environ.get("CI")
+    )
+
+
+@contextmanager
+def reporting(what: str, *, quiet: bool = False) -> Iterator[Report]:
+    """Show progress while the block runs.
+
+    Args:
+        what: What is done, for the first and the last line.
+        quiet: Show nothing.
+
+    Yields:
+        The function to call with the newest state.
+    """
+    if quiet:
+        yield _nothing
+    elif is_live():
+        with _bar() as report:
+            yield report
+    else:
+        meter = Meter()
+        began = time.perf_counter()
+        talk(f"{what} …")
+
+        def count(progress: ProgressLike) -> None:
+            meter.update(progress, time.perf_counter())
+
+        yield count
+        talk(f"{what}: done in {duration(time.perf_counter() - began)}")
+
+
+def _nothing(_progress: ProgressLike) -> None:
+    """Show nothing."""
+
+
+@contextmanager
+def _bar() -> Iterator[Report]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(bar_width=30),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}", markup=False),
+        TextColumn("{task.fields[rate]}", markup=False),
+        TextColumn("{task.fields[left]}", markup=False),
+        TextColumn("{task.fields[failures]}", markup=False, style="red"),
+    )
+    meter = Meter()
+    with Progress(*columns, console=Console(stderr=True), refresh_per_second=5) as live:
+        task = live.add_task("starting", total=1, rate="", left="", failures="")
+
+        def show(progress: ProgressLike) -> None:
+            rate, left = meter.update(progress, time.perf_counter())
+            live.update(
+                task,
+                description=clean(progress.phase),
+                completed=progress.done,
+                total=max(1, progress.total),
+                rate=rate,
+                left=left,
+                failures=f"{progress.failures} failed" if progress.failures else "",
+            )
+
+        yield show

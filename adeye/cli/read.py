@@ -1,0 +1,97 @@
+"""``show`` and ``replay``: one run, as it is stored and as it comes out again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from adeye.cli.options import Db, Json, RunId
+from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, format_value, wrote
+
+_SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
+_COMMAND: Final = "command"
+_DIFFERS: Final = 4
+
+HtmlFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--html",
+        metavar="FILE",
+        envvar="ADEYE_HTML",
+        help="Write the run as an HTML page with its replay.",
+    ),
+]
+
+
+def show(run: RunId, db: Db = None, json: Json = False) -> None:
+    """Show a run as it is stored: parameters, outcome, metrics, verdicts, events.
+
+    RUN is any unique beginning of the run's digest, as the verdict table and the report print it.
+    """
+    from adeye.campaign.reproduce import describe_run
+
+    description = describe_run(db, run)
+    if json:
+        emit_json("show", description)
+        return
+    head = {
+        name: value
+        for name, value in description.items()
+        if name not in {*_SECTIONS, _COMMAND} and not isinstance(value, dict | list | tuple)
+    }
+    emit_fields(head)
+    for name, value in description.items():
+        if name not in head and name != _COMMAND:
+            emit_value(name.capitalize(), value)
+    if _COMMAND in description:
+        emit(f"\nReproduce it:  {clean(description[_COMMAND])}")
+
+
+def replay(run: RunId, db: Db = None, html: HtmlFile = None, json: Json = False) -> None:
+    """Execute a stored run again and compare the digest of its trace.
+
+    Exit codes: 0 identical, 4 the trace differs.
+    """
+    from adeye.campaign.reproduce import replay_run
+
+    again = replay_run(db, run)
+    if json:
+        emit_json("replay", _document(again))
+    else:
+        _print(again)
+    if html is not None:
+        from adeye.campaign.reporting import write_replay
+
+        write_replay(db, run, html)
+        wrote(html)
+    if not again.identical:
+        raise typer.Exit(_DIFFERS)
+
+
+def _document(again: Any) -> dict[str, Any]:
+    names = ("run", "scenario", "architecture", "stored_digest", "trace_digest", "identical")
+    return {name: getattr(again, name) for name in (*names, "rows", "outcome", "verdicts")}
+
+
+def _print(again: Any) -> None:
+    emit_fields(
+        {
+            "Run": again.run,
+            "Scenario": again.scenario,
+            "Architecture": again.architecture,
+            "Outcome": format_value(again.outcome),
+            "Rows": again.rows,
+            "Stored trace": again.stored_digest,
+            "Trace now": again.trace_digest,
+        }
+    )
+    emit_value("Verdicts", again.verdicts)
+    if again.identical:
+        emit("\nIdentical: the trace has the stored digest.")
+    else:
+        emit(
+            "\nDIFFERENT: the trace does not have the stored digest. "
+            "The code of a part, the simulator or the machine's arithmetic has changed."
+        )

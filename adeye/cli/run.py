@@ -1,0 +1,207 @@
+"""``run`` and ``report``: execute a campaign, judge it, write its reports."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from adeye.cli.interruption import Terminated
+from adeye.cli.options import (
+    Backend,
+    CampaignId,
+    Db,
+    Json,
+    JunitFile,
+    OddFile,
+    OutputFile,
+    Quiet,
+    ReportFile,
+    ReportJsonFile,
+    Workers,
+)
+from adeye.cli.output import clean, emit, emit_json, talk, wrote
+from adeye.cli.progress import Report, reporting
+from adeye.cli.verdicts import ordered, print_verdicts
+
+if TYPE_CHECKING:
+    from adeye.campaign.plan import CampaignPlan
+    from adeye.campaign.runner import CampaignSummary
+
+ReportJson = Annotated[
+    Path | None,
+    typer.Option(
+        "--json",
+        "--report-json",
+        metavar="FILE",
+        envvar="ADEYE_REPORT_JSON",
+        help="Write the report as JSON.",
+    ),
+]
+
+
+def run(
+    odd: OddFile,
+    workers: Workers = None,
+    db: Db = None,
+    backend: Backend = "highway",
+    report: ReportFile = None,
+    junit: JunitFile = None,
+    report_json: ReportJsonFile = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Execute the test cases of an ODD, judge every FSR, and exit with the verdict of the gate.
+
+    Only what has no result yet is executed: run it again after an interruption and it goes on; run
+    it again after an edit and only what the edit touches is executed.
+
+    Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 integrity
+    violated, 5 database or disk, 130 and 143 interrupted.
+    """
+    from adeye.campaign.plan import make_plan
+
+    plan = make_plan(odd, backend=backend)
+    if not quiet:
+        for notice in plan.notices:
+            talk(clean(f"note: {notice}", lines=True))
+    try:
+        summary = _execute(plan, db, workers or usable_processors(), quiet=quiet)
+    except (KeyboardInterrupt, Terminated):
+        talk(_resume_hint(odd, db))
+        raise
+    if json:
+        emit_json("run", _document(summary))
+    else:
+        print_summary(summary)
+    code = int(summary.exit_code)
+    if code in {130, 143}:
+        talk(_resume_hint(odd, db))
+    else:
+        files = Files(html=report, junit=junit, json=report_json)
+        code = _write_after_run(files, db, summary, quiet=quiet)
+    raise typer.Exit(code)
+
+
+def report(
+    campaign: CampaignId = None,
+    output: OutputFile = None,
+    junit: JunitFile = None,
+    report_json: ReportJson = None,
+    db: Db = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the report of a campaign that has been run: HTML, JUnit XML or JSON.
+
+    The runs that the page replays are executed again for it, to the same bits; nothing is stored.
+    """
+    from adeye.errors import InputError
+    from adeye.store.repository import Repository
+
+    if output is None and junit is None and report_json is None:
+        output = Path("report.html")
+    with Repository.open(db, create=False) as repository:
+        found = (
+            repository.latest_campaign() if campaign is None else repository.find_campaign(campaign)
+        )
+    if found is None:
+        raise InputError("the database holds no campaign", remedy="Run one: adeye run ODD.")
+    _write(Files(html=output, junit=junit, json=report_json), db, found.id, quiet=quiet)
+
+
+class Files:
+    """Where reports go."""
+
+    def __init__(self, *, html: Path | None, junit: Path | None, json: Path | None) -> None:
+        self.html = html
+        self.junit = junit
+        self.json = json
+
+    @property
+    def asked(self) -> tuple[Path, ...]:
+        """The files that somebody asked for."""
+        return tuple(path for path in (self.html, self.junit, self.json) if path is not None)
+
+
+def usable_processors() -> int:
+    """Count the processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def print_summary(summary: CampaignSummary) -> None:
+    """Print the verdicts, what was executed, and what the exit code means."""
+    print_verdicts(summary)
+    emit(f"\n{executed_text(summary)}")
+    emit(clean(summary.message, lines=True))
+
+
+def executed_text(summary: CampaignSummary) -> str:
+    """Say how much was executed and how much was there already."""
+    if summary.planned > 0 and summary.executed == 0 and summary.reused == summary.planned:
+        again = f" Judged {summary.judged} of them anew." if summary.judged else ""
+        return f"Executed nothing, all {summary.planned} results were there.{again}"
+    return f"Executed {summary.executed} of {summary.planned} test cases; {summary.reused} reused."
+
+
+def _execute(plan: CampaignPlan, db: str | None, workers: int, *, quiet: bool) -> CampaignSummary:
+    from adeye.campaign.runner import run_campaign
+
+    what = f"{plan.expansion.count} test cases, {workers} worker{'s' if workers > 1 else ''}"
+    with reporting(what, quiet=quiet) as progress:
+        return run_campaign(plan, db=db, workers=workers, progress=progress)
+
+
+def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, quiet: bool) -> int:
+    """Write the reports; a failure to do so takes its place among the reasons of the exit code."""
+    from adeye.errors import AdeyeError
+    from adeye.evaluation.verdict import ExitCode, exit_code
+
+    if not files.asked:
+        return int(summary.exit_code)
+    try:
+        _write(files, db, summary.campaign, quiet=quiet)
+    except AdeyeError as error:
+        talk(clean(f"The report was not written: {error}", lines=True))
+        return int(exit_code([ExitCode(summary.exit_code), ExitCode(error.exit_code)]))
+    return int(summary.exit_code)
+
+
+def _write(files: Files, db: str | None, campaign: str, *, quiet: bool) -> None:
+    from adeye.campaign.reporting import write_reports
+
+    progress: Report
+    with reporting("report", quiet=quiet) as progress:
+        write_reports(
+            db,
+            campaign,
+            html=files.html,
+            junit=files.junit,
+            json=files.json,
+            progress=progress,
+        )
+    for path in files.asked:
+        wrote(path)
+
+
+def _resume_hint(odd: Path, db: str | None) -> str:
+    place = "" if db is None else f" --db {shlex.quote(db)}"
+    command = f"adeye run {shlex.quote(str(odd))}{place}"
+    return clean(f"Interrupted. Results so far are kept; go on with: {command}")
+
+
+def _document(summary: CampaignSummary) -> dict[str, object]:
+    return {
+        "campaign": summary.campaign,
+        "planned": summary.planned,
+        "executed": summary.executed,
+        "judged": summary.judged,
+        "reused": summary.reused,
+        "exit_code": int(summary.exit_code),
+        "message": summary.message,
+        "verdicts": ordered(summary.verdicts),
+    }

@@ -1,0 +1,200 @@
+"""``scenario list|show|lint``: the catalogue and whether its files hold together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from adeye.cli.catalogue import catalogue_folder
+from adeye.cli.completion import complete_scenarios
+from adeye.cli.options import Catalogue, Json, examples
+from adeye.cli.output import (
+    clean,
+    emit,
+    emit_fields,
+    emit_json,
+    emit_table,
+    format_value,
+    listed,
+    talk,
+)
+
+if TYPE_CHECKING:
+    from adeye.errors import InputError
+    from adeye.spec.load import Loaded
+    from adeye.spec.scenario import LogicalScenario, Parameter
+
+_INPUT_ERROR = 2
+
+scenario_app = typer.Typer(
+    help="List, show and check the scenarios of the catalogue.", no_args_is_help=True
+)
+
+ScenarioId = Annotated[
+    str,
+    typer.Argument(metavar="ID", help="Id of the scenario.", autocompletion=complete_scenarios),
+]
+LintFiles = Annotated[
+    list[Path], typer.Argument(metavar="FILE...", help="Scenario files, or folders of them.")
+]
+
+
+@scenario_app.command("list", epilog=examples("adeye scenario list", "adeye scenario list --json"))
+def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
+    """List the scenarios of the catalogue with their parameters and ranges."""
+    from adeye.spec.load import load_scenario, scenario_files
+
+    folder = catalogue_folder(catalogue)
+    loaded = {name: load_scenario(path) for name, path in scenario_files(folder).items()}
+    if json:
+        emit_json("scenario-list", {"scenarios": [_entry(*item) for item in loaded.items()]})
+        return
+    rows = [
+        [
+            name,
+            item.spec.title,
+            listed(tag for tag in _tags(item.spec).values() if tag),
+            listed(f"{key} {_range(parameter)}" for key, parameter in item.spec.parameters.items()),
+        ]
+        for name, item in loaded.items()
+    ]
+    emit_table(("Id", "Title", "Tags", "Parameters"), rows)
+
+
+@scenario_app.command("show", epilog=examples("adeye scenario show cut_in"))
+def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = False) -> None:
+    """Show one scenario: parameters with their ranges, actors, storyboard, origin."""
+    from adeye.errors import UsageError, suggest
+    from adeye.spec.load import load_scenario, scenario_files
+
+    folder = catalogue_folder(catalogue)
+    known = scenario_files(folder)
+    if name not in known:
+        raise UsageError(
+            f"there is no scenario {name!r} in {folder}", remedy=suggest(name, sorted(known))
+        )
+    loaded = load_scenario(known[name])
+    if json:
+        emit_json("scenario-show", {**_entry(name, loaded), "content": loaded.content})
+    else:
+        _print(name, loaded)
+
+
+@scenario_app.command(
+    "lint",
+    epilog=examples("adeye scenario lint scenarios_db", "adeye scenario lint my_cut_in.yaml"),
+)
+def lint(files: LintFiles, json: Json = False) -> None:
+    """Check scenario files: syntax, units, names, lanes, the dimensions of every formula.
+
+    Each finding has file, line and column. Exit codes: 0 nothing found, 2 something found.
+    """
+    from adeye.errors import InputErrors
+
+    paths = [path for given in files for path in _scenarios_of(given)]
+    findings: list[InputError] = []
+    for path in paths:
+        for error in _findings(path):
+            findings += error.errors if isinstance(error, InputErrors) else [error]
+    if json:
+        emit_json("scenario-lint", {"files": paths, "findings": [_finding(e) for e in findings]})
+    else:
+        for error in findings:
+            emit(clean(error, lines=True))
+    talk(f"{len(paths)} files, {len(findings)} findings")
+    if findings:
+        raise typer.Exit(_INPUT_ERROR)
+
+
+def _scenarios_of(path: Path) -> Iterable[Path]:
+    from adeye.errors import UsageError
+
+    if not path.is_dir():
+        return [path]
+    found = sorted(path.rglob("*.yaml"))
+    if not found:
+        raise UsageError(f"{path} holds no .yaml file", remedy="Name files or their folder.")
+    return found
+
+
+def _findings(path: Path) -> Iterator[InputError]:
+    from adeye.errors import InputError, SpecError
+    from adeye.spec.load import load_scenario
+    from adeye.world.check import check_scenario
+
+    try:
+        loaded = load_scenario(path)
+    except InputError as error:
+        yield error
+        return
+    for loc, message in check_scenario(loaded.spec):
+        yield SpecError(message, where=loaded.locate(loc))
+
+
+def _finding(error: InputError) -> dict[str, Any]:
+    return {
+        "where": error.where,
+        "kind": type(error).__name__,
+        "message": error.message,
+        "remedy": error.remedy,
+    }
+
+
+def _entry(name: str, loaded: Loaded[LogicalScenario]) -> dict[str, Any]:
+    spec = loaded.spec
+    return {
+        "id": name,
+        "title": spec.title,
+        "text": spec.text,
+        "path": loaded.path,
+        "tags": _tags(spec),
+        "parameters": {
+            key: {"default": item.default, "range": item.range, "text": item.text}
+            for key, item in spec.parameters.items()
+        },
+    }
+
+
+def _tags(spec: LogicalScenario) -> dict[str, str]:
+    tags = spec.tags
+    return {"iso34502": tags.iso34502, "nhtsa": tags.nhtsa, "r157": tags.r157}
+
+
+def _range(parameter: Parameter) -> str:
+    if parameter.range is None:
+        return f"= {format_value(parameter.default)}"
+    low, high = parameter.range
+    return f"{format_value(low)} to {format_value(high)}"
+
+
+def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
+    spec = loaded.spec
+    emit_fields(
+        {
+            "Scenario": name,
+            "Title": spec.title,
+            "Text": " ".join(spec.text.split()),
+            "File": loaded.path,
+            "Source": " ".join(spec.provenance.source.split()),
+            **{f"Tag {key}": tag for key, tag in _tags(spec).items()},
+            "Horizon": f"{spec.horizon:g} s, then {spec.tail:g} s tail",
+            "Realised when": listed(spec.realised),
+        }
+    )
+    rows: list[Sequence[object]] = [
+        [key, item.default, _range(item), item.text] for key, item in spec.parameters.items()
+    ]
+    emit_table(("Parameter", "Default", "Range", "Meaning"), rows, title="Parameters")
+    rows = [
+        [key, item.kind, "reactive" if item.reactive else "scripted"]
+        for key, item in spec.actors.items()
+    ]
+    emit_table(("Actor", "Kind", "Driven"), rows, title="Actors")
+    rows = [
+        [key, event.actor, event.when.text, type(event.action).__name__]
+        for key, event in spec.storyboard.items()
+    ]
+    emit_table(("Event", "Actor", "When", "Action"), rows, title="Storyboard")

@@ -1,0 +1,90 @@
+"""The table of verdicts that a campaign ends with, the worst first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from adeye.cli.output import NONE, clean, emit, emit_table, short, verdict_cell
+
+if TYPE_CHECKING:
+    from adeye.campaign.runner import CampaignSummary, VerdictLine
+
+WORST_FIRST: Final = (
+    "FAIL",
+    "ERROR",
+    "INVALID",
+    "INCONCLUSIVE",
+    "NOT_RUN",
+    "VACUOUS",
+    "PASS",
+    None,
+)
+_SHOWN_TEXT: Final = 60
+
+
+def ordered(lines: Sequence[VerdictLine]) -> list[VerdictLine]:
+    """Sort verdicts: architectures of the gate first, then the worst, then what is mandatory."""
+
+    def place(line: VerdictLine) -> tuple[Any, ...]:
+        verdict = None if line.verdict is None else str(line.verdict)
+        rank = WORST_FIRST.index(verdict)
+        return not line.is_gate, line.architecture, rank, not line.mandatory, line.fsr
+
+    return sorted(lines, key=place)
+
+
+def margin_text(line: VerdictLine) -> str:
+    """Write the margin of the worst run with its unit."""
+    from adeye.report.words import quantity
+
+    if line.margin is None or not math.isfinite(line.margin):
+        return NONE
+    return quantity(line.margin, line.unit or "1", signed=True)
+
+
+def print_verdicts(summary: CampaignSummary) -> None:
+    """Print the verdict of every FSR for every architecture, and how to see the worst run."""
+    lines = ordered(summary.verdicts)
+    rows = [
+        [
+            line.architecture + (" (gate)" if line.is_gate else ""),
+            line.fsr + ("" if line.mandatory else " (optional)"),
+            line.asil,
+            verdict_cell(line.verdict),
+            f"{line.exercised} of {line.runs}",
+            margin_text(line),
+            short(line.worst_run),
+            _cut(line.text),
+        ]
+        for line in lines
+    ]
+    headers = (
+        "Architecture",
+        "FSR",
+        "ASIL",
+        "Verdict",
+        "Exercised",
+        "Worst margin",
+        "Worst run",
+        "Requirement",
+    )
+    ends = {
+        number
+        for number, (line, after) in enumerate(zip(lines, lines[1:], strict=False))
+        if line.architecture != after.architecture
+    }
+    emit_table(headers, rows, right=("Exercised", "Worst margin"), sections=ends)
+    shown = next((line for line in lines if line.worst_run and str(line.verdict) == "FAIL"), None)
+    if shown is not None:
+        emit(
+            f"\nSee why {clean(shown.architecture)} fails {clean(shown.fsr)}:\n"
+            f"  adeye show {short(shown.worst_run)}\n"
+            f"  adeye replay {short(shown.worst_run)} --html replay.html"
+        )
+
+
+def _cut(text: str) -> str:
+    line = clean(" ".join(text.split()))
+    return line if len(line) <= _SHOWN_TEXT else f"{line[: _SHOWN_TEXT - 1]}…"

@@ -1,0 +1,347 @@
+"""FSRs checked against a plan: names and metrics are known, windows lie within the tails."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
+from adeye.evaluation.metrics import METRICS, MetricDefinition
+from adeye.evaluation.source import is_decision, plan_dictionary
+from adeye.evaluation.stl.formula import Formula, parse_formula
+from adeye.evaluation.stl.semantics import window_rows
+from adeye.evaluation.stl.syntax import (
+    PREDICATES,
+    Node,
+    Temporal,
+    Until,
+    Window,
+    children,
+    names_in,
+    needed_time,
+)
+from adeye.identity import digest
+from adeye.signals import SignalType
+
+if TYPE_CHECKING:
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.concept import Concept, Requirement
+    from adeye.spec.scenario import LogicalScenario
+
+Loc = tuple[str | int, ...]
+Locate = Callable[[Loc], SourceLocation]
+Dictionary = Mapping[str, SignalType]
+
+_SLACK_S = 1e-9
+
+
+@dataclass(frozen=True)
+class JudgedPlan:
+    """What the FSRs of a concept will be judged on.
+
+    Attributes:
+        scenarios: By the id under which the ODD uses them.
+        architectures: By their own id.
+        gate: Architectures that decide the exit code; an FSR must be applicable to them.
+        step: Master clock [s].
+        faults: Fault ids of the ODD.
+        monitors: Monitor ids that the channels of an architecture declare, by architecture id.
+    """
+
+    scenarios: Mapping[str, LogicalScenario]
+    architectures: Mapping[str, Architecture]
+    gate: Sequence[str]
+    step: float
+    faults: Sequence[str] = ()
+    monitors: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    def dictionary(self, scenario: str, architecture: str) -> dict[str, SignalType]:
+        """List what a formula may name in the runs of a scenario and an architecture."""
+        return plan_dictionary(
+            self.scenarios[scenario],
+            self.architectures[architecture],
+            self.faults,
+            self.monitors.get(architecture, ()),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A bound on a metric.
+
+    Attributes:
+        column: Id of the metric.
+        limit: In the metric's unit.
+        is_lower: Whether the metric has to be at least, not at most, the limit.
+    """
+
+    column: str
+    limit: float
+    is_lower: bool
+
+    @property
+    def metric(self) -> MetricDefinition:
+        """The metric, as registered in this process."""
+        return METRICS[self.column]
+
+    def margin(self, value: float, *, is_free: bool) -> float:
+        """Give the distance to the limit in the metric's unit, negative when violated.
+
+        Args:
+            value: Of the metric.
+            is_free: Whether there was no conflict, so that the value is not read.
+        """
+        if is_free and self.metric.cap is not None:
+            return self.metric.cap if self.is_lower else -self.metric.cap
+        measured = 0.0 if is_free else value
+        return measured - self.limit if self.is_lower else self.limit - measured
+
+    @property
+    def text(self) -> str:
+        """Write it as a predicate."""
+        relation = ">=" if self.is_lower else "<="
+        unit = "" if self.metric.unit == "1" else f" {self.metric.unit}"
+        return f"{self.column} {relation} {self.limit:g}{unit}"
+
+
+@dataclass(frozen=True)
+class CheckedRequirement:
+    """An FSR that can be judged.
+
+    Attributes:
+        requirement: What the concept says.
+        digest: Identity of what its verdict depends on beside the trace.
+        formula: Its formula, parsed; None if it is a bound.
+        bound: Its bound on a metric; None if it is a formula.
+        not_applicable: Why it cannot be judged, by architecture id.
+    """
+
+    requirement: Requirement
+    digest: str
+    formula: Formula | None = None
+    bound: Bound | None = None
+    not_applicable: Mapping[str, str] = field(default_factory=dict)
+
+    def concerns(self, scenario: str, *, is_inside: bool) -> bool:
+        """Tell whether it is judged in a scenario, on runs inside or outside the ODD."""
+        requirement = self.requirement
+        if requirement.scenarios and scenario not in requirement.scenarios:
+            return False
+        wanted = {"inside": (True,), "outside": (False,), "everywhere": (True, False)}
+        return is_inside in wanted[requirement.applies]
+
+
+CheckedRequirements = tuple[CheckedRequirement, ...]
+"""The FSRs of a concept, in its order."""
+
+
+def compile_requirement(
+    requirement: Requirement, where: SourceLocation | None = None
+) -> CheckedRequirement:
+    """Parse the formula or find the metric of an FSR, without a plan to check it against.
+
+    Args:
+        requirement: What the concept says.
+        where: Place of its formula or bound in the concept's file.
+
+    Raises:
+        ExpressionError: The formula cannot be read.
+        SpecError: There is no such metric, or the bound is not finite.
+    """
+    identity = digest(requirement.judged())
+    if requirement.formula is not None:
+        return CheckedRequirement(requirement, identity, parse_formula(requirement.formula, where))
+    return CheckedRequirement(requirement, identity, bound=_bound(requirement, where))
+
+
+def _bound(requirement: Requirement, where: SourceLocation | None) -> Bound:
+    written = requirement.bound
+    name = "" if written is None else written.metric
+    if written is None or name not in METRICS:
+        raise SpecError(
+            f"requirement {requirement.id}: there is no metric {name!r}",
+            where=where,
+            remedy=suggest(name, METRICS),
+        )
+    is_lower = written.at_least is not None
+    limit = written.at_least if is_lower else written.at_most
+    if limit is None or not math.isfinite(limit):
+        raise SpecError(
+            f"requirement {requirement.id}: the bound is {limit}",
+            where=where,
+            remedy="Give a finite number.",
+        )
+    return Bound(name, float(limit), is_lower)
+
+
+def check_requirements(
+    concept: Concept, plan: JudgedPlan, locate: Locate | None = None
+) -> CheckedRequirements:
+    """Check every FSR of a concept against what it will be judged on, before anything runs.
+
+    Args:
+        concept: The functional safety concept.
+        plan: Scenarios, architectures and clock.
+        locate: Finds file, line and column of a place in the concept.
+
+    Returns:
+        The FSRs in the concept's order, ready to judge with.
+
+    Raises:
+        InputError: A name, metric or scenario does not exist, a dimension does not fit, a window
+            exceeds a tail, or an architecture in the gate lacks a signal. Several errors come as
+            ``InputErrors``.
+    """
+    checked: list[CheckedRequirement] = []
+    errors: list[InputError] = []
+    for number, requirement in enumerate(concept.requirements):
+        check = _Check(requirement, number, plan, locate)
+        try:
+            checked.append(check.run())
+        except InputError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise InputErrors(errors)
+    return tuple(checked)
+
+
+class _Check:
+    """One FSR against the plan."""
+
+    def __init__(
+        self, requirement: Requirement, number: int, plan: JudgedPlan, locate: Locate | None
+    ) -> None:
+        self._requirement = requirement
+        self._number = number
+        self._plan = plan
+        self._locate = locate
+
+    def run(self) -> CheckedRequirement:
+        scenarios = self._scenarios()
+        place = ("formula",) if self._requirement.formula is not None else ("bound", "metric")
+        compiled = compile_requirement(self._requirement, self._where(*place))
+        if compiled.formula is None:
+            return compiled
+        self._check_names(compiled.formula, scenarios)
+        self._check_windows(compiled.formula, scenarios)
+        missing = self._not_applicable(compiled.formula, scenarios)
+        return CheckedRequirement(
+            compiled.requirement, compiled.digest, compiled.formula, not_applicable=missing
+        )
+
+    def _where(self, *loc: str | int) -> SourceLocation | None:
+        if self._locate is None:
+            return None
+        return self._locate(("requirements", self._number, *loc))
+
+    def _refuse(self, message: str, remedy: str, *loc: str | int) -> SpecError:
+        text = f"requirement {self._requirement.id}: {message}"
+        return SpecError(text, where=self._where(*(loc or ("formula",))), remedy=remedy)
+
+    def _scenarios(self) -> tuple[str, ...]:
+        for index, name in enumerate(self._requirement.scenarios):
+            if name not in self._plan.scenarios:
+                raise self._refuse(
+                    f"the ODD has no scenario {name!r}",
+                    suggest(name, self._plan.scenarios),
+                    "scenarios",
+                    index,
+                )
+        return self._requirement.scenarios or tuple(self._plan.scenarios)
+
+    def _check_names(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        known = {name: self._union(name) for name in scenarios}
+        anywhere = {name for dictionary in known.values() for name in dictionary}
+        for name in formula.names:
+            if name not in anywhere:
+                near = difflib.get_close_matches(name, sorted(anywhere), n=1)
+                raise self._refuse(
+                    f"no scenario and architecture has a signal {name!r}",
+                    f"Did you mean {near[0]!r}?" if near else "See `adeye signals`.",
+                )
+            lacking = [scenario for scenario in scenarios if name not in known[scenario]]
+            if lacking:
+                having = [scenario for scenario in scenarios if name in known[scenario]]
+                raise self._refuse(
+                    f"scenario {lacking[0]!r} has no signal {name!r}",
+                    f"Judge it where it exists: scenarios: [{', '.join(having)}].",
+                )
+        for dictionary in known.values():
+            formula.check(dictionary)
+
+    def _union(self, scenario: str) -> dict[str, SignalType]:
+        union: dict[str, SignalType] = {}
+        for architecture in self._plan.architectures:
+            union |= self._plan.dictionary(scenario, architecture)
+        return union
+
+    def _not_applicable(self, formula: Formula, scenarios: Sequence[str]) -> Mapping[str, str]:
+        reasons: dict[str, str] = {}
+        for architecture in self._plan.architectures:
+            dictionaries = [self._plan.dictionary(name, architecture) for name in scenarios]
+            lacking = [
+                name
+                for name in formula.names
+                if any(name not in dictionary for dictionary in dictionaries)
+            ]
+            if lacking:
+                reasons[architecture] = f"it has no signal {', '.join(lacking)}"
+        for architecture in self._plan.gate:
+            if architecture in reasons:
+                raise self._refuse(
+                    f"architecture {architecture!r} is in the gate, but {reasons[architecture]}",
+                    "Take it out of the gate, or write the FSR over signals that it has.",
+                )
+        return reasons
+
+    def _check_windows(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        step = self._plan.step
+        for window in _windows(formula.root):
+            window_rows(window, step)
+        if not math.isfinite(formula.reach_s):
+            raise self._refuse(
+                "an operator below another one has no window, so that no trace is long enough",
+                "Give it a window, for example eventually[0 s, 2 s].",
+            )
+        for name in scenarios:
+            scenario = self._plan.scenarios[name]
+            last = needed_time(formula.root, scenario.horizon)
+            # Nothing is decided from the last row, so decisions must be read before it.
+            last = max(last, last_decision(formula.root, scenario.horizon) + step)
+            needed = last - scenario.horizon
+            if needed > scenario.tail + _SLACK_S:
+                raise self._refuse(
+                    f"it looks {needed:g} s beyond the horizon, and scenario {name!r} has a tail "
+                    f"of {scenario.tail:g} s",
+                    f"Give the scenario a tail of {needed:g} s or shorten the window.",
+                )
+
+
+def last_decision(node: Node, horizon_s: float) -> float:
+    """Give the last time at which a formula of finite reach reads what was decided [s].
+
+    Args:
+        node: The formula's root, evaluated at time 0.
+        horizon_s: Last time at which an obligation of an outermost operator may start [s].
+
+    Returns:
+        The time; minus infinity if the formula reads scenes only.
+    """
+    if isinstance(node, PREDICATES):
+        return 0.0 if any(is_decision(name) for name in names_in(node)) else -math.inf
+    inner = max((last_decision(child, horizon_s) for child in children(node)), default=-math.inf)
+    if isinstance(node, Temporal | Until):
+        return inner + (horizon_s if node.window is None else node.window.last_s)
+    return inner
+
+
+def _windows(node: Node) -> Iterator[Window]:
+    if isinstance(node, Temporal | Until) and node.window is not None:
+        yield node.window
+    for child in children(node):
+        yield from _windows(child)

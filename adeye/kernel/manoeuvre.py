@@ -1,0 +1,228 @@
+"""Manoeuvres of a scripted actor as closed forms of the time since they began.
+
+An actor moves along a base direction with a pace that follows a planned profile; a lane change
+adds a lateral offset on top. No error accumulates over ticks, and the step does not change where an
+actor ends.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled
+
+Floats = NDArray[np.float64]
+
+# Columns of a scripted actor's state.
+(
+    S,  # place along the road's reference line [m]
+    D,  # lateral place, from the reference line to the left [m]
+    HEADING,  # relative to the road [rad]
+    ALONG,  # base direction: component along the road
+    ACROSS,  # base direction: component to the left
+    PACE,  # speed in the base direction [m/s]
+    PACE_RATE,  # its rate of change [m/s²]
+    PACE_TICK,  # when the pace profile began
+    PACE_START,  # pace at that time [m/s]
+    PACE_END,  # pace after the last phase [m/s]
+    PHASES,  # three phases of duration [s], acceleration [m/s²], jerk [m/s³]
+) = range(11)
+(
+    PATH,  # way since the pace profile began [m]
+    LIMIT,  # way at which the actor stops, inf for none [m]
+    LIMIT_D,  # lateral place at that way [m]
+    BASE,  # lateral place without the lane change [m]
+    SHIFT_TICK,  # when the lane change began
+    SHIFT,  # lateral distance of the lane change [m]
+    SHIFT_DURATION,  # [s]
+    SHIFT_SHAPE,  # SINUSOIDAL or LINEAR
+) = range(PHASES + 9, PHASES + 17)
+ACTOR_WIDTH: Final = PHASES + 17
+
+SINUSOIDAL, LINEAR = range(2)
+
+
+@compiled
+def place_actor(row: Floats, s: float, d: float, heading: float, speed: float) -> None:
+    """Set an actor's state at the start of a run: constant speed in its heading.
+
+    Args:
+        row: (ACTOR_WIDTH,) out.
+        s: Along the road [m].
+        d: From the reference line to the left [m].
+        heading: Relative to the road [rad].
+        speed: [m/s].
+    """
+    row[:] = 0.0
+    row[S], row[D], row[BASE] = s, d, d
+    row[HEADING] = heading
+    across, along = sin_cos(heading)
+    # A half turn is meant exactly, and sin(pi) is 1e-16.
+    row[ALONG] = along if abs(along) > 1e-12 else 0.0
+    row[ACROSS] = across if abs(across) > 1e-12 else 0.0
+    row[PACE] = row[PACE_START] = row[PACE_END] = speed
+    row[LIMIT] = math.inf
+
+
+@compiled
+def plan_pace(row: Floats, tick: int, target: float, rate: float, jerk: float) -> None:
+    """Plan the way from the present pace and acceleration to a target pace.
+
+    With a limit on jerk the acceleration is a trapezium: phases of jerk, constant acceleration and
+    opposite jerk that end with the target pace and no acceleration. A limit that would carry the
+    pace below zero on the way (hard braking already under way) is dropped.
+
+    Args:
+        row: (ACTOR_WIDTH,) in and out.
+        tick: When it begins.
+        target: Pace at the end [m/s].
+        rate: Greatest acceleration or deceleration [m/s²].
+        jerk: Greatest jerk [m/s³], inf for no limit.
+    """
+    pace, slope = row[PACE], row[PACE_RATE]
+    row[LIMIT] -= row[PATH]
+    row[PATH] = 0.0
+    row[PACE_TICK] = tick
+    row[PACE_START] = pace
+    row[PACE_END] = target
+    row[PHASES : PHASES + 9] = 0.0
+    if not math.isinf(jerk):
+        # Pace that is reached if the acceleration is taken back at once.
+        coasted = pace + slope * abs(slope) / (2.0 * jerk)
+        if coasted >= 0.0:
+            _plan_with_jerk(row, pace, slope, coasted, target, rate, jerk)
+            return
+    change = target - pace
+    row[PHASES] = abs(change) / rate
+    row[PHASES + 1] = math.copysign(rate, change)
+
+
+@compiled
+def _plan_with_jerk(
+    row: Floats,
+    pace: float,
+    slope: float,
+    coasted: float,
+    target: float,
+    rate: float,
+    jerk: float,
+) -> None:
+    sign = math.copysign(1.0, target - coasted)
+    start = sign * slope
+    gain = sign * (target - pace)
+    if start > rate:
+        first_jerk, peak = -jerk, rate
+        first = (start - rate) / jerk
+        middle = (gain - (start * start - rate * rate) / (2.0 * jerk)) / rate - rate / (2.0 * jerk)
+    else:
+        first_jerk = jerk
+        peak = min(rate, math.sqrt(max(0.0, jerk * gain + 0.5 * start * start)))
+        peak = max(peak, start)
+        first = (peak - start) / jerk
+        middle = 0.0
+        if peak > 0.0:
+            middle = (gain - peak * peak / jerk + 0.5 * start * start / jerk) / peak
+    row[PHASES], row[PHASES + 1], row[PHASES + 2] = first, slope, sign * first_jerk
+    row[PHASES + 3], row[PHASES + 4], row[PHASES + 5] = max(0.0, middle), sign * peak, 0.0
+    row[PHASES + 6], row[PHASES + 7], row[PHASES + 8] = peak / jerk, sign * peak, -sign * jerk
+
+
+@compiled
+def pace_at(row: Floats, elapsed: float) -> tuple[float, float, float]:
+    """Way [m], pace [m/s] and its rate [m/s²] some time after the profile began.
+
+    Args:
+        row: (ACTOR_WIDTH,).
+        elapsed: [s], not negative.
+    """
+    way, pace, left = 0.0, row[PACE_START], elapsed
+    for phase in range(PHASES, PHASES + 9, 3):
+        duration, slope, jerk = row[phase], row[phase + 1], row[phase + 2]
+        t = min(left, duration)
+        way += t * (pace + t * (0.5 * slope + t * jerk / 6.0))
+        pace += t * (slope + 0.5 * t * jerk)
+        if left < duration:
+            return way, max(0.0, pace), slope + jerk * t
+        left -= duration
+    return way + row[PACE_END] * left, row[PACE_END], 0.0
+
+
+@compiled
+def shift_duration(shift: float, lateral_speed: float, shape: float) -> float:
+    """Duration of a lane change whose greatest lateral speed is given [s].
+
+    A sinusoid ``d(t) = shift (1 - cos(pi t / T)) / 2`` is fastest half-way, ``pi shift / (2 T)``.
+
+    Args:
+        shift: Lateral distance [m].
+        lateral_speed: Greatest lateral speed [m/s].
+        shape: ``SINUSOIDAL`` or ``LINEAR``.
+    """
+    duration = abs(shift) / lateral_speed
+    return duration * (0.5 * math.pi) if shape == SINUSOIDAL else duration
+
+
+@compiled
+def shift_at(row: Floats, elapsed: float) -> tuple[float, float, float]:
+    """Lateral offset [m], its rate [m/s] and acceleration [m/s²] since the lane change began.
+
+    Args:
+        row: (ACTOR_WIDTH,).
+        elapsed: [s], not negative.
+    """
+    shift, duration = row[SHIFT], row[SHIFT_DURATION]
+    if elapsed >= duration:
+        return shift, 0.0, 0.0
+    share = elapsed / duration
+    if row[SHIFT_SHAPE] == LINEAR:
+        return shift * share, shift / duration, 0.0
+    omega = math.pi / duration
+    sine, cosine = sin_cos(math.pi * share)
+    return (
+        0.5 * shift * (1.0 - cosine),
+        0.5 * shift * omega * sine,
+        0.5 * shift * omega * omega * cosine,
+    )
+
+
+@compiled
+def advance(segments: Floats, s: float, d: float, way: float) -> float:
+    """Move along the road at a lateral place and return the new place along it [m].
+
+    A lane left of the reference line is shorter in a left curve by ``1 - curvature * d``.
+
+    Args:
+        segments: (K, 5) reference line.
+        s: Place along the road [m].
+        d: Lateral place, constant [m].
+        way: Distance driven [m], negative against the road's direction.
+    """
+    last = segments.shape[0] - 1
+    k, start = 0, 0.0
+    while k < last and s >= start + segments[k, 3]:
+        start += segments[k, 3]
+        k += 1
+    while True:
+        # Beyond the centre of a curve there is no place along the road; creep instead.
+        factor = max(1e-3, 1.0 - segments[k, 4] * d)
+        if way >= 0.0:
+            room = (start + segments[k, 3] - s) * factor
+            if k == last or way <= room:
+                return s + way / factor
+            way -= room
+            start += segments[k, 3]
+            s = start
+            k += 1
+        else:
+            room = (s - start) * factor
+            if k == 0 or -way <= room:
+                return s + way / factor
+            way += room
+            s = start
+            k -= 1
+            start -= segments[k, 3]

@@ -1,0 +1,150 @@
+"""Metrics of plug-ins: a wide table for each plug-in and set of metric ids.
+
+A plug-in that changes its metrics gets another table, so that no stored row ever changes. These
+rows are hashed and insert-only like all others, but are in no result hash: another campaign may
+add them to a result later.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import MetaData, Table, select
+
+from adeye.errors import IntegrityError
+from adeye.identity import digest
+from adeye.store.encoding import Row, chunks, insert_rows, row
+from adeye.store.rows import MetricValue, RunRecord
+from adeye.store.scenario_view import identifier
+from adeye.store.tables import make_metric_table, metadata
+from adeye.store.triggers import insert_only_ddl
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from sqlalchemy import Connection
+
+PREFIX: Final = "metric_"
+_METRIC_ID: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")
+_STATUS: Final = "_status"
+
+
+def metric_row(
+    table: Table, result_digest: str, ids: Sequence[str], metrics: Mapping[str, MetricValue]
+) -> Row:
+    """Make a row of a wide metric table."""
+    values: list[Any] = [result_digest]
+    for name in ids:
+        metric = metrics[name]
+        values += [metric.value, metric.status, metric.time_s, metric.actor]
+    return row(table, values)
+
+
+def metric_values(stored: Mapping[Any, Any], ids: Iterable[str]) -> dict[str, MetricValue]:
+    """Read the metrics of a row of a wide metric table."""
+    return {
+        name: MetricValue(
+            value=stored[name],
+            status=stored[f"{name}{_STATUS}"],
+            time_s=stored[f"{name}_time_s"],
+            actor=stored[f"{name}_actor"],
+        )
+        for name in ids
+    }
+
+
+def record_plugin_metrics(
+    connection: Connection, records: Iterable[RunRecord], differing: frozenset[str]
+) -> None:
+    """Save the metrics of plug-ins that are not there yet; make their tables if needed.
+
+    Args:
+        connection: In a write transaction.
+        records: Results; the results themselves are in the database.
+        differing: Results whose second execution may give other metrics.
+
+    Raises:
+        IntegrityError: A result has other values of the same plug-in.
+        ValueError: The id of a metric is not a lower-case identifier.
+    """
+    rows: dict[tuple[str, tuple[str, ...]], dict[str, Row]] = {}
+    found: dict[tuple[str, tuple[str, ...]], Table] = {}
+    for record in records:
+        for plugin, metrics in record.plugin_metrics.items():
+            key = (plugin, tuple(sorted(metrics)))
+            if key not in found:
+                found[key] = _ensure_table(connection, *key)
+            made = metric_row(found[key], record.result_digest, key[1], metrics)
+            rows.setdefault(key, {}).setdefault(record.result_digest, made)
+    for key, by_digest in rows.items():
+        existing = _existing(connection, found[key], list(by_digest))
+        for result, hashed in existing.items():
+            if by_digest[result][-1] != hashed and result not in differing:
+                raise IntegrityError(
+                    f"run {result[:12]}: plug-in {key[0]!r} measured something else before. "
+                    "Its metrics must depend on the trace only; a changed metric needs another id."
+                )
+        fresh = [made for result, made in by_digest.items() if result not in existing]
+        insert_rows(connection, found[key], fresh)
+
+
+def plugin_metrics(connection: Connection, result_digest: str) -> dict[str, dict[str, MetricValue]]:
+    """Read the metrics of all plug-ins for a run, by table and metric id."""
+    measured: dict[str, dict[str, MetricValue]] = {}
+    for table in plugin_tables(connection):
+        found = connection.execute(
+            table.select().where(table.c.result_digest == result_digest)
+        ).first()
+        if found is not None:
+            measured[table.name] = metric_values(found._mapping, _ids(table))
+    return measured
+
+
+def plugin_tables(connection: Connection) -> tuple[Table, ...]:
+    """Describe the tables of plug-ins that the database has."""
+    names = connection.exec_driver_sql(
+        "SELECT name FROM sqlite_master WHERE type = 'table' AND name GLOB 'metric_*' ORDER BY name"
+    ).scalars()
+    tables: list[Table] = []
+    for name in names.all():
+        columns = connection.exec_driver_sql(
+            "SELECT name FROM pragma_table_info(?)", (name,)
+        ).scalars()
+        # Four columns for each metric stand between the key and the hash.
+        tables.append(_table(name, columns.all()[1:-1:4]))
+    return tuple(tables)
+
+
+def _table(name: str, ids: Sequence[str]) -> Table:
+    return make_metric_table(name, MetaData(naming_convention=metadata.naming_convention), ids)
+
+
+def _ids(table: Table) -> list[str]:
+    return [column.name for column in table.columns][1:-1:4]
+
+
+def _ensure_table(connection: Connection, plugin: str, ids: tuple[str, ...]) -> Table:
+    for name in ids:
+        if _METRIC_ID.fullmatch(name) is None:
+            msg = f"plug-in {plugin!r}: metric id {name!r} is not a lower-case identifier"
+            raise ValueError(msg)
+    table = _table(f"{PREFIX}{identifier(plugin)[:40]}_{digest([plugin, ids])[:6]}", ids)
+    known = connection.exec_driver_sql(
+        "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", (table.name,)
+    ).first()
+    if known is None:
+        table.create(connection)
+        for statement in insert_only_ddl(table.name):
+            connection.exec_driver_sql(statement)
+    return table
+
+
+def _existing(connection: Connection, table: Table, results: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for part in chunks(results):
+        rows = connection.execute(
+            select(table.c.result_digest, table.c.row_hash).where(table.c.result_digest.in_(part))
+        )
+        found.update({item.result_digest: item.row_hash for item in rows})
+    return found

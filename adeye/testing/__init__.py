@@ -1,0 +1,22 @@
+"""Fakes and conformance suites for those who write channels and sensors."""
+
+from adeye.testing.channels import ScriptedChannel, check_channel
+from adeye.testing.driving import Drive, World, drive
+from adeye.testing.scenes import (
+    channel_context,
+    passenger_car,
+    straight_road,
+)
+from adeye.testing.sensors import check_sensor
+
+__all__ = [
+    "Drive",
+    "ScriptedChannel",
+    "World",
+    "channel_context",
+    "check_channel",
+    "check_sensor",
+    "drive",
+    "passenger_car",
+    "straight_road",
+]

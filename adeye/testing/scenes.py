@@ -1,0 +1,212 @@
+"""Small made-up contexts and measurements: a road, a car, objects seen without error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from adeye.kernel.road import local
+from adeye.ports import ChannelContext
+from adeye.signals import (
+    DETECTION_COLUMNS,
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    ESTIMATE_COLUMNS,
+    ESTIMATE_PLACE,
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    OBJECT_X,
+    OBJECT_Y,
+    PLACE_CURVATURE,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_LANE,
+    PLACE_OFFSET,
+    PLACE_S,
+    Floats,
+    Measurement,
+    RoadMap,
+)
+from adeye.spec.architecture import Vehicle
+
+
+def passenger_car() -> Vehicle:
+    """Return a compact car with brakes and steering of common quickness."""
+    return Vehicle.model_validate(
+        {
+            "length": "4.5 m",
+            "width": "1.8 m",
+            "height": "1.5 m",
+            "wheelbase": "2.7 m",
+            "max_acceleration": "3 m/s^2",
+            "max_deceleration": "9 m/s^2",
+            "max_steering_angle": "35 deg",
+            "max_steering_rate": "40 deg/s",
+            "acceleration_lag": "0.15 s",
+            "steering_lag": "0.1 s",
+        }
+    )
+
+
+def straight_road(runs: int = 1, *, lanes: int = 3, curvature: float = 0.0) -> RoadMap:
+    """Return one long segment with lanes of 3.5 m, a shoulder and 130 km/h.
+
+    Args:
+        runs: B.
+        lanes: Number of lanes.
+        curvature: Of the reference line [1/m].
+    """
+    segments = np.zeros((runs, 1, 5))
+    segments[:, 0, 3] = 3000.0 if curvature == 0.0 else 0.9 * math.pi / abs(curvature)
+    segments[:, 0, 4] = curvature
+    return RoadMap(
+        segments,
+        np.full(runs, 3.5),
+        lanes,
+        np.full(runs, 2.5),
+        np.full(runs, 130.0 / 3.6),
+    )
+
+
+def channel_context(  # noqa: PLR0913 - each is one thing that a test may want to set
+    parameters: Any,
+    *,
+    links: Sequence[str],
+    sensors: Mapping[str, str],
+    runs: int = 1,
+    channel_id: str = "tested",
+    road: RoadMap | None = None,
+    desired_speed: float | Floats = 30.0,
+    step: float = 0.05,
+    every: int = 1,
+) -> ChannelContext:
+    """Return what a channel is built with.
+
+    Args:
+        parameters: The parameter record, the same for every run; or a list of B of them.
+        links: Ids of what is linked to it.
+        sensors: Kind of each linked sensor, by id.
+        runs: B.
+        channel_id: Its name.
+        road: The map; a straight road unless given.
+        desired_speed: [m/s], one or (B,).
+        step: Master clock [s].
+        every: Ticks between two of its ticks.
+    """
+    listed = parameters if isinstance(parameters, list) else [parameters] * runs
+    return ChannelContext(
+        channel_id=channel_id,
+        parameters=listed,
+        links=tuple(links),
+        sensors=dict(sensors),
+        mounts={},
+        vehicles=[passenger_car()] * runs,
+        road=road or straight_road(runs),
+        desired_speed=np.broadcast_to(np.asarray(desired_speed, dtype=np.float64), (runs,)).copy(),
+        step=step,
+        period=every * step,
+    )
+
+
+def ego_estimate(road: RoadMap, ego: Floats) -> Floats:
+    """Return the ego estimate without error that belongs to ego states.
+
+    Args:
+        road: The road of each run.
+        ego: (B, 7).
+
+    Returns:
+        (B, 13), see ``signals.ESTIMATE_COLUMNS``.
+    """
+    estimate = np.zeros((ego.shape[0], len(ESTIMATE_COLUMNS)))
+    estimate[:, :ESTIMATE_PLACE] = ego
+    for run, row in enumerate(estimate):
+        s, d, heading, curvature = local(road.segments[run], row[EGO_X], row[EGO_Y])
+        width = road.lane_width[run]
+        nearest = min(max(math.floor(d / width), 0), road.lanes - 1)
+        place = row[ESTIMATE_PLACE:]
+        place[PLACE_S], place[PLACE_D] = s, d
+        place[PLACE_HEADING], place[PLACE_CURVATURE] = heading, curvature
+        place[PLACE_LANE] = nearest if 0.0 <= d < road.lanes * width else -1
+        place[PLACE_OFFSET] = d - (nearest + 0.5) * width
+    return estimate
+
+
+def pose_measurement(road: RoadMap, ego: Floats, stamp: float) -> Measurement:
+    """Return what a localisation without error delivers.
+
+    Args:
+        road: The road of each run.
+        ego: (B, 7).
+        stamp: Time of the sample [s].
+    """
+    return object_measurement(ego, np.zeros((ego.shape[0], 0, 5)), stamp, road=road)
+
+
+def object_measurement(  # noqa: PLR0913 - a sensor has that many properties
+    ego: Floats,
+    objects: Floats,
+    stamp: float,
+    *,
+    road: RoadMap | None = None,
+    size: tuple[float, float] = (4.5, 1.8),
+    object_class: int = 0,
+    sight: float = math.inf,
+) -> Measurement:
+    """Return what a sensor without error that sees everything within a range delivers.
+
+    Args:
+        ego: (B, 7).
+        objects: (B, M, 5).
+        stamp: Time of the sample [s].
+        road: The road of each run, for a sensor that gives an ego estimate as well.
+        size: Length and width of every object [m].
+        object_class: Of every object.
+        sight: Range to an object's centre [m].
+    """
+    runs, count = objects.shape[:2]
+    mask = np.zeros((runs, count), dtype=np.bool_)
+    detections = np.zeros((runs, count, len(DETECTION_COLUMNS)))
+    source = np.full((runs, count), -1, dtype=np.int64)
+    for run in range(runs):
+        rows = [_detection(ego[run], item, size, object_class) for item in objects[run]]
+        seen = [
+            (row, number) for number, row in enumerate(rows) if math.hypot(row[0], row[1]) <= sight
+        ]
+        seen.sort(key=lambda pair: math.hypot(pair[0][0], pair[0][1]))
+        for place, (row, number) in enumerate(seen):
+            mask[run, place], detections[run, place], source[run, place] = True, row, number
+    return Measurement(
+        np.full(runs, stamp),
+        np.ones(runs, dtype=np.bool_),
+        np.ones(runs, dtype=np.bool_),
+        mask,
+        detections,
+        source,
+        None if road is None else ego_estimate(road, ego),
+    )
+
+
+def _detection(
+    ego: Floats, item: Floats, size: tuple[float, float], object_class: int
+) -> list[float]:
+    dx, dy = item[OBJECT_X] - ego[EGO_X], item[OBJECT_Y] - ego[EGO_Y]
+    cos, sin = math.cos(ego[EGO_HEADING]), math.sin(ego[EGO_HEADING])
+    vx = item[OBJECT_SPEED] * math.cos(item[OBJECT_HEADING]) - ego[EGO_SPEED] * cos
+    vy = item[OBJECT_SPEED] * math.sin(item[OBJECT_HEADING]) - ego[EGO_SPEED] * sin
+    distance = math.hypot(dx, dy)
+    rate = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
+    return [
+        cos * dx + sin * dy,
+        -sin * dx + cos * dy,
+        rate,
+        1.0,
+        size[0],
+        size[1],
+        float(object_class),
+    ]

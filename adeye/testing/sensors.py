@@ -1,0 +1,250 @@
+"""The conformance suite that every sensor has to pass."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from adeye.ports import SensorContext, SensorModel
+from adeye.signals import (
+    DETECTION_COLUMNS,
+    DETECTION_X,
+    DETECTION_Y,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    ESTIMATE_COLUMNS,
+    Floats,
+    Measurement,
+    RoadMap,
+    Scene,
+    SceneContext,
+    Surroundings,
+)
+from adeye.spec.architecture import Sensor
+from adeye.testing.scenes import ego_estimate, straight_road
+
+RUNS: Final = 3
+TICKS: Final = 24
+STEP: Final = 0.05
+TOLERANCE: Final = 1e-9
+
+
+def check_sensor(
+    factory: Callable[[SensorContext], SensorModel],
+    spec: Sensor,
+    *,
+    every: int = 2,
+    latency: int = 1,
+) -> None:
+    """Check that a sensor keeps the contract of ``ports.SensorModel``.
+
+    Samples come at its rate and after its latency, nearest first, finite, equal for equal inputs,
+    independent of the other runs of the batch; ground truth is not altered.
+
+    Args:
+        factory: Makes the sensor from its context.
+        spec: Its spec record, the same for every run.
+        every: Ticks between two samples.
+        latency: Ticks from sample to delivery.
+
+    Raises:
+        AssertionError: Names the first rule that it breaks.
+    """
+    context = SensorContext("tested", [spec] * RUNS, _scene_context(), every, latency, 17)
+    scenes = [_scene(context.scene, tick) for tick in range(TICKS)]
+    first = _play(factory(context), scenes)
+    _check_samples(context, scenes, first)
+    _demand_equal(first, _play(factory(context), scenes), "equal inputs, other measurements")
+    for run in range(RUNS):
+        alone = _play(
+            factory(replace(context, specs=[spec], scene=_one_context(context.scene, run))),
+            [_one_scene(scene, run) for scene in scenes],
+        )
+        part = [_one_measurement(item, run) for item in first]
+        _demand_equal(part, alone, f"run {run} depends on the other runs of its batch")
+
+
+def _demand(*, holds: bool, rule: str) -> None:
+    if not holds:
+        raise AssertionError(rule)
+
+
+def _play(sensor: SensorModel, scenes: Sequence[Scene]) -> list[Measurement]:
+    delivered = []
+    for scene in scenes:
+        shown = copy.deepcopy(scene)
+        delivered.append(copy.deepcopy(sensor.sense(shown)))
+        for name in ("ego", "ego_place", "objects", "object_places"):
+            same = np.array_equal(getattr(shown, name), getattr(scene, name))
+            _demand(holds=same, rule=f"the sensor alters {name} of the scene")
+    return delivered
+
+
+def _check_samples(
+    context: SensorContext, scenes: Sequence[Scene], delivered: Sequence[Measurement]
+) -> None:
+    newest = np.full(context.scene.runs, -1.0)
+    for scene, item in zip(scenes, delivered, strict=True):
+        _check_form(context.scene, item)
+        due = scene.tick - context.latency
+        is_new = due >= 0 and due % context.every == 0
+        _demand(
+            holds=bool((item.fresh == is_new).all()),
+            rule=f"tick {scene.tick}: fresh is {item.fresh}, a sample is{'' if is_new else ' not'} "
+            "due",
+        )
+        if is_new:
+            newest[:] = due * context.scene.step
+        wrong = np.abs(item.stamp - newest) > TOLERANCE
+        _demand(
+            holds=not wrong.any(),
+            rule=f"tick {scene.tick}: stamp {item.stamp}, the sample is of {newest}",
+        )
+
+
+def _check_form(scene: SceneContext, item: Measurement) -> None:
+    runs, count = scene.runs, len(scene.object_ids)
+    for name, array, tail in (
+        ("stamp", item.stamp, ()),
+        ("fresh", item.fresh, ()),
+        ("alive", item.alive, ()),
+        ("mask", item.mask, (count,)),
+        ("detections", item.detections, (count, len(DETECTION_COLUMNS))),
+        ("source", item.source, (count,)),
+    ):
+        _demand(holds=array.shape == (runs, *tail), rule=f"{name} has shape {array.shape}")
+    if item.estimate is not None:
+        fits = item.estimate.shape == (runs, len(ESTIMATE_COLUMNS))
+        _demand(holds=fits, rule=f"estimate has shape {item.estimate.shape}")
+        _demand(holds=bool(np.isfinite(item.estimate).all()), rule="the estimate is not finite")
+    for run in range(runs):
+        _check_detections(item.mask[run], item.detections[run], item.source[run])
+
+
+def _check_detections(mask: Floats, detections: Floats, source: Floats) -> None:
+    found = int(np.count_nonzero(mask))
+    _demand(holds=bool(mask[:found].all()), rule="detections are not packed to the front")
+    seen = detections[:found]
+    _demand(holds=bool(np.isfinite(seen).all()), rule="a detection is not finite")
+    distance = np.hypot(seen[:, DETECTION_X], seen[:, DETECTION_Y])
+    nearest_first = bool((np.diff(distance) >= -TOLERANCE).all())
+    _demand(holds=nearest_first, rule="detections are not in order of distance")
+    known = source[:found][source[:found] >= 0]
+    _demand(holds=len(set(known.tolist())) == len(known), rule="an object is detected twice")
+
+
+def _demand_equal(one: Sequence[Measurement], other: Sequence[Measurement], rule: str) -> None:
+    for tick, (a, b) in enumerate(zip(one, other, strict=True)):
+        for name in ("stamp", "fresh", "alive", "mask", "detections", "source", "estimate"):
+            left, right = getattr(a, name), getattr(b, name)
+            if left is None or right is None:
+                _demand(holds=left is right, rule=f"{rule}: {name} at tick {tick}")
+                continue
+            same = np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
+            _demand(holds=same, rule=f"{rule}: {name} at tick {tick}")
+
+
+def _scene_context() -> SceneContext:
+    weather = Surroundings(
+        np.zeros(RUNS), np.full(RUNS, 10_000.0), np.ones(RUNS), np.zeros(RUNS, dtype=np.bool_)
+    )
+    return SceneContext(
+        step=STEP,
+        object_ids=("lead", "neighbour", "wall"),
+        object_classes=np.array([0, 2, 9], dtype=np.int64),
+        actor_count=2,
+        object_sizes=np.tile([[4.5, 1.8, 1.5], [12.0, 2.5, 3.8], [3.0, 1.0, 1.0]], (RUNS, 1, 1)),
+        object_reflectivity=np.full((RUNS, 3), 0.5),
+        ego_size=np.tile([4.5, 1.8, 1.5], (RUNS, 1)),
+        road=straight_road(RUNS),
+        surroundings=weather,
+        stream_seeds=np.arange(11, 11 + RUNS, dtype=np.uint64),
+        event_ids=(),
+    )
+
+
+def _scene(context: SceneContext, tick: int) -> Scene:
+    runs, time = context.runs, tick * context.step
+    ego = np.zeros((runs, 7))
+    ego[:, EGO_SPEED] = 10.0 + 5.0 * np.arange(runs)
+    ego[:, EGO_X] = ego[:, EGO_SPEED] * time
+    ego[:, EGO_Y] = 5.25
+    objects = np.zeros((runs, 3, 5))
+    objects[:, 0, :4] = [40.0 + 8.0 * time, 5.25, 0.0, 8.0]
+    objects[:, 1, :4] = [30.0 + 20.0 * time, 8.75, 0.0, 20.0]
+    objects[:, 2, :4] = [70.0, 1.75, 0.3, 0.0]
+    places = np.zeros((runs, 3, 6))
+    places[:, :, 0], places[:, :, 1] = objects[:, :, 0], objects[:, :, 1]
+    estimate = ego_estimate(context.road, ego)
+    return Scene(
+        tick=tick,
+        time=time,
+        ego=ego,
+        ego_place=estimate[:, 7:].copy(),
+        objects=objects,
+        object_places=places,
+        begun=np.zeros((runs, 0)),
+        contact=np.full(runs, -1, dtype=np.int64),
+        impact_speed=np.zeros(runs),
+        foreign_contact=np.zeros(runs, dtype=np.bool_),
+        running=np.ones(runs, dtype=np.bool_),
+    )
+
+
+def _one_context(context: SceneContext, run: int) -> SceneContext:
+    part = slice(run, run + 1)
+    road, weather = context.road, context.surroundings
+    return replace(
+        context,
+        object_sizes=context.object_sizes[part],
+        object_reflectivity=context.object_reflectivity[part],
+        ego_size=context.ego_size[part],
+        road=RoadMap(
+            road.segments[part],
+            road.lane_width[part],
+            road.lanes,
+            road.shoulder[part],
+            road.speed_limit[part],
+        ),
+        surroundings=Surroundings(
+            weather.rain[part],
+            weather.fog_visibility[part],
+            weather.friction[part],
+            weather.night[part],
+        ),
+        stream_seeds=context.stream_seeds[part],
+    )
+
+
+def _one_scene(scene: Scene, run: int) -> Scene:
+    part = slice(run, run + 1)
+    arrays = (
+        "ego",
+        "ego_place",
+        "objects",
+        "object_places",
+        "begun",
+        "contact",
+        "impact_speed",
+        "foreign_contact",
+        "running",
+    )
+    return Scene(scene.tick, scene.time, **{name: getattr(scene, name)[part] for name in arrays})
+
+
+def _one_measurement(item: Measurement, run: int) -> Measurement:
+    part = slice(run, run + 1)
+    return Measurement(
+        item.stamp[part],
+        item.fresh[part],
+        item.alive[part],
+        item.mask[part],
+        item.detections[part],
+        item.source[part],
+        None if item.estimate is None else item.estimate[part],
+    )

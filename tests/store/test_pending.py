@@ -1,0 +1,64 @@
+from typing import Any
+
+from adeye.store.repository import Repository
+
+
+def test_run_that_exists_needs_only_the_verdicts_it_lacks(
+    repository: Repository, example: Any
+) -> None:
+    example.campaign(repository, 4)
+    example.thresholds["FSR1"] = "3 m"
+    plan = repository.plan_campaign(example.record(), example.cases(4))
+    assert (plan.to_execute, plan.to_judge) == (0, 4)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert block.to_execute == ()
+    assert {case.missing_fsrs for case in block.to_judge} == {("FSR1",)}
+
+
+def test_new_threshold_adds_rows_and_keeps_the_old_ones(
+    repository: Repository, example: Any
+) -> None:
+    first = example.campaign(repository, 4)
+    before = repository.result_table_hash(first)
+    example.thresholds["FSR1"] = "3 m"
+    second = example.campaign(repository, 4)
+    assert repository.info().rows["verdict"] == 4 * 2 + 4
+    assert repository.info().rows["run"] == 4
+    assert repository.result_table_hash(first) == before
+    assert repository.progress(second).accounted == 4
+    assert repository.verify() == ()
+
+
+def test_fsr_that_does_not_apply_is_not_asked_for(repository: Repository, example: Any) -> None:
+    example.not_applicable = {"FSR2": {"legacy": "it has no radar"}}
+    plan = repository.plan_campaign(example.record(), example.cases(2))
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert [case.missing_fsrs for case in block.cases] == [("FSR1",), ("FSR1", "FSR2")]
+
+
+def test_case_outside_the_odd_is_asked_for_what_applies_outside(
+    repository: Repository, example: Any
+) -> None:
+    outside = example.case(0, inside_odd=False)
+    plan = repository.plan_campaign(example.record(), [outside])
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert block.cases[0].missing_fsrs == ("FSR3",)
+
+
+def test_missing_verdicts_are_found_by_fsr_digest(repository: Repository, example: Any) -> None:
+    campaign = example.campaign(repository, 4)
+    known = example.fsr_digest("FSR1")
+    assert repository.missing_verdicts(campaign, [known]) == {}
+    gaps = repository.missing_verdicts(campaign, [known, "b" * 64, "a" * 64])
+    assert set(gaps.values()) == {("a" * 64, "b" * 64)}
+    ordered = repository.results(campaign)
+    digests = [row[ordered.columns.index("run")] for row in ordered.rows]
+    assert list(gaps) == digests
+
+
+def test_unexecuted_runs_lack_no_verdict(repository: Repository, example: Any) -> None:
+    plan = repository.plan_campaign(example.record(), example.cases(4))
+    assert repository.missing_verdicts(plan.campaign, ["a" * 64]) == {}

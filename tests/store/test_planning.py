@@ -1,0 +1,205 @@
+import sqlite3
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from adeye.errors import InputError
+from adeye.spec.concept import Waiver
+from adeye.store.repository import Repository
+from adeye.store.rows import EngineKey
+
+
+def blocks(raw: sqlite3.Connection) -> list[tuple[int, int, str, str]]:
+    return raw.execute(
+        "SELECT from_ordinal, to_ordinal, kind, state FROM work ORDER BY id"
+    ).fetchall()
+
+
+def test_plan_is_committed_before_anything_runs(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    plan = repository.plan_campaign(example.record(), iter(example.cases(8)), block_size=3)
+    assert (plan.planned, plan.to_execute, plan.to_judge, plan.is_new) == (8, 8, 0, True)
+    assert blocks(raw) == [
+        (0, 3, "execute", "pending"),
+        (3, 6, "execute", "pending"),
+        (6, 8, "execute", "pending"),
+    ]
+    assert raw.execute("SELECT count(*) FROM test_case").fetchone() == (8,)
+    assert raw.execute("SELECT count(*) FROM scenario").fetchone() == (2,)
+
+
+def test_same_selection_is_the_same_campaign_and_changes_no_row(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    campaign = example.campaign(repository)
+    before = list(raw.iterdump())
+    again = repository.plan_campaign(example.record(), example.cases(8), block_size=5)
+    assert again.campaign == campaign
+    assert (again.to_execute, again.to_judge, again.is_new) == (0, 0, False)
+    assert list(raw.iterdump()) == before
+    assert repository.claim_block(campaign=campaign) is None
+
+
+@pytest.mark.parametrize(
+    "change", ["odd", "threshold", "engine", "order", "fewer", "gate", "inside", "name"]
+)
+def test_whatever_is_selected_makes_another_campaign(
+    repository: Repository, example: Any, change: str
+) -> None:
+    first = repository.plan_campaign(example.record(), example.cases(4)).campaign
+    cases = example.cases(4)
+    if change == "odd":
+        example.with_odd("2")
+    elif change == "threshold":
+        example.thresholds["FSR1"] = "3 m"
+    elif change == "engine":
+        cases = [replace(case, engine=EngineKey("batch", "v", 1)) for case in cases]
+    elif change == "order":
+        cases.reverse()
+    elif change == "fewer":
+        cases.pop()
+    elif change == "gate":
+        example.gate = ("legacy",)
+    elif change == "inside":
+        cases[0] = replace(cases[0], inside_odd=False)
+    else:
+        cases[0] = replace(cases[0], scenario="cut_in_again")
+    assert repository.plan_campaign(example.record(), cases).campaign != first
+
+
+def test_only_what_is_new_is_executed(repository: Repository, example: Any) -> None:
+    example.campaign(repository, 8)
+    example.with_odd("2")
+    plan = repository.plan_campaign(example.record(), example.cases(12), block_size=3)
+    assert (plan.planned, plan.reused, plan.to_execute, plan.to_judge) == (12, 8, 4, 0)
+    assert example.work_off(repository, plan.campaign) == 4
+
+
+def test_block_without_gaps_is_done_at_once_with_its_tallies(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.campaign(repository, 8)
+    example.with_odd("2")
+    plan = repository.plan_campaign(example.record(), example.cases(12), block_size=8)
+    assert blocks(raw)[-2:] == [(0, 8, "reused", "done"), (8, 12, "execute", "pending")]
+    counted = raw.execute(
+        "SELECT sum(runs) FROM tally WHERE campaign_id = ? AND fsr_id = 'FSR1'", (plan.campaign,)
+    )
+    assert counted.fetchone() == (8,)
+
+
+def test_changed_plugin_executes_its_runs_and_no_others(
+    repository: Repository, example: Any
+) -> None:
+    example.campaign(repository, 8)
+    edited = replace(example.engine, plugins_digest="edited")
+    cases = [
+        replace(case, engine=edited) if case.architecture == "new" else case
+        for case in example.cases(8)
+    ]
+    plan = repository.plan_campaign(example.record(), cases)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert [case.ordinal for case in block.to_execute] == [1, 3, 5, 7]
+
+
+def test_blocks_never_mix_structures(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    cases = [
+        replace(case, structure="a" if i < 3 else "b") for i, case in enumerate(example.cases(8))
+    ]
+    repository.plan_campaign(example.record(), cases, block_size=4)
+    assert [block[:2] for block in blocks(raw)] == [(0, 3), (3, 7), (7, 8)]
+
+
+def test_empty_selection_is_refused_and_leaves_nothing(
+    repository: Repository, example: Any
+) -> None:
+    with pytest.raises(InputError, match="no test cases"):
+        repository.plan_campaign(example.record(), [])
+    assert set(repository.info().rows.values()) == {0}
+
+
+def test_error_while_expanding_leaves_nothing(repository: Repository, example: Any) -> None:
+    def broken() -> Any:
+        yield from example.cases(3)
+        raise InputError("ego_speed is too high")
+
+    with pytest.raises(InputError, match="too high"):
+        repository.plan_campaign(example.record(), broken())
+    assert set(repository.info().rows.values()) == {0}
+    assert repository.plan_campaign(example.record(), example.cases(3)).is_new
+
+
+def test_every_fsr_of_the_concept_must_be_judged(repository: Repository, example: Any) -> None:
+    record = example.record()
+    with pytest.raises(ValueError, match="FSR1"):
+        repository.plan_campaign(replace(record, fsrs=record.fsrs[1:]), example.cases(1))
+
+
+def test_block_size_is_at_least_one(repository: Repository, example: Any) -> None:
+    with pytest.raises(ValueError, match="block_size"):
+        repository.plan_campaign(example.record(), example.cases(1), block_size=0)
+
+
+def test_fsrs_are_planned_where_they_apply(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.not_applicable = {"FSR2": {"legacy": "it has no radar"}}
+    cases = example.cases(8)
+    cases[0] = replace(cases[0], inside_odd=False)
+    repository.plan_campaign(example.record(), cases)
+    found = raw.execute(
+        "SELECT fsr_id, architecture, scenario, applicable, planned FROM campaign_fsr"
+    ).fetchall()
+    assert set(found) == {
+        ("FSR1", "legacy", "braking", 1, 2),
+        ("FSR1", "legacy", "cut_in", 1, 1),
+        ("FSR1", "new", "braking", 1, 2),
+        ("FSR1", "new", "cut_in", 1, 2),
+        ("FSR2", "legacy", "braking", 0, 0),
+        ("FSR2", "legacy", "cut_in", 0, 0),
+        ("FSR2", "new", "braking", 1, 2),
+        ("FSR2", "new", "cut_in", 1, 2),
+        ("FSR3", "legacy", "cut_in", 1, 1),
+        ("FSR3", "new", "cut_in", 1, 0),
+    }
+
+
+def test_gate_architecture_without_a_run_is_not_forgotten(
+    repository: Repository, example: Any
+) -> None:
+    example.gate = ("absent",)
+    plan = repository.plan_campaign(example.record(), example.cases(4))
+    absent = [item for item in repository.gate(plan.campaign) if item.architecture == "absent"]
+    assert {(item.fsr, str(item.verdict)) for item in absent} == {
+        ("FSR1", "NOT_RUN"),
+        ("FSR3", "NOT_RUN"),
+    }
+
+
+def test_latest_expiry_of_a_waiver_counts(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    from datetime import date  # noqa: PLC0415 - only here
+
+    example.waivers = tuple(
+        Waiver(requirement="FSR1", reason="r", author="a", expires=date(year, 1, 1))
+        for year in (2030, 2031, 2029)
+    )
+    repository.plan_campaign(example.record(), example.cases(4))
+    found = raw.execute("SELECT DISTINCT fsr_id, waived_until FROM campaign_fsr ORDER BY 1")
+    assert found.fetchall() == [("FSR1", "2031-01-01"), ("FSR2", None), ("FSR3", None)]
+
+
+def test_ten_thousand_cases_are_planned_without_holding_them(
+    repository: Repository, example: Any
+) -> None:
+    plan = repository.plan_campaign(
+        example.record(), (example.case(ordinal) for ordinal in range(10_000)), block_size=1000
+    )
+    assert plan.to_execute == 10_000
+    assert repository.work_state(plan.campaign).pending == 10

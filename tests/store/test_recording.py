@@ -1,0 +1,191 @@
+import math
+import sqlite3
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from adeye.errors import IntegrityError
+from adeye.evaluation.verdict import Verdict
+from adeye.store.repository import Repository
+from adeye.store.rows import Artifact, MetricValue
+
+
+def claimed(repository: Repository, example: Any, count: int = 4) -> Any:
+    plan = repository.plan_campaign(example.record(), example.cases(count), block_size=count)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    return block
+
+
+def test_result_reads_back_as_it_was_recorded(repository: Repository, example: Any) -> None:
+    block = claimed(repository, example)
+    runs = example.runs(block)
+    assert repository.complete_block(block, runs)
+    stored = repository.run_row(runs[2].result_digest)
+    assert stored is not None
+    assert dict(stored.metrics) == dict(runs[2].metrics)
+    assert stored.events == tuple(runs[2].events)
+    infinite = [replace(item, robustness_high=None) for item in runs[2].verdicts]
+    assert list(stored.verdicts) == infinite
+    assert stored.trace_digest == runs[2].trace_digest
+    assert stored.row["outcome"] == "completed"
+    assert stored.row["executed_at"] == "2026-01-01T00:00:00.000+00:00"
+
+
+def test_result_that_was_not_executed_is_none(repository: Repository) -> None:
+    assert repository.run_row("0" * 64) is None
+
+
+def test_different_trace_for_one_test_case_is_an_integrity_error(
+    repository: Repository, example: Any
+) -> None:
+    example.campaign(repository, 4)
+    example.thresholds["FSR1"] = "3 m"
+    block = claimed(repository, example)
+    again = [example.run(case, trace_digest="f" * 32) for case in block.to_judge]
+    with pytest.raises(IntegrityError, match="two executions of one test case differ"):
+        repository.complete_block(block, again)
+    assert repository.info().rows["verdict"] == 8
+
+
+def test_two_different_traces_in_one_block_are_an_integrity_error(
+    repository: Repository, example: Any
+) -> None:
+    block = claimed(repository, example, 1)
+    run = example.run(block.cases[0])
+    with pytest.raises(IntegrityError, match="differ"):
+        repository.complete_block(block, [run, replace(run, trace_digest="f" * 32)])
+    assert repository.info().rows["run"] == 0
+
+
+def test_same_result_again_is_kept_once(repository: Repository, example: Any) -> None:
+    example.campaign(repository, 4)
+    example.thresholds["FSR1"] = "3 m"
+    block = claimed(repository, example)
+    again = [example.run(case, executed_by="another host") for case in block.to_judge]
+    assert repository.complete_block(block, again)
+    assert repository.info().rows["run"] == 4
+    stored = repository.run_row(again[0].result_digest)
+    assert stored is not None
+    assert stored.row["executed_by"] == "host 1"
+
+
+@pytest.mark.parametrize("first_depends", [True, False])
+def test_machine_dependent_result_may_differ_and_the_first_is_kept(
+    repository: Repository, example: Any, *, first_depends: bool
+) -> None:
+    block = claimed(repository, example, 1)
+    first = example.run(block.cases[0], is_machine_dependent=first_depends)
+    assert repository.complete_block(block, [first])
+    example.thresholds["FSR1"] = "3 m"
+    block = claimed(repository, example, 1)
+    example.verdict_of = lambda _case, _fsr: Verdict.FAIL
+    case = replace(block.cases[0], missing_fsrs=("FSR1", "FSR2"))
+    again = example.run(case, trace_digest="f" * 32, is_machine_dependent=not first_depends)
+    assert repository.complete_block(block, [again])
+    stored = repository.run_row(first.result_digest)
+    assert stored is not None
+    assert stored.trace_digest == first.trace_digest
+    kept = {(item.fsr_digest, str(item.verdict)) for item in stored.verdicts}
+    assert (example.fsr_digest("FSR1"), "FAIL") in kept
+    assert (example.fsr_digest("FSR2"), "PASS") in kept
+
+
+def test_judging_one_fsr_differently_is_an_integrity_error(
+    repository: Repository, example: Any
+) -> None:
+    block = claimed(repository, example, 1)
+    run = example.run(block.cases[0])
+    assert repository.complete_block(block, [run])
+    assert repository.add_verdicts({run.result_digest: run.verdicts}) == 0
+    changed = replace(run.verdicts[0], verdict=Verdict.FAIL)
+    with pytest.raises(IntegrityError, match="judged differently"):
+        repository.add_verdicts({run.result_digest: [changed]})
+
+
+def test_verdict_without_a_result_is_refused(repository: Repository, example: Any) -> None:
+    block = claimed(repository, example, 1)
+    run = example.run(block.cases[0])
+    with pytest.raises(IntegrityError, match="FOREIGN KEY"):
+        repository.add_verdicts({run.result_digest: run.verdicts})
+
+
+@pytest.mark.parametrize("change", ["missing", "unknown"])
+def test_metrics_must_be_exactly_the_known_ones(
+    repository: Repository, example: Any, change: str
+) -> None:
+    block = claimed(repository, example, 1)
+    metrics = dict(example.metrics(block.cases[0]))
+    if change == "missing":
+        del metrics["min_ttc_s"]
+    else:
+        metrics["ttc"] = MetricValue(1.0)
+    with pytest.raises(ValueError, match="ttc"):
+        repository.complete_block(block, [example.run(block.cases[0], metrics=metrics)])
+    assert repository.info().rows["run"] == 0
+
+
+def test_infinite_robustness_is_null_never_inf(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    block = claimed(repository, example, 1)
+    run = example.run(block.cases[0])
+    endless = [
+        replace(item, robustness_low=-math.inf, robustness_high=math.inf, margin=math.inf)
+        for item in run.verdicts
+    ]
+    assert repository.complete_block(block, [replace(run, verdicts=endless)])
+    found = raw.execute("SELECT robustness_low, robustness_high, margin FROM verdict").fetchall()
+    assert set(found) == {(None, None, None)}
+
+
+def test_tally_counts_verdicts_and_keeps_the_worst(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    verdicts = {0: Verdict.FAIL, 4: Verdict.FAIL, 8: Verdict.PASS, 12: Verdict.VACUOUS}
+    example.verdict_of = lambda case, _fsr: verdicts.get(case.ordinal, Verdict.PASS)
+    block = claimed(repository, example, 16)
+    runs = example.runs(block)
+    assert repository.complete_block(block, runs)
+    found = raw.execute(
+        "SELECT verdict, runs, exercised, worst_margin, worst_result_digest FROM tally "
+        "WHERE fsr_id = 'FSR1' AND architecture = 'legacy' AND scenario = 'cut_in' ORDER BY 1"
+    ).fetchall()
+    assert found == [
+        ("FAIL", 2, 2, -5.0, runs[4].result_digest),
+        ("PASS", 1, 1, 9.0, runs[8].result_digest),
+        ("VACUOUS", 1, 0, 13.0, runs[12].result_digest),
+    ]
+
+
+@pytest.mark.parametrize(("verdict", "is_worst"), [(Verdict.FAIL, True), (Verdict.PASS, False)])
+def test_unbounded_robustness_is_worst_of_a_fail_and_best_of_a_pass(
+    repository: Repository,
+    example: Any,
+    raw: sqlite3.Connection,
+    verdict: Verdict,
+    *,
+    is_worst: bool,
+) -> None:
+    example.verdict_of = lambda _case, _fsr: verdict
+    block = claimed(repository, example, 8)
+    runs = example.runs(block)
+    runs[4] = replace(
+        runs[4], verdicts=[replace(item, robustness_low=None) for item in runs[4].verdicts]
+    )
+    assert repository.complete_block(block, runs)
+    worst = raw.execute(
+        "SELECT worst_result_digest FROM tally "
+        "WHERE fsr_id = 'FSR1' AND architecture = 'legacy' AND scenario = 'cut_in'"
+    ).fetchone()[0]
+    assert (worst == runs[4].result_digest) == is_worst
+
+
+def test_kept_file_is_noted_once(repository: Repository, example: Any) -> None:
+    campaign = example.campaign(repository, 1)
+    result = repository.find_run("0", campaign=campaign).result_digest
+    kept = Artifact("a" * 64, "trace", result, 1000)
+    repository.add_artifact(kept)
+    repository.add_artifact(kept)
+    assert repository.artifacts(result) == (kept,)

@@ -1,0 +1,218 @@
+"""The Gymnasium face: spaces, seeds, ended runs, test cases."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+import yaml
+from gymnasium.utils.env_checker import data_equivalence
+from gymnasium.utils.passive_env_checker import check_action_space, check_observation_space
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from adeye.errors import InputError, SpecError, UsageError
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.traffic.env import CONTACT_REWARD, ENV_ID, TrafficVectorEnv, draw_parameters
+
+Make = Callable[..., LogicalScenario]
+Case = Callable[..., TestCase]
+
+CHANGES: dict[str, Any] = {
+    "parameters": {
+        "ego_speed": {"default": "30 m/s", "range": ["72 km/h", "126 km/h"]},
+        "gap": {"default": "40 m", "range": ["20 m", "80 m"]},
+    },
+    "constraints": ["gap > ego_speed * 1 s"],
+    "actors": {
+        "lead": {
+            "kind": "car",
+            "start": {"lane": 1, "speed": "20 m/s", "ahead_of": "ego", "gap": "gap"},
+        }
+    },
+    "storyboard": {
+        "brake": {"actor": "lead", "when": "time >= 0.5 s", "stop": {"rate": "5 m/s^2"}}
+    },
+    "horizon": "4 s",
+    "tail": "1 s",
+}
+
+
+@pytest.fixture
+def scenario(make_scenario: Make) -> LogicalScenario:
+    return make_scenario(**CHANGES)
+
+
+@pytest.fixture
+def env(scenario: LogicalScenario, make_case: Case) -> TrafficVectorEnv:
+    architecture = make_case(scenario).architecture
+    return TrafficVectorEnv(4, scenario=scenario, architecture=architecture)
+
+
+def idle(env: TrafficVectorEnv) -> Any:
+    return np.zeros((env.num_envs, 2))
+
+
+def test_spaces_pass_the_checks_of_gymnasium(env: TrafficVectorEnv) -> None:
+    check_action_space(env.single_action_space)
+    check_observation_space(env.single_observation_space)
+    assert env.action_space == batch_space(env.single_action_space, 4)
+    assert env.observation_space == batch_space(env.single_observation_space, 4)
+    assert env.metadata["autoreset_mode"] is AutoresetMode.DISABLED
+
+
+def test_every_observation_lies_in_the_space(env: TrafficVectorEnv) -> None:
+    observation, _ = env.reset(seed=3)
+    assert observation in env.observation_space
+    env.action_space.seed(3)
+    for _ in range(100):
+        observation, reward, terminated, truncated, _ = env.step(env.action_space.sample())
+        assert observation in env.observation_space
+        assert reward.shape == terminated.shape == truncated.shape == (4,)
+        assert not (terminated & truncated).any()
+    assert (terminated | truncated).all()
+
+
+def test_one_seed_gives_one_course(env: TrafficVectorEnv) -> None:
+    courses = []
+    for _ in range(2):
+        observations = [env.reset(seed=11)[0]]
+        observations += [env.step(idle(env))[0] for _ in range(20)]
+        courses.append(observations)
+    assert data_equivalence(courses[0], courses[1], exact=True)
+
+
+def test_another_seed_gives_other_parameters(env: TrafficVectorEnv) -> None:
+    first = env.reset(seed=1)[1]["parameters"]["gap"]
+    second = env.reset(seed=2)[1]["parameters"]["gap"]
+    assert not set(first) & set(second)
+
+
+def test_without_a_seed_the_draws_go_on(env: TrafficVectorEnv) -> None:
+    drawn = [env.reset(seed=1)[1]["parameters"]["gap"].tolist()]
+    drawn += [env.reset()[1]["parameters"]["gap"].tolist() for _ in range(2)]
+    assert len({value for values in drawn for value in values}) == 12
+    assert env.reset(seed=1)[1]["parameters"]["gap"].tolist() == drawn[0]
+
+
+def test_draws_keep_ranges_and_constraints(env: TrafficVectorEnv) -> None:
+    for seed in range(10):
+        parameters = env.reset(seed=seed)[1]["parameters"]
+        assert ((parameters["gap"] >= 20.0) & (parameters["gap"] <= 80.0)).all()
+        assert ((parameters["ego_speed"] >= 20.0) & (parameters["ego_speed"] <= 35.0)).all()
+        assert (parameters["gap"] > parameters["ego_speed"]).all()
+
+
+def test_a_parameter_without_range_keeps_its_default(make_scenario: Make) -> None:
+    values = draw_parameters(make_scenario(), 5, 0, 0)
+    assert values == {"ego_speed": 30.0, "gap": 40.0}
+
+
+def test_observations_are_not_changed_by_later_steps(env: TrafficVectorEnv) -> None:
+    observation, _ = env.reset(seed=1)
+    kept = {name: value.copy() for name, value in observation.items()}
+    env.step(idle(env))
+    assert data_equivalence(observation, kept, exact=True)
+
+
+def test_reward_is_the_way_along_the_road(env: TrafficVectorEnv) -> None:
+    observation, _ = env.reset(seed=1)
+    _, reward, _, _, _ = env.step(idle(env))
+    np.testing.assert_allclose(reward, observation["ego"][:, 3] * 0.05)
+
+
+def test_stepping_finished_runs_changes_nothing_and_rewards_nothing(
+    env: TrafficVectorEnv, scenario: LogicalScenario, make_case: Case
+) -> None:
+    # The first two run into the braking lead, the last two stay behind it.
+    cases = [make_case(scenario, {"ego_speed": v, "gap": 40.0}) for v in (35.0, 33.0, 3.0, 4.0)]
+    env.reset(options={"cases": cases})
+    rewards = []
+    for _ in range(99):
+        observation, reward, terminated, truncated, info = env.step(idle(env))
+        rewards.append(reward)
+    assert terminated.tolist() == [True, True, False, False]
+    assert truncated.tolist() == [False] * 4
+    assert observation["contact"].tolist() == [0, 0, -1, -1]
+    assert (info["impact_speed"][:2] > 10.0).all()
+    last, reward, terminated, truncated, _ = env.step(idle(env))
+    assert truncated.tolist() == [False, False, True, True]
+    np.testing.assert_array_equal(last["ego"][:2], observation["ego"][:2])
+    assert reward[:2].tolist() == [0.0, 0.0]
+    total = np.array(rewards)
+    assert (total[:, :2] < CONTACT_REWARD + 2.0).sum(axis=0).tolist() == [1, 1]
+    again, reward, _, _, _ = env.step(idle(env))
+    assert reward.tolist() == [0.0] * 4
+    for name in ("ego", "objects", "begun", "contact", "running"):
+        np.testing.assert_array_equal(again[name], last[name])
+
+
+def test_a_goal_terminates_and_a_horizon_truncates(make_scenario: Make, make_case: Case) -> None:
+    scenario = make_scenario(**CHANGES, ego={"goal": {"s": "260 m"}})
+    cases = [make_case(scenario, {"ego_speed": v, "gap": 500.0}) for v in (30.0, 10.0)]
+    env = TrafficVectorEnv(2, scenario=scenario, architecture=cases[0].architecture)
+    env.reset(options={"cases": cases})
+    for _ in range(100):
+        _, _, terminated, truncated, _ = env.step(idle(env))
+    assert terminated.tolist() == [True, False]
+    assert truncated.tolist() == [False, True]
+
+
+def test_gymnasium_makes_it_by_its_id_and_files_are_read_strictly(
+    tmp_path: Path, scenario: LogicalScenario, make_case: Case
+) -> None:
+    case = make_case(scenario)
+    env = gymnasium.make_vec(
+        ENV_ID, num_envs=2, scenario=scenario, architecture=case.architecture, step=0.1
+    )
+    assert isinstance(env.unwrapped, TrafficVectorEnv)
+    observation, _ = env.reset(seed=5)
+    assert observation["ego"].shape == (2, 7)
+    env.close()
+    path = tmp_path / "nothing.yaml"
+    path.write_text(yaml.safe_dump({"scenario": "nothing"}), "utf-8")
+    with pytest.raises(InputError, match=r"nothing\.yaml:1:1: title is missing"):
+        TrafficVectorEnv(2, scenario=path, architecture=case.architecture)
+
+
+def test_the_episode_statistics_of_gymnasium_work_on_it(env: TrafficVectorEnv) -> None:
+    wrapped: Any = gymnasium.wrappers.vector.RecordEpisodeStatistics(env)
+    wrapped.reset(seed=2)
+    lengths = np.zeros(4)
+    for _ in range(100):
+        *_, info = wrapped.step(idle(env))
+        if "episode" in info:
+            lengths = np.maximum(lengths, info["episode"]["l"])
+    assert (lengths > 0).all()
+    assert lengths.max() <= 100
+
+
+def test_wrong_use_is_an_error_that_says_what_to_do(
+    env: TrafficVectorEnv, make_scenario: Make, make_case: Case
+) -> None:
+    with pytest.raises(UsageError, match=r"Call reset\(\) first"):
+        env.step(idle(env))
+    case = make_case(make_scenario(**CHANGES))
+    with pytest.raises(UsageError, match="1 test cases for 4 runs"):
+        env.reset(options={"cases": [case]})
+    with pytest.raises(UsageError, match="other objects or events"):
+        env.reset(options={"cases": [make_case(make_scenario())] * 4})
+    env.reset(seed=1)
+    with pytest.raises(UsageError, match=r"shape \(4,\), not \(4, 2\)"):
+        env.step(np.zeros(4))
+    with pytest.raises(UsageError, match="not finite"):
+        env.step(np.full((4, 2), np.nan))
+
+
+def test_constraints_that_nothing_satisfies_are_an_error(
+    make_scenario: Make, make_case: Case
+) -> None:
+    scenario = make_scenario(**{**CHANGES, "constraints": ["gap > 100 m"]})
+    env = TrafficVectorEnv(
+        1, scenario=scenario, architecture=make_case(make_scenario()).architecture
+    )
+    with pytest.raises(SpecError, match="none of 1000 draws"):
+        env.reset(seed=1)

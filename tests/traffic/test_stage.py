@@ -1,0 +1,165 @@
+"""The stage: storyboards in closed loop, frozen runs, the order of a tick."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.signals import PLACE_D, PLACE_LANE, PLACE_S, Floats, Scene
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.traffic.stage import Stage
+from adeye.world.compile import compile_world
+
+Make = Callable[..., LogicalScenario]
+Case = Callable[..., TestCase]
+Run = Callable[..., list[Scene]]
+
+
+def car(**start: Any) -> dict[str, Any]:
+    return {"kind": "car", "start": {"lane": 1, "speed": "30 m/s", **start}}
+
+
+CUT_IN: dict[str, Any] = {
+    "actors": {"cutter": car(lane=0, ahead_of="ego", gap="gap", speed="25 m/s")},
+    "storyboard": {
+        "cut_in": {
+            "actor": "cutter",
+            "when": "cutter.gap <= 38 m",
+            "lane_change": {"to_lane": 1, "lateral_speed": "1 m/s"},
+        }
+    },
+}
+
+
+def run(cases: list[TestCase], command: tuple[float, float] = (0.0, 0.0)) -> list[Scene]:
+    """Drive every run to its end with one command; return the scenes."""
+    stage = Stage(compile_world(cases), cases)
+    scenes = [stage.scene()]
+    nothing: Floats = np.zeros((len(cases), len(cases[0].scenario.actors), 5))
+    while scenes[-1].running.any():
+        stage.advance(np.tile(command, (len(cases), 1)), nothing)
+        scenes.append(stage.scene())
+    return scenes
+
+
+def test_a_scene_holds_what_is_true_at_its_tick(make_scenario: Make, make_case: Case) -> None:
+    scenes = run([make_case(make_scenario())])
+    assert [scene.tick for scene in scenes] == list(range(141))
+    assert scenes[100].time == 100 * 0.05
+    assert scenes[100].ego[0, 0] == pytest.approx(200.0 + 30.0 * 5.0)
+    assert scenes[100].ego_place[0, [PLACE_S, PLACE_D, PLACE_LANE]].tolist() == pytest.approx(
+        [350.0, 5.25, 1.0]
+    )
+
+
+def test_scenes_do_not_change_afterwards(make_scenario: Make, make_case: Case) -> None:
+    cases = [make_case(make_scenario())]
+    stage = Stage(compile_world(cases), cases)
+    first = stage.scene()
+    before = first.ego.tolist()
+    stage.advance(np.zeros((1, 2)), np.zeros((1, 0, 5)))
+    assert first.ego.tolist() == before
+    assert stage.scene().ego.tolist() != before
+
+
+def test_a_trigger_on_the_gap_fires_at_the_first_tick_at_which_it_holds(
+    make_scenario: Make, make_case: Case
+) -> None:
+    scenes = run([make_case(make_scenario(**CUT_IN))])
+    # The gap of 40 m closes by 5 m/s and is 38 m at 0.4 s.
+    began = scenes[-1].begun[0, 0]
+    assert began in (0.4, 0.45)
+    first = round(began / 0.05)
+    assert np.isnan(scenes[first - 1].begun[0, 0])
+    assert scenes[first].begun[0, 0] == began
+    # It has moved sideways one tick later, not before.
+    assert scenes[first].object_places[0, 0, PLACE_D] == pytest.approx(1.75)
+    assert scenes[first + 1].object_places[0, 0, PLACE_D] > 1.75
+
+
+def test_an_event_whose_condition_holds_at_once_begins_at_time_zero(
+    make_scenario: Make, make_case: Case
+) -> None:
+    scenario = make_scenario(
+        actors={"lead": car(ahead_of="ego", gap="80 m")},
+        storyboard={
+            "slow": {
+                "actor": "lead",
+                "when": "time >= 0 s",
+                "speed": {"to": "20 m/s", "rate": "2 m/s^2"},
+            }
+        },
+    )
+    scenes = run([make_case(scenario)])
+    assert scenes[0].begun.tolist() == [[0.0]]
+    assert scenes[1].objects[0, 0, 3] == pytest.approx(30.0 - 0.1)
+
+
+def test_a_cut_in_too_near_ends_in_contact_with_the_closing_speed(
+    make_scenario: Make, make_case: Case
+) -> None:
+    scenario = make_scenario(**CUT_IN, horizon="20 s")
+    last = run([make_case(scenario, {"gap": 36.0})])[-1]
+    assert last.contact.tolist() == [0]
+    assert last.impact_speed[0] == pytest.approx(5.0, abs=1e-6)
+
+
+def test_initial_contact_ends_a_run_at_its_first_scene(
+    make_scenario: Make, make_case: Case
+) -> None:
+    scenario = make_scenario(actors={"lead": car(s="202 m", speed="10 m/s")})
+    scenes = run([make_case(scenario)])
+    assert len(scenes) == 1
+    assert scenes[0].contact.tolist() == [0]
+    assert scenes[0].impact_speed[0] == pytest.approx(20.0)
+
+
+def test_actors_that_touch_are_noted_and_the_run_goes_on(
+    make_scenario: Make, make_case: Case
+) -> None:
+    actors = {
+        "front": car(lane=2, s="300 m", speed="10 m/s"),
+        "back": car(lane=2, s="280 m", speed="20 m/s"),
+    }
+    scenes = run([make_case(make_scenario(actors=actors))])
+    foreign = [bool(scene.foreign_contact[0]) for scene in scenes]
+    assert foreign.index(True) == pytest.approx((20.0 - 4.5) / 10.0 / 0.05, abs=1)
+    assert all(foreign[foreign.index(True) :])
+    assert len(scenes) == 141
+
+
+def test_a_run_that_has_ended_is_frozen(make_scenario: Make, make_case: Case) -> None:
+    scenario = make_scenario(**CUT_IN, horizon="20 s")
+    scenes = run([make_case(scenario, {"gap": gap}) for gap in (20.0, 120.0)])
+    ended = next(k for k, scene in enumerate(scenes) if not scene.running[0])
+    assert ended < len(scenes) - 1
+    for name in ("ego", "ego_place", "objects", "object_places", "begun", "impact_speed"):
+        frozen, last = getattr(scenes[ended], name)[0], getattr(scenes[-1], name)[0]
+        np.testing.assert_array_equal(frozen, last)
+
+
+def test_runs_have_the_same_bits_alone_and_in_a_batch(make_scenario: Make, make_case: Case) -> None:
+    scenario = make_scenario(
+        **CUT_IN, world={"road": {"kind": "curve", "radius": "900 m", "length": "1500 m"}}
+    )
+    cases = [make_case(scenario, {"gap": gap}) for gap in np.linspace(36.0, 60.0, 7)]
+    together = run(cases, (-1.0, 0.004))
+    for number, case in enumerate(cases):
+        for row, scene in enumerate(run([case], (-1.0, 0.004))):
+            for name in ("ego", "objects", "object_places", "begun", "contact"):
+                np.testing.assert_array_equal(
+                    getattr(scene, name)[0], getattr(together[row], name)[number]
+                )
+
+
+def test_half_the_step_gives_the_same_cut_in(make_scenario: Make, make_case: Case) -> None:
+    scenario = make_scenario(**CUT_IN)
+    coarse = run([make_case(scenario, step=0.05)])
+    fine = run([make_case(scenario, step=0.025)])
+    # The trigger may be seen one coarse step earlier.
+    assert fine[-1].begun[0, 0] <= coarse[-1].begun[0, 0] <= fine[-1].begun[0, 0] + 0.05
+    assert coarse[-1].objects[0, 0, :2].tolist() == pytest.approx(
+        fine[-1].objects[0, 0, :2].tolist(), abs=2e-3
+    )
