@@ -11,6 +11,8 @@ from adeye.channels.pose import POSE_ALIGN, POSE_D, POSE_HEADING, POSE_S, POSE_S
 from adeye.channels.tracks import (
     TRACK_HITS,
     TRACK_LENGTH,
+    TRACK_VAR_VX,
+    TRACK_VAR_VY,
     TRACK_VX,
     TRACK_VY,
     TRACK_WIDTH,
@@ -42,9 +44,14 @@ R157 5.2.5.2 asks to react to a cut-in about that long before the lane is entere
 PASSING_MARGIN: Final = 0.5
 """How close in time to the ego's own passage an object may use the corridor [s]. Our choice."""
 
-MIN_LATERAL_SPEED: Final = 0.4
-"""Lateral speed below which an object is taken to keep its lane [m/s]. Swaying in the lane reaches
-0.3 m/s; a lane change peaks at 0.8 m/s and more."""
+MIN_LATERAL_SPEED: Final = 0.3
+"""Lateral speed below which an object is taken to keep its lane [m/s], beside one standard deviation
+of the track's own. Swaying in the lane reaches 0.3 m/s; a lane change peaks at 0.8 m/s and more."""
+
+MAX_SPEED_VARIANCE: Final = 36.0
+"""Variance of a track's speed above which it does not count yet [m²/s²]: one that has just begun
+would take every vehicle for a standing one. With 6 m/s of error a gap of 20 m seems to require
+1 m/s² where none is. Our choice."""
 
 
 @compiled
@@ -79,7 +86,7 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
     _, along = sin_cos(pose[POSE_ALIGN])
     speed = pose[POSE_SPEED] * along
     for track in tracks:
-        if track[TRACK_HITS] < confirm_hits:
+        if track[TRACK_HITS] < confirm_hits or track[TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
             continue
         x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
         y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
@@ -93,7 +100,10 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
         half = 0.5 * (ego_width + track[TRACK_WIDTH]) + margin
         offset = offset_from_corridor(d, path_d, pose[POSE_D])
         length = ego_length + track[TRACK_LENGTH]
-        if not uses_path(offset, sideways, half, gap, length, speed - forward):
+        # Towards the corridor, as far as the track is sure of it.
+        inward = -sideways if offset > 0.0 else sideways
+        inward -= math.sqrt(track[TRACK_VAR_VY])
+        if not uses_path(abs(offset), inward, half, gap, length, speed - forward):
             continue
         # Oncoming: to stop before the place is what the ego can do about it.
         ahead = max(0.0, forward)
@@ -124,13 +134,13 @@ def offset_from_corridor(d: float, path_d: float, ego_d: float) -> float:
 
 @compiled
 def uses_path(
-    offset: float, sideways: float, half: float, gap: float, length: float, closing: float
+    offset: float, inward: float, half: float, gap: float, length: float, closing: float
 ) -> bool:
     """Tell whether an object is in the corridor or will be when the ego comes by.
 
     Args:
-        offset: Lateral distance from the corridor's centre strip [m], left positive.
-        sideways: Its lateral speed [m/s], left positive.
+        offset: Lateral distance from the corridor's centre strip, >= 0 [m].
+        inward: Its lateral speed towards that strip [m/s].
         half: Lateral distance from which the two touch, with margin [m].
         gap: Bumper-to-bumper distance along the road [m].
         length: Of ego and object together [m].
@@ -140,16 +150,15 @@ def uses_path(
         True if it is inside, will be within ``SOON``, or, at constant velocities, is inside within
         ``PREDICTION`` while the ego passes.
     """
-    beyond = abs(offset) - half
+    beyond = offset - half
     if beyond <= 0.0:
         return True
-    inward = -sideways if offset > 0.0 else sideways
     if not inward >= MIN_LATERAL_SPEED:
         return False
     enters = beyond / inward
     if enters <= SOON:
         return True
-    leaves = (abs(offset) + half) / inward
+    leaves = (offset + half) / inward
     arrives = time_to_collision(gap, closing)
     passed = time_to_collision(gap + length, closing)
     return bool(

@@ -60,14 +60,14 @@ _NOISE: Final = np.array(
         [0.02, 0.0, 0.02, 0.0, 0.05],
         [0.15, 0.0, 0.10, 0.002, 0.0],
         [0.50, 0.0, 0.20, 0.010, 0.25],
-        [0.50, 5e-4, 0.10, 0.003, 0.0],
+        [0.30, 3e-4, 0.10, 0.003, 0.0],
     ]
 )
-_FREEDOM_X: Final = 4.0
+_FREEDOM_X: Final = 10.0
 _FREEDOM_Y: Final = 0.5
 """Spectral density of the unknown acceleration of a track [m²/s³]: within one second its velocity
-changes by 2 m/s along and 0.7 m/s across with one standard deviation; braking and lane changes are
-within two to three of them. Our choice."""
+changes by 3.2 m/s along and 0.7 m/s across with one standard deviation, hard braking and quick
+lane changes by two to three of them. Our choice."""
 
 _PRIOR_VX: Final = 15.0
 _PRIOR_VY: Final = 5.0

@@ -10,7 +10,7 @@ import typer
 from adeye.cli.database import database_app
 from adeye.cli.doctor import doctor
 from adeye.cli.new import new_app
-from adeye.cli.options import examples
+from adeye.cli.options import add, examples
 from adeye.cli.output import emit
 from adeye.cli.planning import plan, signals
 from adeye.cli.query import query
@@ -55,13 +55,13 @@ def _ask_for_tracebacks(value: bool) -> None:
 
 @app.callback()
 def common(
-    version: Annotated[  # noqa: ARG001 - its callback does it
+    version: Annotated[
         bool,
         typer.Option(
             "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
         ),
     ] = False,
-    debug: Annotated[  # noqa: ARG001 - its callback does it
+    debug: Annotated[
         bool,
         typer.Option(
             "--debug",
@@ -75,42 +75,39 @@ def common(
     """Take what is common to all verbs."""
 
 
-app.command(
-    rich_help_panel=CAMPAIGN,
-    epilog=examples("adeye plan odd/first.yaml", "adeye plan odd/first.yaml --json"),
-)(plan)
-app.command(
-    rich_help_panel=CAMPAIGN,
-    epilog=examples(
-        "adeye run odd/first.yaml",
-        "adeye run odd/first.yaml --workers 2 --report report.html --junit junit.xml",
-    ),
-)(run)
-app.command(rich_help_panel=CAMPAIGN, epilog=examples("adeye signals odd/first.yaml"))(signals)
-app.command(
-    rich_help_panel=RESULTS, epilog=examples("adeye show 3f2a91c04b", "adeye show 3f2a --json")
-)(show)
-app.command(rich_help_panel=RESULTS, epilog=examples("adeye replay 3f2a91c04b --html replay.html"))(
-    replay
+add(app, plan, "adeye plan odd/first.yaml", "adeye plan odd/first.yaml --json", panel=CAMPAIGN)
+add(
+    app,
+    run,
+    "adeye run odd/first.yaml",
+    "adeye run odd/first.yaml --workers 2 --report report.html --junit junit.xml",
+    panel=CAMPAIGN,
 )
-app.command(
-    rich_help_panel=RESULTS,
-    epilog=examples(
-        "adeye query failing-fsrs",
-        "adeye query 'SELECT scenario, min_ttc_s FROM v_runs ORDER BY 2' --format csv",
-    ),
-)(query)
-app.command(
-    rich_help_panel=RESULTS,
-    epilog=examples("adeye report", "adeye report 3 -o report.html --junit junit.xml"),
-)(report)
-app.command(
-    rich_help_panel=WRITE,
-    epilog=examples("adeye init", "adeye init my_project"),
-)(init)
+add(app, signals, "adeye signals odd/first.yaml", panel=CAMPAIGN)
+add(app, show, "adeye show 3f2a91c04b", "adeye show 3f2a --json", panel=RESULTS)
+add(
+    app,
+    replay,
+    "adeye replay 3f2a91c04b",
+    "adeye replay 3f2a91c04b --html replay.html",
+    panel=RESULTS,
+)
+add(
+    app,
+    query,
+    "adeye query failing-fsrs",
+    "adeye query 'SELECT scenario, min_ttc_s FROM v_runs ORDER BY 2' --format csv",
+    panel=RESULTS,
+)
+add(
+    app,
+    report,
+    "adeye report",
+    "adeye report 3 -o report.html --junit junit.xml",
+    panel=RESULTS,
+)
+add(app, init, "adeye init", "adeye init my_project", panel=WRITE)
 app.add_typer(new_app, name="new", rich_help_panel=WRITE)
 app.add_typer(scenario_app, name="scenario", rich_help_panel=WRITE)
 app.add_typer(database_app, name="db", rich_help_panel=KEEP)
-app.command(rich_help_panel=KEEP, epilog=examples("adeye doctor", "adeye doctor --requirements"))(
-    doctor
-)
+add(app, doctor, "adeye doctor", "adeye doctor --requirements", panel=KEEP)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from adeye.cli.options import Db, Json, examples
+from adeye.cli.options import Db, Json, add
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, talk
 
 _INTEGRITY = 4
@@ -14,7 +14,6 @@ database_app = typer.Typer(
 )
 
 
-@database_app.command("upgrade", epilog=examples("adeye db upgrade", "adeye db upgrade --db my.db"))
 def upgrade(db: Db = None, json: Json = False) -> None:
     """Create the database or bring it to the newest schema, wholly or not at all."""
     from adeye.store import schema
@@ -30,7 +29,6 @@ def upgrade(db: Db = None, json: Json = False) -> None:
         emit(clean(f"{database_path(db)}: schema {before or 'none'} → {after}"))
 
 
-@database_app.command("info", epilog=examples("adeye db info", "adeye db info --json"))
 def info(db: Db = None, json: Json = False) -> None:
     """Say what the database holds: schema, size, rows by table, campaigns."""
     from adeye.store.repository import Repository
@@ -72,7 +70,6 @@ def info(db: Db = None, json: Json = False) -> None:
     emit_table(headers, rows, right=("Number", "Test cases"))
 
 
-@database_app.command("verify", epilog=examples("adeye db verify"))
 def verify(db: Db = None, json: Json = False) -> None:
     """Check that every stored row is as it was written, and name each that is not.
 
@@ -93,3 +90,8 @@ def verify(db: Db = None, json: Json = False) -> None:
     if findings:
         talk(f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy.")
         raise typer.Exit(_INTEGRITY)
+
+
+add(database_app, upgrade, "adeye db upgrade", "adeye db upgrade --db my.db")
+add(database_app, info, "adeye db info", "adeye db info --json")
+add(database_app, verify, "adeye db verify")

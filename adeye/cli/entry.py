@@ -86,7 +86,9 @@ def _report(error: Exception) -> int:
         return error.exit_code
     if hasattr(error, "format_message"):
         # The parser's own errors; its class differs between releases of typer.
-        talk(_usage(error, error.format_message()))
+        text = _usage(error, error.format_message())
+        if text.strip():
+            talk(text)
         return _USAGE
     if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""
@@ -106,7 +108,9 @@ def _report(error: Exception) -> int:
 def _usage(error: Exception, message: str) -> str:
     context = getattr(error, "ctx", None)
     command = context.command_path if context is not None else "adeye"
-    if not message.strip():
-        return clean(context.get_help(), lines=True) if context is not None else ""
-    text = clean(message.strip().rstrip("."))
-    return f"UsageError: {text}. Try '{command} --help'."
+    if type(error).__name__ == "NoArgsIsHelpError":
+        # The help itself; with rich it is printed already.
+        return clean(message, lines=True)
+    text = clean(message.strip())
+    stop = "" if text.endswith((".", "?", "!")) else "."
+    return f"UsageError: {text}{stop} Try '{command} --help'."

@@ -10,7 +10,7 @@ from typing import Annotated, Final
 
 import typer
 
-from adeye.cli.options import examples
+from adeye.cli.options import add
 from adeye.cli.output import clean, emit, wrote
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")
@@ -28,19 +28,16 @@ Folder = Annotated[
 ]
 
 
-@new_app.command("channel", epilog=examples("adeye new channel follower --path odd/architectures"))
 def new_channel(name: PartName, path: Folder = Path()) -> None:
     """Write a control channel: one Python object per run that answers what it observes."""
     write_example("channel", name, path)
 
 
-@new_app.command("sensor", epilog=examples("adeye new sensor sonar --path odd/architectures"))
 def new_sensor(name: PartName, path: Folder = Path()) -> None:
     """Write a sensor: ground truth in, measurements out, at a rate and a latency."""
     write_example("sensor", name, path)
 
 
-@new_app.command("metric", epilog=examples("adeye new metric top_speed --path odd"))
 def new_metric(name: PartName, path: Folder = Path()) -> None:
     """Write a metric: one number per run that requirements can bound."""
     write_example("metric", name, path)
@@ -93,3 +90,8 @@ def class_name(name: str) -> str:
     'LaneKeeper'
     """
     return "".join(part.capitalize() for part in name.split("_")) or "Part"
+
+
+add(new_app, new_channel, "adeye new channel follower --path odd/architectures", name="channel")
+add(new_app, new_sensor, "adeye new sensor sonar --path odd/architectures", name="sensor")
+add(new_app, new_metric, "adeye new metric top_speed --path odd", name="metric")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -108,4 +110,31 @@ Catalogue = Annotated[
 
 def examples(*commands: str) -> str:
     """Write the examples below a verb's help, one a line."""
-    return "\n\n".join(["Examples:", *commands])
+    return "\n  ".join(["Examples:", *commands])
+
+
+def help_of(verb: Callable[..., None]) -> str:
+    """Make a verb's help of its docstring: a paragraph is one line, which the terminal wraps."""
+    paragraphs = (inspect.getdoc(verb) or "").split("\n\n")
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
+
+
+def add(
+    app: typer.Typer, verb: Callable[..., None], *commands: str, name: str = "", panel: str = ""
+) -> None:
+    """Add a verb to an app.
+
+    Args:
+        app: The app.
+        verb: Function that parses, calls one function and prints.
+        commands: Examples.
+        name: Name of the verb, if it is not the function's.
+        panel: Heading that the help lists it under.
+    """
+    register = app.command(
+        name or None,
+        help=help_of(verb),
+        epilog=examples(*commands),
+        rich_help_panel=panel or None,
+    )
+    register(verb)

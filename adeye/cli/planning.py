@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
 
 from adeye.cli.options import Backend, Json, OddFile
 from adeye.cli.output import clean, emit, emit_json, emit_table, listed, talk
@@ -12,14 +13,15 @@ if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
     from adeye.sweep.expand import Factor
 
-_SHARED_BY_ALL = "all"
+_SHARED_BY_ALL: Final = "all"
+_TIMES: Final = " \N{MULTIPLICATION SIGN} "
 
 
 def plan(odd: OddFile, backend: Backend = "highway", json: Json = False) -> None:
     """Check an ODD and everything it names, and count its test cases. Nothing is executed.
 
-    Test cases = points × fault entries × architectures × replicates. The fault-free entry 'none' is
-    always among the fault entries.
+    Test cases are points times fault entries times architectures times replicates. The fault-free
+    entry 'none' is always among the fault entries.
     """
     from adeye.campaign.plan import make_plan
 
@@ -58,7 +60,7 @@ def _print_factors(planned: CampaignPlan) -> None:
     )
     ends = {
         number
-        for number, (factor, after) in enumerate(zip(factors, factors[1:], strict=False))
+        for number, (factor, after) in enumerate(pairwise(factors))
         if factor.scenario != after.scenario
     }
     emit_table(headers, rows, right=("Points", "Replicates", "Test cases"), sections=ends)
@@ -66,6 +68,7 @@ def _print_factors(planned: CampaignPlan) -> None:
 
 def _print_axes(planned: CampaignPlan) -> None:
     rows = [[name, listed(axes)] for name, axes in planned.expansion.axes.items()]
+    emit("")
     emit_table(("Scenario", "Swept"), rows)
 
 
@@ -78,8 +81,8 @@ def _total(planned: CampaignPlan) -> str:
 def _product(factors: Sequence[Factor], scenario: str) -> str:
     """Write the product of one scenario, or its sum where architectures differ.
 
-    Points × fault entries × architectures × replicates holds only where every architecture has
-    every axis and every fault target.
+    Points times fault entries times architectures times replicates holds only where every
+    architecture has every axis and every fault target.
     """
     mine = [factor for factor in factors if factor.scenario == scenario]
     first = mine[0]
@@ -92,22 +95,19 @@ def _product(factors: Sequence[Factor], scenario: str) -> str:
     )
     if not alike:
         return str(sum(factor.test_cases for factor in mine))
-    return f"{first.points} × {len(first.fault_entries)} × {len(mine)} × {first.replicates}"
+    sizes = (first.points, len(first.fault_entries), len(mine), first.replicates)
+    return _TIMES.join(map(str, sizes))
 
 
 def _engine(planned: CampaignPlan) -> str:
-    from adeye.engine import DRIVER
-
     engine = planned.engine
     return clean(
-        f"Traffic {engine.backend} ({engine.variant}), driver {DRIVER}, "
+        f"Traffic {engine.backend} ({engine.variant}), driver {planned.driver}, "
         f"numerics version {engine.numerics_version}; gate: {listed(planned.files.gate)}"
     )
 
 
 def _document(planned: CampaignPlan) -> dict[str, object]:
-    from adeye.engine import DRIVER
-
     odd = planned.files.odd
     return {
         "odd": odd.spec.odd,
@@ -117,7 +117,7 @@ def _document(planned: CampaignPlan) -> dict[str, object]:
         "axes": planned.expansion.axes,
         "gate": planned.files.gate,
         "engine": planned.engine,
-        "driver": DRIVER,
+        "driver": planned.driver,
         "notices": planned.notices,
     }
 
@@ -142,7 +142,7 @@ def signals(odd: OddFile, json: Json = False) -> None:
             "" if row.unit == "1" else row.unit,
             row.kind,
             f"{row.scale:g}",
-            row.text,
+            f"{row.text} ({listed(row.labels)})" if row.labels else row.text,
             _who(row.scenarios, scenarios),
             _who(row.architectures, architectures),
         ]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from string import Template
 from typing import Final
 
 
@@ -33,30 +34,30 @@ FROM campaign ORDER BY number DESC""",
     SavedQuery(
         "failing-fsrs",
         "FSRs that fail, where, how often and by what margin at worst",
-        f"""SELECT architecture, fsr, asil, scenario, n_fail, planned, exercised, worst_margin, unit,
-    substr(worst_run, 1, 10) AS worst_run
+        """SELECT architecture, fsr, asil, scenario, n_fail, planned, exercised, worst_margin,
+    unit, substr(worst_run, 1, 10) AS worst_run
 FROM v_fsr_status
-WHERE campaign = {_LATEST} AND verdict = 'FAIL'
+WHERE campaign = $latest AND verdict = 'FAIL'
 ORDER BY in_gate DESC, architecture, fsr, n_fail DESC""",
     ),
     SavedQuery(
         "gate",
         "every mandatory FSR with its counts and folded verdict",
-        f"""SELECT architecture, in_gate, fsr, asil, verdict, n_pass, n_fail, n_error, n_invalid,
+        """SELECT architecture, in_gate, fsr, asil, verdict, n_pass, n_fail, n_error, n_invalid,
     n_inconclusive, n_vacuous, n_not_run, exercised, min_exercised
-FROM v_gate WHERE campaign = {_LATEST}
+FROM v_gate WHERE campaign = $latest
 ORDER BY in_gate DESC, architecture, fsr""",
     ),
     SavedQuery(
         "worst-runs",
         "the three worst runs of each FSR and architecture",
-        f"""WITH ranked AS (
+        """WITH ranked AS (
     SELECT *, ROW_NUMBER() OVER (
         PARTITION BY fsr, architecture
         ORDER BY verdict = 'FAIL' DESC, (robustness_low IS NULL) = (verdict <> 'FAIL'),
             robustness_low, ordinal) AS place
     FROM v_verdicts
-    WHERE campaign = {_LATEST} AND verdict IN ('FAIL', 'PASS', 'INCONCLUSIVE'))
+    WHERE campaign = $latest AND verdict IN ('FAIL', 'PASS', 'INCONCLUSIVE'))
 SELECT fsr, architecture, scenario, fault_entry, verdict, margin, unit, signal, actor, time_s,
     substr(run, 1, 10) AS run
 FROM ranked WHERE place <= 3
@@ -65,52 +66,55 @@ ORDER BY fsr, architecture, place""",
     SavedQuery(
         "fault-coverage",
         "runs planned, done and exercising an FSR, by fault entry",
-        f"""SELECT fault_entry, scenario, architecture, planned, done, exercised
-FROM v_coverage WHERE campaign = {_LATEST}
+        """SELECT fault_entry, scenario, architecture, planned, done, exercised
+FROM v_coverage WHERE campaign = $latest
 ORDER BY fault_entry, scenario, architecture""",
     ),
     SavedQuery(
         "architecture-pairs",
         "how two architectures differ in the same situations, on average and at most",
-        f"""SELECT architecture_a, architecture_b, scenario, fault_entry, COUNT(*) AS pairs,
+        """SELECT architecture_a, architecture_b, scenario, fault_entry, COUNT(*) AS pairs,
     SUM(contact_a) AS contacts_a, SUM(contact_b) AS contacts_b,
     AVG(min_distance_m_difference) AS mean_min_distance_m_b_minus_a,
     MIN(min_distance_m_difference) AS least_min_distance_m_b_minus_a,
     MAX(min_distance_m_difference) AS most_min_distance_m_b_minus_a
-FROM v_architecture_pairs WHERE campaign = {_LATEST}
+FROM v_architecture_pairs WHERE campaign = $latest
 GROUP BY architecture_a, architecture_b, scenario, fault_entry
 ORDER BY architecture_a, architecture_b, scenario, fault_entry""",
     ),
     SavedQuery(
         "metrics-by-architecture",
         "contacts and the worst of each metric, by architecture and scenario",
-        f"""SELECT architecture, scenario, COUNT(*) AS runs, SUM(contact) AS contacts,
+        """SELECT architecture, scenario, COUNT(*) AS runs, SUM(contact) AS contacts,
     MAX(impact_speed_mps) AS max_impact_speed_mps, MIN(min_distance_m) AS min_distance_m,
     MIN(min_ttc_s) AS min_ttc_s, MIN(min_time_headway_s) AS min_time_headway_s,
     MAX(max_required_deceleration_mps2) AS max_required_deceleration_mps2,
     MAX(rss_violation_s) AS max_rss_violation_s, MAX(max_jerk_mps3) AS max_jerk_mps3
-FROM v_runs WHERE campaign = {_LATEST}
+FROM v_runs WHERE campaign = $latest
 GROUP BY architecture, scenario
 ORDER BY architecture, scenario""",
     ),
     SavedQuery(
         "outcomes",
         "what happened to the runs: completed, a channel failed, not realised",
-        f"""SELECT architecture, scenario, outcome, COALESCE(outcome_channel, '') AS channel,
+        """SELECT architecture, scenario, outcome, COALESCE(outcome_channel, '') AS channel,
     end_reason, COUNT(*) AS runs
-FROM v_runs WHERE campaign = {_LATEST}
+FROM v_runs WHERE campaign = $latest
 GROUP BY architecture, scenario, outcome, channel, end_reason
 ORDER BY architecture, scenario, outcome, channel, end_reason""",
     ),
     SavedQuery(
         "contacts",
         "runs with a contact, the hardest first",
-        f"""SELECT substr(run, 1, 10) AS run, architecture, scenario, fault_entry, impact_speed_mps,
+        """SELECT substr(run, 1, 10) AS run, architecture, scenario, fault_entry, impact_speed_mps,
     contact_time_s AS time_s, contact_actor AS actor, parameters
-FROM v_runs WHERE campaign = {_LATEST} AND contact = 1
+FROM v_runs WHERE campaign = $latest AND contact = 1
 ORDER BY impact_speed_mps DESC, ordinal""",
     ),
 )
 
-SAVED: Final = {query.name: query for query in _QUERIES}
+SAVED: Final = {
+    query.name: replace(query, sql=Template(query.sql).substitute(latest=_LATEST))
+    for query in _QUERIES
+}
 """Saved queries by name; each is about the latest campaign, but for ``campaigns``."""

@@ -64,8 +64,9 @@ ListSaved = Annotated[
 
 def query(
     sql: Sql = None,
+    *,
     db: Db = None,
-    format: FormatOption = Format.table,  # noqa: A002 - the name of the option
+    format: FormatOption = Format.table,
     json: Json = False,
     max_rows: MaxRows = _ROWS,
     timeout_s: Timeout = 10.0,
@@ -85,6 +86,8 @@ def query(
 
     result = run_query(db, _statement(sql), max_rows=max_rows, timeout_s=timeout_s)
     _print(result, wanted)
+    if not result.rows:
+        talk("note: no rows")
     if result.is_cut:
         talk(f"note: only the first {max_rows} rows are printed; see --max-rows.")
 

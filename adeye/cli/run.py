@@ -45,6 +45,7 @@ ReportJson = Annotated[
 
 def run(
     odd: OddFile,
+    *,
     workers: Workers = None,
     db: Db = None,
     backend: Backend = "highway",

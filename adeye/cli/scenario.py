@@ -10,7 +10,7 @@ import typer
 
 from adeye.cli.catalogue import catalogue_folder
 from adeye.cli.completion import complete_scenarios
-from adeye.cli.options import Catalogue, Json, examples
+from adeye.cli.options import Catalogue, Json, add
 from adeye.cli.output import (
     clean,
     emit,
@@ -25,7 +25,7 @@ from adeye.cli.output import (
 if TYPE_CHECKING:
     from adeye.errors import InputError
     from adeye.spec.load import Loaded
-    from adeye.spec.scenario import LogicalScenario, Parameter
+    from adeye.spec.scenario import Event, LogicalScenario, Parameter
 
 _INPUT_ERROR = 2
 
@@ -42,7 +42,6 @@ LintFiles = Annotated[
 ]
 
 
-@scenario_app.command("list", epilog=examples("adeye scenario list", "adeye scenario list --json"))
 def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
     """List the scenarios of the catalogue with their parameters and ranges."""
     from adeye.spec.load import load_scenario, scenario_files
@@ -64,7 +63,6 @@ def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
     emit_table(("Id", "Title", "Tags", "Parameters"), rows)
 
 
-@scenario_app.command("show", epilog=examples("adeye scenario show cut_in"))
 def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = False) -> None:
     """Show one scenario: parameters with their ranges, actors, storyboard, origin."""
     from adeye.errors import UsageError, suggest
@@ -83,10 +81,6 @@ def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = Fa
         _print(name, loaded)
 
 
-@scenario_app.command(
-    "lint",
-    epilog=examples("adeye scenario lint scenarios_db", "adeye scenario lint my_cut_in.yaml"),
-)
 def lint(files: LintFiles, json: Json = False) -> None:
     """Check scenario files: syntax, units, names, lanes, the dimensions of every formula.
 
@@ -170,6 +164,11 @@ def _range(parameter: Parameter) -> str:
     return f"{format_value(low)} to {format_value(high)}"
 
 
+def _action(event: Event) -> str:
+    names = ("lane_change", "speed", "stop", "cross")
+    return next(name for name in names if getattr(event, name) is not None)
+
+
 def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
     spec = loaded.spec
     emit_fields(
@@ -194,7 +193,18 @@ def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
     ]
     emit_table(("Actor", "Kind", "Driven"), rows, title="Actors")
     rows = [
-        [key, event.actor, event.when.text, type(event.action).__name__]
+        [key, event.actor, event.when.text, _action(event)]
         for key, event in spec.storyboard.items()
     ]
     emit_table(("Event", "Actor", "When", "Action"), rows, title="Storyboard")
+
+
+add(
+    scenario_app,
+    list_scenarios,
+    "adeye scenario list",
+    "adeye scenario list --json",
+    name="list",
+)
+add(scenario_app, show_scenario, "adeye scenario show cut_in", name="show")
+add(scenario_app, lint, "adeye scenario lint scenarios_db", "adeye scenario lint my_cut_in.yaml")

@@ -34,7 +34,11 @@ scenarios:
         deceleration: [4 m/s^2, 6 m/s^2]
 # Every scenario runs without a fault and with each of these.
 faults:
-  - {id: front_camera_out, target: sensors.front_camera, model: drop_out, onset: {at: 2 s}, duration: 3 s}
+  - id: front_camera_out
+    target: sensors.front_camera
+    model: drop_out
+    onset: {at: 2 s}
+    duration: 3 s
   - {id: nominal_silent, target: channels.nominal, model: silent, onset: {when: time >= 3 s}}
 architectures: [architectures/camera_radar.yaml]
 concept: concepts/motorway_chauffeur.yaml
@@ -108,7 +112,7 @@ def write_project(folder: Path) -> list[Path]:
     existing = [str(path) for path in contents if path.exists()]
     if existing:
         raise UsageError(
-            f"{', '.join(existing)} exists and is not overwritten",
+            f"already there and not overwritten: {', '.join(existing)}",
             remedy="Name another folder: adeye init DIR.",
         )
     for path, text in contents.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.cli.output import NONE, clean, emit, emit_table, short, verdict_cell
@@ -25,12 +26,12 @@ _SHOWN_TEXT: Final = 60
 
 
 def ordered(lines: Sequence[VerdictLine]) -> list[VerdictLine]:
-    """Sort verdicts: architectures of the gate first, then the worst, then what is mandatory."""
+    """Sort verdicts: architectures of the gate first, what is mandatory, then the worst."""
 
     def place(line: VerdictLine) -> tuple[Any, ...]:
         verdict = None if line.verdict is None else str(line.verdict)
         rank = WORST_FIRST.index(verdict)
-        return not line.is_gate, line.architecture, rank, not line.mandatory, line.fsr
+        return not line.is_gate, line.architecture, not line.mandatory, rank, line.fsr
 
     return sorted(lines, key=place)
 
@@ -72,7 +73,7 @@ def print_verdicts(summary: CampaignSummary) -> None:
     )
     ends = {
         number
-        for number, (line, after) in enumerate(zip(lines, lines[1:], strict=False))
+        for number, (line, after) in enumerate(pairwise(lines))
         if line.architecture != after.architecture
     }
     emit_table(headers, rows, right=("Exercised", "Worst margin"), sections=ends)

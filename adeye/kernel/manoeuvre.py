@@ -1,8 +1,8 @@
 """Manoeuvres of a scripted actor as closed forms of the time since they began.
 
 An actor moves along a base direction with a pace that follows a planned profile; a lane change
-adds a lateral offset on top. No error accumulates over ticks, and the step does not change where an
-actor ends.
+adds a lateral offset on top. Pace, way and offset do not accumulate errors over ticks, and the step
+does not change where an actor ends.
 """
 
 from __future__ import annotations

@@ -12,7 +12,6 @@ from adeye.kernel.elementary import atan2
 from adeye.kernel.jit import compiled
 from adeye.kernel.manoeuvre import (
     ACROSS,
-    ACTOR_WIDTH,
     ALONG,
     BASE,
     HEADING,

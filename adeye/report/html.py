@@ -120,7 +120,7 @@ def _policy(script: str, style: str) -> str:
 
 @cache
 def _environment() -> Environment:
-    import jinja2  # noqa: PLC0415 - only a report needs it
+    import jinja2
 
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("adeye.report", "web"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -16,7 +17,6 @@ Value = str | float | NDArray[Any]
 """A column or a scalar; numpy broadcasts between them."""
 
 _Floats = NDArray[np.float64]
-_BY_COLUMN: Final = frozenset({"sin", "cos", "exp", "log"})
 
 
 def evaluated(steps: Sequence[Step], columns: Mapping[str, Value]) -> Any:
@@ -65,14 +65,7 @@ def _applied(word: str, operands: Sequence[Any]) -> Any:
         return left & right if word == "and" else left | right
     if word == "if_":
         return _chosen(operands[0], operands[1], operands[2])
-    numbers = [_numbers(operand) for operand in operands]
-    if word == "not":
-        return numbers[0] == 0.0
-    if word == "**":
-        return _raised(numbers[0], numbers[1])
-    if word in _BY_COLUMN:
-        return _by_column(word, numbers[0])
-    return _NUMERIC[word](*numbers)
+    return _NUMERIC[word](*(_numbers(operand) for operand in operands))
 
 
 def _column(value: Value) -> Any:
@@ -105,12 +98,12 @@ def _compared(word: str, left: Any, right: Any) -> Any:
         msg = "text is compared with a number"
         raise TypeError(msg)
     if _is_text(left):
-        return _TEXT_COMPARISONS[word](np.asarray(left), np.asarray(right))
+        return _COMPARISONS[word](np.asarray(left), np.asarray(right))
     left, right = _numbers(left), _numbers(right)
     if word == "!=":
         # Not `!=`, which holds for NaN.
         return (left < right) | (left > right)
-    return _TEXT_COMPARISONS[word](left, right)
+    return _COMPARISONS[word](left, right)
 
 
 def _chosen(condition: Any, left: Any, right: Any) -> Any:
@@ -143,7 +136,7 @@ def _raised(bases: _Floats, exponents: _Floats) -> _Floats:
     return power_column(left.ravel(), right.ravel()).reshape(left.shape)
 
 
-_TEXT_COMPARISONS: Final[dict[str, Callable[[Any, Any], Any]]] = {
+_COMPARISONS: Final[dict[str, Callable[[Any, Any], Any]]] = {
     "==": np.equal,
     "!=": np.not_equal,
     "<": np.less,
@@ -152,6 +145,9 @@ _TEXT_COMPARISONS: Final[dict[str, Callable[[Any, Any], Any]]] = {
     ">=": np.greater_equal,
 }
 _NUMERIC: Final[dict[str, Callable[..., Any]]] = {
+    **{word: partial(_by_column, word) for word in ("sin", "cos", "exp", "log")},
+    "not": lambda values: values == 0.0,
+    "**": _raised,
     "+": np.add,
     "-": np.subtract,
     "*": np.multiply,

@@ -1,57 +1,47 @@
 """Strict YAML 1.2 documents with the line and column of every value.
 
-The core schema of YAML 1.2 only: ``no`` and ``on`` are text, ``017`` is text, dates are text.
-Duplicate keys, non-finite numbers, merge keys, recursive aliases and oversized documents are
-errors, found on the event stream before anything is built.
+The core schema of YAML 1.2 only: ``no`` and ``on`` are text, dates are text, and so is ``017``,
+which 1.1 and 1.2 read as different numbers. Duplicate keys, explicit tags, non-finite numbers,
+merge keys, recursive aliases and oversized documents are errors, found on the event stream before
+anything is built.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+import stat
+import unicodedata
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 import yaml
-from pydantic import BaseModel, ValidationError
 
-from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
+from adeye.errors import SourceLocation, SpecError
+from adeye.spec.problems import Loc, Located, validate
+from adeye.units import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["Document", "Loc", "Located", "load_document", "parse_document", "validate"]
 
 MAX_BYTES: Final = 1_000_000
 MAX_NODES: Final = 100_000
 MAX_DEPTH: Final = 50
 
-_INTEGER: Final = re.compile(r"^[-+]?(0|[1-9][0-9]*)$")
-_FLOAT: Final = re.compile(r"^[-+]?(\.[0-9]+|(0|[1-9][0-9]*)(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
-_NON_FINITE: Final = re.compile(r"^([-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$")
+_INTEGER: Final = re.compile(r"[-+]?(?:0|[1-9][0-9]*)|0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT: Final = re.compile(r"[-+]?(?:\.[0-9]+|(?:0|[1-9][0-9]*)(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+_NON_FINITE: Final = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
+# What is not among the printable characters of YAML 1.2.2, production [1].
+_FOREIGN: Final = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _WORDS: Final = {
     **dict.fromkeys(("true", "True", "TRUE"), True),
     **dict.fromkeys(("false", "False", "FALSE"), False),
     **dict.fromkeys(("null", "Null", "NULL", "~", ""), None),
 }
 _Loader: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-
-Loc = tuple[str | int, ...]
-Model = TypeVar("Model", bound=BaseModel)
-
-
-class Located(Protocol):
-    """Something with a value whose parts have places."""
-
-    @property
-    def value(self) -> Any:
-        """Plain Python data."""
-        ...
-
-    def locate(self, loc: Loc) -> SourceLocation:
-        """Find the place of a part."""
-        ...
-
-    def locate_key(self, loc: Loc) -> SourceLocation:
-        """Find the place of the key of a part."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -83,8 +73,7 @@ def load_document(path: str | Path) -> Document:
     Raises:
         SpecError: The file is missing, too large, no strict YAML, or empty.
     """
-    text = _read(Path(path))
-    return parse_document(text, str(path))
+    return parse_document(_read(Path(path)), str(path))
 
 
 def parse_document(text: str, path: str) -> Document:
@@ -94,13 +83,14 @@ def parse_document(text: str, path: str) -> Document:
         SpecError: It is no strict YAML, too large, or empty.
     """
     start = SourceLocation(path, 1, 1)
+    _check_characters(text, path)
+    if len(text.encode()) > MAX_BYTES:
+        raise _too_large(start)
     try:
-        _scan(text, path)
+        _Scan(path).run(text)
         node = yaml.compose(text, Loader=_Loader)
     except yaml.YAMLError as error:
         raise _yaml_error(error, path) from error
-    except (RecursionError, ValueError) as error:
-        raise SpecError("the document cannot be read", where=start) from error
     if node is None:
         raise SpecError("the document is empty", where=start, remedy="Write a mapping.")
     builder = _Builder(path)
@@ -108,74 +98,116 @@ def parse_document(text: str, path: str) -> Document:
     return Document(path, value, builder.values, builder.keys)
 
 
-def validate(document: Located, model: type[Model]) -> Model:
-    """Validate a document against a spec model.
-
-    Raises:
-        SpecError: One problem, with its place.
-        InputErrors: Several problems, each with its place.
-    """
-    try:
-        return model.model_validate(document.value)
-    except ValidationError as error:
-        problems = [_problem(document, item, model) for item in error.errors()]
-        unique = list({str(problem): problem for problem in problems}.values())
-        if len(unique) == 1:
-            raise unique[0] from error
-        raise InputErrors(unique) from error
-
-
 def _read(path: Path) -> str:
     where = SourceLocation(str(path), 1, 1)
     try:
-        if path.is_dir():
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
             raise SpecError("this is a folder, not a file", where=where, remedy="Name a file.")
-        if path.stat().st_size > MAX_BYTES:
-            raise SpecError(
-                f"the file has {path.stat().st_size:,} bytes, at most {MAX_BYTES:,} are read",
-                where=where,
-            )
-        return path.read_text(encoding="utf-8")
+        # A device or pipe may never end.
+        if not stat.S_ISREG(mode):
+            raise SpecError("this is not a regular file", where=where, remedy="Name a file.")
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
     except FileNotFoundError as error:
         raise SpecError("there is no such file", where=where, remedy="Check the path.") from error
-    except UnicodeDecodeError as error:
-        raise SpecError("the file is not UTF-8", where=where, remedy="Save it as UTF-8.") from error
     except OSError as error:
         raise SpecError(f"the file cannot be read: {error.strerror}", where=where) from error
+    except ValueError as error:
+        raise SpecError(f"{shown(str(path))} is not a path", where=None) from error
+    if len(content) > MAX_BYTES:
+        raise _too_large(where)
+    return _decoded(content, str(path))
 
 
-def _scan(text: str, path: str) -> None:
-    """Count nodes and depth, aliases at the size of what they repeat, before building anything."""
-    sizes: dict[str, int] = {}
-    open_anchors: list[str | None] = []
-    counts: list[int] = [0]
-    documents = 0
-    for event in yaml.parse(text, Loader=_Loader):
-        place = _mark(event.start_mark, path)
-        if isinstance(event, yaml.DocumentStartEvent):
-            documents += 1
-            if documents > 1:
-                raise SpecError("a second document begins here", where=place, remedy="Keep one.")
-        elif isinstance(event, yaml.AliasEvent):
-            if event.anchor in open_anchors:
-                raise SpecError(f"alias *{event.anchor} contains itself", where=place)
-            counts[-1] += sizes.get(event.anchor, 1)
-        elif isinstance(event, yaml.CollectionStartEvent):
-            open_anchors.append(event.anchor)
-            counts.append(1)
-            if len(counts) > MAX_DEPTH + 1:
-                raise SpecError(f"nested more than {MAX_DEPTH} deep", where=place)
-        elif isinstance(event, yaml.CollectionEndEvent):
-            size, anchor = counts.pop(), open_anchors.pop()
-            if anchor is not None:
-                sizes[anchor] = size
-            counts[-1] += size
-        elif isinstance(event, yaml.ScalarEvent):
-            if event.anchor is not None:
-                sizes[event.anchor] = 1
-            counts[-1] += 1
-        if sum(counts) > MAX_NODES:
-            raise SpecError(f"more than {MAX_NODES:,} values, aliases included", where=place)
+def _decoded(content: bytes, path: str) -> str:
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise SpecError(
+            f"byte 0x{content[error.start]:02x} is not UTF-8",
+            where=_after(content[: error.start].decode("utf-8"), path),
+            remedy="Save the file as UTF-8.",
+        ) from error
+
+
+def _check_characters(text: str, path: str) -> None:
+    foreign = _FOREIGN.search(text)
+    if foreign is not None:
+        raise SpecError(
+            f"character U+{ord(foreign[0]):04X} cannot stand in YAML",
+            where=_after(text[: foreign.start()], path),
+            remedy="Remove it.",
+        )
+
+
+def _after(before: str, path: str) -> SourceLocation:
+    line_start = before.rfind("\n") + 1
+    return SourceLocation(path, before.count("\n") + 1, len(before) - line_start + 1)
+
+
+def _too_large(where: SourceLocation) -> SpecError:
+    return SpecError(f"the file has more than {MAX_BYTES:,} bytes", where=where, remedy="Split it.")
+
+
+class _Scan:
+    """Looks for what must not be built, with aliases counted at the size of what they repeat."""
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+        self._documents = 0
+        self._nodes = 0
+        self._sizes: dict[str, int] = {}
+        # For each open collection: its anchor and the nodes before it.
+        self._open: list[tuple[str | None, int]] = []
+
+    def run(self, text: str) -> None:
+        for event in yaml.parse(text, Loader=_Loader):
+            if isinstance(event, yaml.NodeEvent):
+                self._node(event)
+            elif isinstance(event, yaml.CollectionEndEvent):
+                anchor, before = self._open.pop()
+                if anchor is not None:
+                    self._sizes[anchor] = self._nodes - before
+            elif isinstance(event, yaml.DocumentStartEvent):
+                self._document(event)
+
+    def _document(self, event: yaml.DocumentStartEvent) -> None:
+        self._documents += 1
+        if self._documents > 1:
+            raise self._error("a second document begins here", event, "Keep one.")
+        if event.version not in {None, (1, 2)}:
+            raise self._error(
+                "this is YAML 1.1, whose words and numbers mean other things",
+                event,
+                "Remove %YAML and check words like no, on and 017.",
+            )
+
+    def _node(self, event: yaml.NodeEvent) -> None:
+        if isinstance(event, yaml.AliasEvent):
+            if any(anchor == event.anchor for anchor, _ in self._open):
+                raise self._error(f"alias *{event.anchor} contains itself", event)
+            self._nodes += self._sizes.get(str(event.anchor), 1)
+        else:
+            self._value(event)
+        if self._nodes > MAX_NODES:
+            raise self._error(f"more than {MAX_NODES:,} values, aliases included", event)
+
+    def _value(self, event: Any) -> None:
+        if event.tag is not None:
+            raise self._error(
+                f"tag {shown(event.tag)} is not read", event, "Remove it; quote text that needs it."
+            )
+        if isinstance(event, yaml.CollectionStartEvent):
+            self._open.append((event.anchor, self._nodes))
+            if len(self._open) > MAX_DEPTH:
+                raise self._error(f"nested more than {MAX_DEPTH} deep", event)
+        elif event.anchor is not None:
+            self._sizes[event.anchor] = 1
+        self._nodes += 1
+
+    def _error(self, what: str, event: yaml.Event, remedy: str = "") -> SpecError:
+        return SpecError(what, where=_mark(event.start_mark, self._path), remedy=remedy)
 
 
 class _Builder:
@@ -192,56 +224,61 @@ class _Builder:
             return self._mapping(node, loc)
         if isinstance(node, yaml.SequenceNode):
             return [self.build(item, (*loc, k)) for k, item in enumerate(node.value)]
-        assert isinstance(node, yaml.ScalarNode)
-        return self._scalar(node, loc)
+        if isinstance(node, yaml.ScalarNode) and not node.style:
+            return self._plain(node.value, self.values[loc])
+        return node.value
 
     def _mapping(self, node: yaml.MappingNode, loc: Loc) -> dict[str, Any]:
         built: dict[str, Any] = {}
+        written: dict[str, SourceLocation] = {}
         for key_node, value_node in node.value:
             place = _mark(key_node.start_mark, self.path)
-            if not isinstance(key_node, yaml.ScalarNode):
-                raise SpecError("a key must be text", where=place)
-            key = key_node.value
-            if key == "<<" and not key_node.style:
+            key = self._key(key_node, place)
+            # Two spellings of one accented letter are one key for the reader.
+            name = unicodedata.normalize("NFC", key)
+            if name in written:
                 raise SpecError(
-                    "merge keys are not read", where=place, remedy="Use `extends:` or repeat it."
-                )
-            if key in built:
-                first = self.keys[(*loc, key)]
-                raise SpecError(
-                    f"key {key!r} occurs twice, first in line {first.line}",
+                    f"key {shown(key)} occurs twice, first in line {written[name].line}",
                     where=place,
                     remedy="Remove one.",
                 )
+            written[name] = place
             self.keys[(*loc, key)] = place
             built[key] = self.build(value_node, (*loc, key))
         return built
 
-    def _scalar(self, node: yaml.ScalarNode, loc: Loc) -> Any:
-        text: str = node.value
-        if node.tag.startswith("!") or (
-            node.tag.startswith("tag:") and not node.tag.startswith("tag:yaml.org,2002:")
-        ):
-            raise SpecError(f"tag {node.tag!r} is not read", where=self.values[loc])
-        if node.style:
-            return text
+    def _key(self, node: yaml.Node, place: SourceLocation) -> str:
+        if not isinstance(node, yaml.ScalarNode):
+            raise SpecError("a key must be text", where=place)
+        if node.value == "<<" and not node.style:
+            raise SpecError(
+                "merge keys are not read", where=place, remedy="Use `extends:` or repeat it."
+            )
+        return str(node.value)
+
+    def _plain(self, text: str, where: SourceLocation) -> Any:
         if text in _WORDS:
             return _WORDS[text]
-        if _NON_FINITE.match(text):
-            raise SpecError(
-                f"{text} is not a finite number", where=self.values[loc], remedy="Write a number."
-            )
-        if _INTEGER.match(text):
-            return int(text) if len(text) < 400 else self._too_long(loc)
-        if _FLOAT.match(text):
+        if _NON_FINITE.fullmatch(text):
+            raise SpecError(f"{text} is not a finite number", where=where, remedy="Write a number.")
+        if _INTEGER.fullmatch(text):
+            return _integer(text, where)
+        if _FLOAT.fullmatch(text):
             value = float(text)
             if not math.isfinite(value):
-                raise SpecError(f"{text} is not a finite number", where=self.values[loc])
+                raise SpecError(f"{shown(text)} is not a finite number", where=where)
             return value
         return text
 
-    def _too_long(self, loc: Loc) -> int:
-        raise SpecError("a number of more than 400 digits", where=self.values[loc])
+
+def _integer(text: str, where: SourceLocation) -> int:
+    # 80 characters are enough for 64 bits; Python refuses thousands of digits with an exception.
+    value = int(text, 0) if len(text) <= 80 else None
+    if value is None or not -(2**63) <= value < 2**64:
+        raise SpecError(
+            f"{shown(text)} does not fit into 64 bits", where=where, remedy="Write 1e20 for 10^20."
+        )
+    return value
 
 
 def _mark(mark: Any, path: str) -> SourceLocation:
@@ -259,86 +296,3 @@ def _yaml_error(error: yaml.YAMLError, path: str) -> SpecError:
     where = _mark(mark, path) if mark is not None else SourceLocation(path, 1, 1)
     problem = getattr(error, "problem", None) or str(error).splitlines()[0]
     return SpecError(f"no valid YAML: {problem}", where=where)
-
-
-def _problem(document: Located, item: Any, model: type[BaseModel]) -> InputError:
-    loc = _real(document.value, item["loc"])
-    name = ".".join(map(str, loc)) or model.__name__
-    kind = item["type"]
-    if kind == "extra_forbidden":
-        allowed = _allowed_keys(model, item["loc"][:-1])
-        remedy = suggest(str(loc[-1]), allowed) if allowed else "Remove it."
-        return SpecError(
-            f"{name}: there is no key {loc[-1]!r} here",
-            where=document.locate_key(loc),
-            remedy=remedy,
-        )
-    if kind == "missing":
-        return SpecError(
-            f"{name} is missing", where=document.locate(loc[:-1]), remedy=f"Add `{loc[-1]}:`."
-        )
-    message = item["msg"].removeprefix("Value error, ")
-    value = item["input"]
-    shown = "" if isinstance(value, Mapping | list) or repr(value) in message else f" ({value!r})"
-    return SpecError(f"{name}: {_inner(message)}{shown}", where=document.locate(loc))
-
-
-def _inner(message: str) -> str:
-    """Drop the class name of an error that was raised inside a validator."""
-    return re.sub(r"^(?:[A-Z][A-Za-z]*Error: )", "", message)
-
-
-def _real(value: Any, loc: Loc) -> Loc:
-    """Drop the parts of a validator's location that name union members, not keys."""
-    real: list[str | int] = []
-    for number, part in enumerate(loc):
-        inside = (isinstance(value, Mapping) and part in value) or (
-            isinstance(value, list) and isinstance(part, int) and part < len(value)
-        )
-        if inside:
-            value = value[part]
-            real.append(part)
-        elif number == len(loc) - 1 and isinstance(part, str) and isinstance(value, Mapping):
-            real.append(part)
-    return tuple(real)
-
-
-def _allowed_keys(model: type[BaseModel], loc: Loc) -> list[str]:
-    """List the keys of the record at a place, following the model's schema."""
-    schema = model.model_json_schema(by_alias=True)
-    definitions = schema.get("$defs", {})
-    current: list[Any] = [schema]
-    for part in loc:
-        current = [found for item in current for found in _step(item, part, definitions)]
-    keys: dict[str, None] = {}
-    for item in current:
-        for candidate in _expand(item, definitions):
-            keys |= dict.fromkeys(candidate.get("properties", {}))
-    return list(keys)
-
-
-def _step(schema: Any, part: str | int, definitions: Mapping[str, Any]) -> list[Any]:
-    found: list[Any] = []
-    for candidate in _expand(schema, definitions):
-        if isinstance(part, int):
-            found.append(candidate.get("items", {}))
-        elif part in candidate.get("properties", {}):
-            found.append(candidate["properties"][part])
-        elif isinstance(candidate.get("additionalProperties"), dict):
-            found.append(candidate["additionalProperties"])
-        elif candidate.get("patternProperties"):
-            found += list(candidate["patternProperties"].values())
-        else:
-            found.append(candidate)
-    return found
-
-
-def _expand(schema: Any, definitions: Mapping[str, Any]) -> list[Any]:
-    if not isinstance(schema, dict):
-        return []
-    if "$ref" in schema:
-        return _expand(definitions.get(schema["$ref"].rsplit("/", 1)[-1], {}), definitions)
-    options = [*schema.get("anyOf", []), *schema.get("oneOf", [])]
-    if options:
-        return [found for option in options for found in _expand(option, definitions)]
-    return [schema]

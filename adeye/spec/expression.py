@@ -114,8 +114,8 @@ class Expression:
             raise _placed(error, self.where) from error
 
     def _require(self, known: Iterable[str]) -> None:
-        names = set(known)
-        for name in sorted(self.names - names):
+        names = sorted(known)
+        for name in sorted(self.names.difference(names)):
             raise self._error(f"uses {name!r}, which does not exist here", suggest(name, names))
 
     def _error(self, what: str, remedy: str = "") -> ExpressionError:
@@ -160,19 +160,19 @@ def to_program(expression: Expression, index: Mapping[str, int]) -> Program:
     Raises:
         ExpressionError: A name is not in the index, text is used, or too much is nested.
     """
-    expression._require(index)  # noqa: SLF001 - of this module
+    expression._require(index)
     ops = np.empty(len(expression.steps), dtype=np.int64)
     args = np.zeros(len(expression.steps))
     height = highest = 0
     for at, step in enumerate(expression.steps):
         if step.word == "text":
-            raise expression._error("uses text, which is not known during a run")  # noqa: SLF001
+            raise expression._error("uses text, which is not known during a run")
         ops[at] = _CODES[step.word]
         args[at] = float(index[step.text]) if step.word == "name" else step.number
         height += 1 - POPS[step.word]
         highest = max(highest, height)
     if highest > MAX_STACK:
-        raise expression._error(  # noqa: SLF001
+        raise expression._error(
             f"holds {highest} values at once, at most {MAX_STACK} can be", "Nest it less."
         )
     return Program(ops, args, highest)

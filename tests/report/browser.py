@@ -144,7 +144,7 @@ class Browser:
         self.wait(lambda: port_file.exists() and port_file.read_text().count("\n") >= 1)
         port = int(port_file.read_text().splitlines()[0])
         address = f"http://127.0.0.1:{port}/json/list"
-        with urllib.request.urlopen(address, timeout=PATIENCE_S) as answer:  # noqa: S310
+        with urllib.request.urlopen(address, timeout=PATIENCE_S) as answer:
             tabs = json.load(answer)
         return next(str(tab["webSocketDebuggerUrl"]) for tab in tabs if tab["type"] == "page")
 

@@ -73,6 +73,13 @@ def replay_command(run: str) -> str:
     return f"adeye replay {run}"
 
 
+GAPS = {
+    (3, 1): {Verdict.INCONCLUSIVE: 3, Verdict.PASS: 17, Verdict.VACUOUS: 40},
+    (5, 2): {Verdict.ERROR: 1, Verdict.PASS: 59},
+    (1, 0): {Verdict.INVALID: 2, Verdict.PASS: 58},
+}
+
+
 def counts_of(fsr: int, architecture: str, scenario: str) -> dict[Verdict, int]:
     """Decide how a requirement went; the legacy camera brakes late, the lidar has gaps."""
     scene = SCENARIOS.index(scenario)
@@ -80,12 +87,8 @@ def counts_of(fsr: int, architecture: str, scenario: str) -> dict[Verdict, int]:
         return {Verdict.FAIL: 11 - 4 * scene, Verdict.PASS: 49 + 4 * scene}
     if architecture == "legacy_camera" and fsr == 6:
         return {Verdict.FAIL: 2, Verdict.VACUOUS: 30, Verdict.PASS: 28}
-    if architecture == "lidar" and fsr == 3 and scene == 1:
-        return {Verdict.INCONCLUSIVE: 3, Verdict.PASS: 17, Verdict.VACUOUS: 40}
-    if architecture == "lidar" and fsr == 5 and scene == 2:
-        return {Verdict.ERROR: 1, Verdict.PASS: 59}
-    if architecture == "lidar" and fsr == 1 and scene == 0:
-        return {Verdict.INVALID: 2, Verdict.PASS: 58}
+    if architecture == "lidar" and (fsr, scene) in GAPS:
+        return GAPS[fsr, scene]
     if fsr in {2, 3} and scene == 2:
         return {Verdict.VACUOUS: 60}
     if fsr in {2, 3, 4}:
@@ -389,7 +392,7 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
                 id="front_radar", kind="radar", x_m=2.3, fov_rad=0.7, range_m=200.0,
                 alive=tuple(True for _ in times),
                 detections=tuple(
-                    ((drive_["cx"][row] - 1.9, drive_["cy"][row]), (165.0 + 24.0 * times[row] - 6.5, 8.75))
+                    ((drive_["cx"][row] - 1.9, drive_["cy"][row]), (158.5 + 24.0 * times[row], 8.75))
                     for row in range(count)
                 ),
             ),

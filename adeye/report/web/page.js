@@ -69,7 +69,7 @@ function applyFilters() {
   const fits = (data) => (!wanted.architecture || !data.architecture || data.architecture === wanted.architecture)
     && (!wanted.scenario || data.scenario === undefined || data.scenario === wanted.scenario);
   const has = (data) => !wanted.verdict || data.verdict === undefined || data.verdict === wanted.verdict;
-  filterMatrix(fits, has);
+  filterMatrix(fits, has, wanted.scenario !== "");
   for (const node of document.querySelectorAll(".list tbody tr, .card, .requirement .chip")) {
     node.hidden = !(fits(node.dataset) && has(node.dataset));
   }
@@ -82,10 +82,11 @@ function applyFilters() {
   if (byId("no-runs")) byId("no-runs").hidden = shown > 0;
 }
 
-function filterMatrix(fits, has) {
+function filterMatrix(fits, has, onlyOne) {
   const matrix = byId("matrix");
   for (const node of matrix.querySelectorAll("thead tr + tr th, tbody td")) {
     node.hidden = !fits(node.dataset);
+    node.classList.toggle("first", onlyOne || node.dataset.scenario === "");
     if (node.tagName === "TD") node.classList.toggle("dim", !has(node.dataset));
   }
   for (const group of matrix.querySelectorAll("thead .group")) {

@@ -47,12 +47,13 @@ function drawTimeline(size, replay, row) {
   }
   if (replay.horizon_s !== null && replay.horizon_s < last * replay.step_s) {
     const x = atTime(replay.horizon_s);
-    context.fillStyle = withAlpha(palette.surface, 0.45);
+    context.fillStyle = withAlpha(palette.surface, 0.55);
     context.fillRect(x, bandTop, at(last) - x, bandHeight);
     context.fillStyle = palette.quiet;
     context.textAlign = "left";
     context.fillRect(x, bandTop - 4, 1, bandHeight + 8);
-    context.fillText("tail", x + 4, bandTop + bandHeight + 10);
+    context.fillStyle = palette.ink;
+    context.fillText("tail", x + 5, bandTop + bandHeight / 2 + 0.5);
   }
   replay.faults.forEach((fault, index) => {
     for (const band of bands(fault.active)) {

@@ -1,0 +1,175 @@
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.channels.guard import GuardedChannel
+from adeye.ports import ChannelContext
+from adeye.signals import FAULT, OK, SILENT, ControlCommand, Observation
+from adeye.testing import channel_context
+
+RUNS = 3
+
+
+class Answering:
+    """Gives the answer of a function of the tick."""
+
+    monitor_ids: tuple[str, ...] = ()
+
+    def __init__(self, answer: Callable[[int], Any]) -> None:
+        self.answer = answer
+        self.tick = -1
+
+    def reset(self, context: ChannelContext) -> None:
+        self.tick = -1
+
+    def act(self, observation: Observation) -> Any:
+        self.tick += 1
+        return self.answer(self.tick)
+
+
+def good(**changes: Any) -> ControlCommand:
+    fields: dict[str, Any] = {
+        "acceleration": np.full(RUNS, 1.0),
+        "steering_angle": np.full(RUNS, 0.1),
+        "stamp": np.full(RUNS, 99.0),
+        "status": np.full(RUNS, OK, dtype=np.int64),
+    }
+    return ControlCommand("whatever", **(fields | changes))
+
+
+def guarded(answer: Callable[[int], Any], *, trusted: bool = False) -> GuardedChannel:
+    channel = GuardedChannel(Answering(answer), trusted=trusted)
+    channel.reset(channel_context(None, links=(), sensors={}, runs=RUNS))
+    return channel
+
+
+def act(channel: GuardedChannel, tick: int, running: Any = None) -> ControlCommand:
+    alive = np.ones(RUNS, dtype=np.bool_) if running is None else np.array(running)
+    return channel.act(Observation(0.1 * tick, {}, {}, None, alive))
+
+
+def test_good_command_passes_with_the_id_and_the_time_of_the_observation() -> None:
+    command = act(guarded(lambda _: good()), 2)
+    assert command.channel == "tested"
+    assert command.acceleration.tolist() == [1.0] * RUNS
+    assert command.stamp.tolist() == [0.2] * RUNS
+
+
+def test_nan_silences_its_own_run_only_and_for_good() -> None:
+    channel = guarded(
+        lambda tick: good(acceleration=np.array([1.0, np.nan if tick == 1 else 2.0, 3.0]))
+    )
+    act(channel, 0)
+    for tick in (1, 2):
+        command = act(channel, tick)
+        assert command.status.tolist() == [OK, SILENT, OK]
+        assert command.acceleration.tolist() == [1.0, 2.0, 3.0]
+        assert command.stamp[1] == 0.0
+    assert [event and event.outcome for event in channel.events] == [
+        None,
+        "channel_invalid_output",
+        None,
+    ]
+    event = channel.events[1]
+    assert event is not None
+    assert event.time == pytest.approx(0.1)
+
+
+def test_exception_silences_all_runs_that_have_not_ended() -> None:
+    def answer(tick: int) -> ControlCommand:
+        if tick == 1:
+            raise RuntimeError("planner lost")
+        return good()
+
+    channel = guarded(answer)
+    act(channel, 0)
+    command = act(channel, 1, [True, True, False])
+    assert command.status.tolist() == [SILENT, SILENT, OK]
+    assert act(channel, 2, [True, True, False]).status.tolist() == [SILENT, SILENT, OK]
+    assert [event and event.outcome for event in channel.events] == [
+        "channel_error",
+        "channel_error",
+        None,
+    ]
+    event = channel.events[0]
+    assert event is not None
+    assert "planner lost" in event.detail
+
+
+@pytest.mark.parametrize(
+    ("answer", "detail"),
+    [
+        (None, "NoneType"),
+        (good(acceleration=np.zeros(RUNS + 1)), "acceleration"),
+        (good(acceleration=[0.0] * RUNS), "list"),
+        (good(steering_angle=np.array(["a"] * RUNS)), "steering_angle"),
+        (good(status=np.zeros(RUNS)), "status"),
+        (good(monitors=np.zeros((RUNS, 1, 2))), "monitors"),
+        (good(tracks=np.zeros((RUNS, 2, 5))), "tracks"),
+    ],
+)
+def test_answer_of_the_wrong_form_silences_all_runs(answer: Any, detail: str) -> None:
+    channel = guarded(lambda _: answer)
+    assert act(channel, 0).status.tolist() == [SILENT] * RUNS
+    event = channel.events[0]
+    assert event is not None
+    assert event.outcome == "channel_invalid_output"
+    assert detail in event.detail
+
+
+def test_unknown_status_silences_its_run() -> None:
+    channel = guarded(lambda _: good(status=np.array([OK, 9, OK])))
+    assert act(channel, 0).status.tolist() == [OK, SILENT, OK]
+
+
+def test_channel_in_fault_may_hold_any_number() -> None:
+    channel = guarded(
+        lambda _: good(status=np.array([OK, FAULT, OK]), acceleration=np.array([1.0, np.inf, 3.0]))
+    )
+    command = act(channel, 0)
+    assert command.status.tolist() == [OK, FAULT, OK]
+    assert command.acceleration.tolist() == [1.0, 0.0, 3.0]
+    assert channel.events == [None] * RUNS
+
+
+def test_own_silence_freezes_the_stamp_and_is_no_failure() -> None:
+    channel = guarded(lambda tick: good(status=np.full(RUNS, SILENT if tick else OK)))
+    act(channel, 0)
+    assert act(channel, 1).stamp.tolist() == [0.0] * RUNS
+    assert channel.events == [None] * RUNS
+
+
+def test_failure_of_an_ended_run_is_not_recorded() -> None:
+    channel = guarded(lambda _: good(acceleration=np.array([1.0, np.nan, 1.0])))
+    command = act(channel, 0, [True, False, True])
+    assert channel.events == [None] * RUNS
+    assert np.isfinite(command.acceleration).all()
+
+
+def test_fewer_tracks_are_filled_up_and_more_are_cut() -> None:
+    for count in (2, 11):
+        channel = guarded(lambda _, count=count: good(tracks=np.zeros((RUNS, count, 6))))
+        tracks = act(channel, 0).tracks
+        assert tracks is not None
+        assert tracks.shape == (RUNS, 8, 6)
+        assert np.isfinite(tracks[0, :, 0]).sum() == min(count, 8)
+
+
+def test_channel_that_fails_at_reset_is_silent_from_the_start() -> None:
+    class Failing(Answering):
+        def reset(self, context: ChannelContext) -> None:
+            raise OSError("no model")
+
+    channel = GuardedChannel(Failing(lambda _: good()))
+    channel.reset(channel_context(None, links=(), sensors={}, runs=RUNS))
+    assert act(channel, 0).status.tolist() == [SILENT] * RUNS
+
+
+def test_exception_of_a_trusted_channel_is_not_mastered() -> None:
+    def answer(_tick: int) -> Any:
+        raise RuntimeError("our own defect")
+
+    with pytest.raises(RuntimeError, match="our own"):
+        act(guarded(answer, trusted=True), 0)

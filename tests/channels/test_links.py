@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from adeye.channels.links import linked_channels, no_command, observe
+from adeye.signals import SILENT, Authority, ControlCommand, Measurement
+
+
+def measurement() -> Measurement:
+    return Measurement(
+        np.zeros(2),
+        np.ones(2, dtype=np.bool_),
+        np.ones(2, dtype=np.bool_),
+        np.ones((2, 1), dtype=np.bool_),
+        np.ones((2, 1, 7)),
+        np.zeros((2, 1), dtype=np.int64),
+        np.ones((2, 13)),
+    )
+
+
+def command() -> ControlCommand:
+    status = np.zeros(2, dtype=np.int64)
+    return ControlCommand(
+        "a", np.ones(2), np.zeros(2), np.zeros(2), status, plan=np.zeros((2, 3, 4))
+    )
+
+
+AUTHORITY = Authority(np.zeros(2, dtype=np.int64), np.ones(2, dtype=np.int64))
+RUNNING = np.ones(2, dtype=np.bool_)
+READINGS = {"front": measurement(), "rear": measurement()}
+
+
+def test_only_what_is_linked_is_seen() -> None:
+    seen = observe(("front",), 1.0, READINGS, {"a": command()}, AUTHORITY, RUNNING, protect=False)
+    assert set(seen.measurements) == {"front"}
+    assert seen.commands == {}
+    assert seen.authority is None
+
+
+def test_source_of_a_detection_is_blanked_and_the_sensor_keeps_its_own() -> None:
+    seen = observe(("front",), 1.0, READINGS, {}, None, RUNNING, protect=False)
+    assert (seen.measurements["front"].source == -1).all()
+    assert (READINGS["front"].source == 0).all()
+
+
+def test_linked_channel_and_switch_are_seen() -> None:
+    links = ("channels.a", "switch")
+    seen = observe(links, 1.0, {}, {"a": command()}, AUTHORITY, RUNNING, protect=False)
+    assert set(seen.commands) == {"a"}
+    assert seen.authority is AUTHORITY
+
+
+def test_channel_that_has_not_commanded_is_seen_silent() -> None:
+    seen = observe(("channels.a",), 0.0, {}, {}, None, RUNNING, protect=False)
+    assert (seen.commands["a"].status == SILENT).all()
+    assert (seen.commands["a"].stamp == -1.0).all()
+
+
+def test_protected_observation_cannot_alter_the_truth() -> None:
+    links = ("front", "channels.a", "switch")
+    given = command()
+    seen = observe(links, 1.0, READINGS, {"a": given}, AUTHORITY, RUNNING, protect=True)
+    estimate = seen.measurements["front"].estimate
+    assert estimate is not None
+    assert seen.authority is not None
+    plan = seen.commands["a"].plan
+    assert plan is not None
+    for array in (
+        seen.measurements["front"].detections,
+        estimate,
+        seen.commands["a"].acceleration,
+        plan,
+        seen.authority.channel,
+        seen.running,
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+    assert not np.shares_memory(seen.commands["a"].acceleration, given.acceleration)
+
+
+def test_linked_channels_are_listed_in_order() -> None:
+    assert linked_channels(("front", "channels.b", "switch", "channels.a")) == ("b", "a")
+
+
+def test_no_command_is_silent_and_never_stamped() -> None:
+    nothing = no_command("a", 3)
+    assert nothing.status.tolist() == [SILENT] * 3
+    assert nothing.stamp.tolist() == [-1.0] * 3

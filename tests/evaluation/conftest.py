@@ -1,0 +1,244 @@
+"""Recorded runs made by hand: what a test says about ego, objects and decisions is in the trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.signals import RoadMap, SceneContext, Surroundings
+from adeye.spec.architecture import Architecture
+from adeye.spec.scenario import LogicalScenario
+from adeye.trace import ChannelEvent, Layout, Trace
+
+ARCHITECTURE: dict[str, Any] = {
+    "architecture": "two_channels",
+    "title": "Two channels",
+    "vehicle": {
+        "length": "4 m",
+        "width": "2 m",
+        "height": "1.5 m",
+        "wheelbase": "2.5 m",
+        "max_acceleration": "3 m/s^2",
+        "max_deceleration": "9 m/s^2",
+        "max_steering_angle": "0.6 rad",
+        "max_steering_rate": "0.5 rad/s",
+        "acceleration_lag": "0 s",
+        "steering_lag": "0 s",
+    },
+    "sensors": {
+        "camera": {
+            "kind": "camera",
+            "mount": {},
+            "field_of_view": "60 deg",
+            "range": "100 m",
+            "rate": "10 Hz",
+        },
+        "truth": {"kind": "ground_truth", "rate": "10 Hz"},
+    },
+    "channels": {
+        "nominal": {"kind": "nominal", "links": ["camera"], "rate": "10 Hz"},
+        "safety": {"kind": "safety", "links": ["truth"], "rate": "10 Hz"},
+    },
+    "switch": {"policy": "fixed_priority", "priority": ["safety", "nominal"], "default": "nominal"},
+}
+
+
+class HandMade:
+    """Runs on a straight road of three lanes of 3.5 m with a shoulder of 2 m.
+
+    The ego (4 m by 2 m) drives in the middle lane at 20 m/s, and so does every object of the same
+    size, 40 m ahead of it from bumper to bumper. Nothing fails and nothing is detected.
+    """
+
+    def __init__(
+        self,
+        *,
+        rows: int = 21,
+        runs: int = 1,
+        objects: tuple[str, ...] = ("lead",),
+        step: float = 0.1,
+        tail_rows: int = 5,
+        events: tuple[str, ...] = (),
+        faults: tuple[str, ...] = ("camera_out",),
+    ) -> None:
+        self.rows, self.runs, self.step = rows, runs, step
+        self.objects, self.events, self.faults = objects, events, faults
+        self.horizon_rows = rows - 1 - tail_rows
+        self.tail_rows = tail_rows
+        self.realised = events
+        self.time = np.arange(rows) * step
+        self.length = np.full(runs, rows)
+        self.horizon_row = np.full(runs, self.horizon_rows)
+        self.complete = np.ones(runs, dtype=np.bool_)
+        self.sizes = np.tile([4.0, 2.0, 1.5], (runs, len(objects), 1))
+        self.channel_events: list[ChannelEvent | None] = [None] * runs
+        shape, many = (runs, rows), len(objects)
+
+        def flags(*axes: int) -> np.ndarray:
+            return np.zeros((*shape, *axes), dtype=np.bool_)
+
+        self.columns: dict[str, Any] = {
+            "ego": np.zeros((*shape, 7)),
+            "ego_place": np.zeros((*shape, 6)),
+            "objects": np.zeros((*shape, many, 5)),
+            "object_places": np.zeros((*shape, many, 6)),
+            "begun": np.full((*shape, len(events)), np.nan),
+            "contact": np.full(shape, -1),
+            "impact_speed": np.zeros(shape),
+            "foreign_contact": flags(),
+            "sensor_stamp": np.broadcast_to(self.time[:, None], (*shape, 2)).copy(),
+            "sensor_alive": ~flags(2),
+            "detected": flags(2, many),
+            "detections": np.zeros((*shape, 2, many, 2)),
+            "acceleration": np.zeros((*shape, 2)),
+            "steering_angle": np.zeros((*shape, 2)),
+            "stamp": np.broadcast_to(self.time[:, None], (*shape, 2)).copy(),
+            "status": np.zeros((*shape, 2), dtype=np.int64),
+            "monitors": flags(1, 2),
+            "tracks": np.full((*shape, 2, 8, 6), np.nan),
+            "authority": np.zeros(shape, dtype=np.int64),
+            "reason": np.ones(shape, dtype=np.int64),
+            "command": np.zeros((*shape, 2)),
+            "fault_active": flags(len(faults)),
+        }
+        self.ego(speed=20.0, s=20.0 * self.time)
+        for name in objects:
+            self.object(name, speed=20.0, s=44.0 + 20.0 * self.time)
+
+    def ego(self, run: int | slice = slice(None), **motion: Any) -> HandMade:
+        """Set s, d, speed, heading, acceleration or steering_angle of the ego, all rows or one."""
+        self._move(self.columns["ego"], self.columns["ego_place"], run, motion)
+        return self
+
+    def object(self, name: str, run: int | slice = slice(None), **motion: Any) -> HandMade:
+        """Set s, d, speed, heading, acceleration, or size (length, width) of an object."""
+        index = self.objects.index(name)
+        if "size" in motion:
+            self.sizes[run, index, :2] = motion.pop("size")
+        states, places = self.columns["objects"], self.columns["object_places"]
+        self._move(states[:, :, index], places[:, :, index], run, motion)
+        return self
+
+    def _move(self, state: Any, place: Any, run: int | slice, motion: dict[str, Any]) -> None:
+        columns = {"speed": 3, "heading": 2, "acceleration": 4, "steering_angle": 5}
+        for what, value in motion.items():
+            if what == "s":
+                state[run, :, 0] = place[run, :, 0] = value
+            elif what != "d":
+                state[run, :, columns[what]] = value
+        d = motion.get("d", 5.25 if not place[..., 1].any() else place[run, :, 1])
+        state[run, :, 1] = place[run, :, 1] = d
+        lanes = np.floor(place[..., 1] / 3.5)
+        place[..., 4] = np.where((lanes >= 0) & (lanes < 3), lanes, -1)
+        place[..., 5] = place[..., 1] - (np.clip(lanes, 0, 2) + 0.5) * 3.5
+
+    def set(self, column: str, value: Any, *, rows: Any = slice(None), at: Any = None) -> HandMade:
+        """Set a column, of all runs, at some rows and, if given, one index of its next axis."""
+        target = self.columns[column]
+        if at is None:
+            target[:, rows] = value
+        else:
+            target[:, rows, at] = value
+        return self
+
+    def touch(self, row: int, name: str, *, speed: float = 3.0, run: int = 0) -> HandMade:
+        """End a run at a row by contact with an object."""
+        self.columns["contact"][run, row] = self.objects.index(name)
+        self.columns["impact_speed"][run, row] = speed
+        self.length[run] = row + 1
+        self.horizon_row[run] = min(self.horizon_row[run], row)
+        self.complete[run] = False
+        return self
+
+    def trace(self) -> Trace:
+        runs, segments = self.runs, np.zeros((self.runs, 1, 5))
+        segments[:, :, 3] = 10_000.0
+        column = np.ones(runs)
+        context = SceneContext(
+            step=self.step,
+            object_ids=self.objects,
+            object_classes=np.zeros(len(self.objects), dtype=np.int64),
+            actor_count=len(self.objects),
+            object_sizes=self.sizes,
+            object_reflectivity=np.full(self.sizes.shape[:2], 0.3),
+            ego_size=np.tile([4.0, 2.0, 1.5], (runs, 1)),
+            road=RoadMap(segments, 3.5 * column, 3, 2.0 * column, 36.0 * column),
+            surroundings=Surroundings(0 * column, 1e4 * column, column, column < 0),
+            stream_seeds=np.zeros(runs, dtype=np.uint64),
+            event_ids=self.events,
+        )
+        layout = Layout(
+            scenario="follow",
+            architecture=Architecture.model_validate(ARCHITECTURE),
+            sensors=("camera", "truth"),
+            channels=("nominal", "safety"),
+            monitors=("danger",),
+            faults=self.faults,
+            context=context,
+            horizon=self.horizon_rows * self.step,
+            tail=self.tail_rows * self.step,
+            realised=self.realised,
+        )
+        return Trace(
+            layout=layout,
+            time=self.time,
+            length=self.length,
+            horizon_row=self.horizon_row,
+            complete=self.complete,
+            columns=self.columns,
+            channel_events=tuple(self.channel_events),
+            case_digests=tuple(str(run) for run in range(runs)),
+        )
+
+
+@pytest.fixture
+def hand_made() -> type[HandMade]:
+    """Runs to be made by hand."""
+    return HandMade
+
+
+@pytest.fixture
+def architecture() -> Callable[..., Architecture]:
+    """The architecture of the hand-made runs, or one with other parts."""
+
+    def make(**changes: Any) -> Architecture:
+        return Architecture.model_validate({**ARCHITECTURE, **changes})
+
+    return make
+
+
+@pytest.fixture
+def scenario() -> Callable[..., LogicalScenario]:
+    """The scenario of the hand-made runs: follow a lead; horizon 1.5 s, tail 0.5 s."""
+
+    def make(*actors: str, horizon: str = "1.5 s", tail: str = "0.5 s") -> LogicalScenario:
+        start = {"lane": 1, "s": "44 m", "speed": "20 m/s"}
+        return LogicalScenario.model_validate(
+            {
+                "scenario": "follow",
+                "title": "Follow",
+                "provenance": {"source": "made for a test"},
+                "world": {
+                    "road": {
+                        "kind": "straight",
+                        "length": "2000 m",
+                        "lanes": 3,
+                        "lane_width": "3.5 m",
+                        "shoulder": "2 m",
+                        "speed_limit": "130 km/h",
+                    }
+                },
+                "environment": {"rain": "0 mm/h", "fog_visibility": "2000 m", "friction": 0.9},
+                "ego": {"lane": 1, "s": "0 m", "speed": "20 m/s"},
+                "actors": {
+                    name: {"kind": "car", "start": start} for name in (actors or ("lead",))
+                },
+                "horizon": horizon,
+                "tail": tail,
+            }
+        )
+
+    return make

@@ -1,0 +1,172 @@
+import random  # noqa: TID251 - picks rows to alter; no simulated noise
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.errors import IntegrityError, PlatformError
+from adeye.store import tables
+from adeye.store.repository import Repository
+
+
+@pytest.fixture
+def campaign(repository: Repository, example: Any) -> str:
+    return str(example.campaign(repository, 8))
+
+
+@contextmanager
+def tampering(raw: sqlite3.Connection) -> Iterator[sqlite3.Connection]:
+    """Someone with the file and a shell: no triggers, no foreign keys."""
+    for (name,) in raw.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+        raw.execute(f"DROP TRIGGER {name}")
+    raw.execute("PRAGMA foreign_keys = OFF")
+    raw.execute("PRAGMA ignore_check_constraints = ON")
+    yield raw
+
+
+def test_untouched_database_has_no_findings(repository: Repository, campaign: str) -> None:
+    assert repository.progress(campaign).accounted == 8
+    assert repository.verify() == ()
+
+
+@pytest.mark.parametrize(
+    "table", [table for table in tables.INSERT_ONLY if table.name != "alembic_version"], ids=str
+)
+def test_every_altered_value_is_named_with_its_table(
+    repository: Repository, campaign: str, raw: sqlite3.Connection, table: Any
+) -> None:
+    assert campaign
+    with tampering(raw):
+        for column in table.columns:
+            if column.name == "row_hash":
+                continue
+            raw.execute("BEGIN")
+            raw.execute(
+                f"UPDATE {table.name} SET {column.name} = "  # noqa: S608
+                f"CASE WHEN typeof({column.name}) IN ('integer', 'real') THEN {column.name} + 1 "
+                f"ELSE coalesce({column.name}, '') || 'x' END "
+                f"WHERE rowid = (SELECT max(rowid) FROM {table.name})"
+            )
+            raw.execute("COMMIT")
+            named = {item.table for item in repository.verify()}
+            assert table.name in named, column.name
+            raw.execute("BEGIN")
+            _undo(raw, table.name, column.name)
+            raw.execute("COMMIT")
+    assert repository.verify() == ()
+
+
+def _undo(raw: sqlite3.Connection, table: str, column: str) -> None:
+    raw.execute(
+        f"UPDATE {table} SET {column} = "  # noqa: S608
+        f"CASE WHEN typeof({column}) IN ('integer', 'real') THEN {column} - 1 "
+        f"WHEN {column} = 'x' AND {_nullable(table, column)} THEN NULL "
+        f"ELSE substr({column}, 1, length({column}) - 1) END "
+        f"WHERE rowid = (SELECT max(rowid) FROM {table})"
+    )
+
+
+def _nullable(table: str, column: str) -> int:
+    return int(bool(tables.metadata.tables[table].columns[column].nullable))
+
+
+DELETABLE = ("run", "metric", "verdict", "event", "tally", "campaign_case", "campaign_fsr")
+
+
+@pytest.mark.parametrize(
+    "table", [*DELETABLE, "test_case", "campaign", "odd", "scenario", "concept", "fsr", "work"]
+)
+def test_deleted_row_is_noticed(
+    repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
+) -> None:
+    assert campaign
+    with tampering(raw):
+        raw.execute(
+            f"DELETE FROM {table} WHERE rowid = (SELECT min(rowid) FROM {table})"  # noqa: S608
+        )
+    assert repository.verify() != ()
+
+
+@pytest.mark.parametrize("table", DELETABLE)
+def test_inserted_row_is_noticed_even_with_a_copied_hash(
+    repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
+) -> None:
+    assert campaign
+    described = tables.metadata.tables[table]
+    key = next(iter(described.primary_key.columns)).name
+    last = list(described.primary_key.columns)[-1].name
+    kept = [column.name for column in described.columns if column.name != last]
+    with tampering(raw):
+        raw.execute(
+            f"INSERT INTO {table} ({', '.join(kept)}, {last}) "  # noqa: S608
+            f"SELECT {', '.join(kept)}, {last} || '9' FROM {table} ORDER BY {key} LIMIT 1"
+        )
+    assert table in {item.table for item in repository.verify()}
+
+
+def test_edited_row_is_named_with_its_key(
+    repository: Repository, campaign: str, raw: sqlite3.Connection
+) -> None:
+    result = repository.find_run("3", campaign=campaign).result_digest
+    with tampering(raw):
+        raw.execute(
+            "UPDATE verdict SET verdict = 'FAIL' WHERE result_digest = ? AND fsr_id = 'FSR1'",
+            (result,),
+        )
+    findings = repository.verify()
+    assert any(item.table == "verdict" and item.row.startswith(result) for item in findings)
+    assert any(item.table == "tally" for item in findings)
+
+
+def test_metrics_of_two_runs_exchanged_with_their_hashes_are_noticed(
+    repository: Repository, campaign: str, raw: sqlite3.Connection
+) -> None:
+    assert campaign
+    with tampering(raw):
+        first, second = [
+            item[0] for item in raw.execute("SELECT result_digest FROM metric LIMIT 2").fetchall()
+        ]
+        for old, new in ((first, "t"), (second, first), ("t", second)):
+            raw.execute("UPDATE metric SET result_digest = ? WHERE result_digest = ?", (new, old))
+    assert {item.table for item in repository.verify()} >= {"metric", "run"}
+
+
+def test_text_that_is_not_unicode_is_a_finding_not_a_crash(
+    repository: Repository, campaign: str, raw: sqlite3.Connection
+) -> None:
+    assert campaign
+    with tampering(raw):
+        raw.execute("UPDATE event SET text = CAST(x'ff41' AS TEXT) WHERE seq = 0")
+        raw.execute("UPDATE run SET end_reason = x'ff41'")
+    named = {item.table for item in repository.verify()}
+    assert named >= {"event", "run"}
+
+
+def test_one_hundred_flipped_bits_are_never_taken_for_the_truth(
+    repository: Repository, example: Any, tmp_path: Path
+) -> None:
+    campaign = example.campaign(repository, 8)
+    truth = repository.result_table_hash(campaign)
+    repository.close()
+    with sqlite3.connect(repository.path) as connection:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    content = repository.path.read_bytes()
+    picks = random.Random(7)  # noqa: S311 - where to flip
+    for trial in range(100):
+        damaged = bytearray(content)
+        damaged[picks.randrange(100, len(content))] ^= 1 << picks.randrange(8)
+        path = tmp_path / f"flip{trial}.db"
+        path.write_bytes(damaged)
+        try:
+            with Repository.open(path, create=False) as flipped:
+                findings = flipped.verify()
+                changed = flipped.result_table_hash(campaign) != truth
+        except (IntegrityError, PlatformError):
+            continue
+        finally:
+            for leftover in tmp_path.glob("flip*"):
+                leftover.unlink()
+        assert findings or not changed

@@ -1,0 +1,208 @@
+import json
+import sqlite3
+from itertools import combinations_with_replacement
+from typing import Any
+
+import pytest
+
+from adeye.evaluation.verdict import Verdict, fold_runs
+from adeye.store.repository import Repository
+from adeye.store.stored import BlockCase
+from adeye.store.views import view_ddl
+
+JUDGED = [item for item in Verdict if item is not Verdict.NOT_RUN]
+WAIVABLE = (Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.NOT_RUN)
+
+
+def one(raw: sqlite3.Connection, sql: str, *values: Any) -> Any:
+    raw.row_factory = sqlite3.Row
+    found = raw.execute(sql, values).fetchall()
+    assert len(found) == 1
+    return found[0]
+
+
+@pytest.mark.parametrize("view", list(view_ddl()))
+def test_every_view_can_be_read_before_anything_is_stored(
+    raw: sqlite3.Connection, view: str
+) -> None:
+    assert raw.execute(f"SELECT * FROM {view}").fetchall() == []  # noqa: S608
+
+
+def runs_with(repository: Repository, example: Any, verdicts: tuple[Verdict, ...]) -> str:
+    """One FSR, one architecture, one scenario, one run for each verdict."""
+    example.requirements = example.requirements[:1]
+    cases = [example.case(4 * ordinal) for ordinal in range(len(verdicts))]
+
+    def verdict_of(case: BlockCase, _fsr: str) -> Verdict:
+        return verdicts[case.ordinal]
+
+    example.verdict_of = verdict_of
+    plan = repository.plan_campaign(example.record(), cases, block_size=1)
+    while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+        if verdicts[block.cases[0].ordinal] is Verdict.NOT_RUN:
+            assert repository.quarantine_block(block, "no result")
+        else:
+            assert repository.complete_block(block, example.runs(block))
+    return str(plan.campaign)
+
+
+@pytest.mark.parametrize(
+    "verdicts", list(combinations_with_replacement(Verdict, 2)), ids=lambda pair: "-".join(pair)
+)
+@pytest.mark.parametrize("min_exercised", [1, 2])
+def test_sql_folds_as_the_evaluation_does(
+    repository: Repository,
+    example: Any,
+    raw: sqlite3.Connection,
+    verdicts: tuple[Verdict, ...],
+    min_exercised: int,
+) -> None:
+    first = example.requirements[0]
+    example.requirements = (first.model_copy(update={"min_exercised": min_exercised}),)
+    campaign = runs_with(repository, example, verdicts)
+    waived = {item: verdicts.count(item) for item in WAIVABLE if item in verdicts}
+    gate = one(raw, "SELECT * FROM v_gate WHERE campaign = ? AND architecture = 'legacy'", campaign)
+    assert gate["verdict"] == fold_runs(verdicts, min_exercised=min_exercised)
+    assert gate["verdict_waived"] == fold_runs(verdicts, min_exercised=min_exercised, waived=waived)
+    status = one(
+        raw, "SELECT * FROM v_fsr_status WHERE campaign = ? AND architecture = 'legacy'", campaign
+    )
+    assert status["verdict"] == fold_runs(verdicts)
+    counts = {item: status[f"n_{item.lower()}"] for item in Verdict}
+    assert counts == {item: verdicts.count(item) for item in Verdict}
+
+
+def test_planned_but_empty_folds_to_not_run(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    campaign = example.campaign(repository, 8)
+    gate = one(
+        raw,
+        "SELECT * FROM v_gate WHERE campaign = ? AND fsr = 'FSR3' AND architecture = 'new'",
+        campaign,
+    )
+    assert (gate["planned"], gate["verdict"]) == (0, "NOT_RUN")
+
+
+@pytest.mark.parametrize(("architecture", "verdict"), [("new", "ERROR"), ("legacy", None)])
+def test_fsr_that_cannot_be_judged_is_an_error_in_the_gate_only(
+    repository: Repository,
+    example: Any,
+    raw: sqlite3.Connection,
+    architecture: str,
+    verdict: str | None,
+) -> None:
+    example.not_applicable = {"FSR1": {architecture: "no such signal"}}
+    campaign = example.campaign(repository, 4)
+    gate = one(
+        raw,
+        "SELECT * FROM v_gate WHERE campaign = ? AND fsr = 'FSR1' AND architecture = ?",
+        campaign,
+        architecture,
+    )
+    assert (gate["verdict"], gate["reason"], gate["applicable"]) == (verdict, "no such signal", 0)
+
+
+def test_optional_fsr_is_not_in_the_gate(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.campaign(repository, 4)
+    found = raw.execute("SELECT DISTINCT fsr FROM v_gate ORDER BY fsr").fetchall()
+    assert found == [("FSR1",), ("FSR3",)]
+
+
+def test_worst_run_is_the_failed_one(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    campaign = runs_with(repository, example, (Verdict.PASS, Verdict.FAIL, Verdict.INVALID))
+    gate = one(raw, "SELECT * FROM v_gate WHERE campaign = ? AND architecture = 'legacy'", campaign)
+    assert gate["worst_margin"] == -2.0
+    assert gate["worst_run"] == example.case(4).result_digest
+
+
+def test_run_without_a_judged_margin_has_no_worst(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    campaign = runs_with(repository, example, (Verdict.INVALID, Verdict.ERROR))
+    gate = one(raw, "SELECT * FROM v_gate WHERE campaign = ? AND architecture = 'legacy'", campaign)
+    assert gate["worst_run"] is None
+
+
+def test_verdicts_of_a_run_are_a_json_object(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.verdict_of = lambda _case, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
+    example.campaign(repository, 1)
+    run = one(raw, "SELECT * FROM v_runs")
+    assert json.loads(run["verdicts"]) == {"FSR1": "PASS", "FSR2": "FAIL"}
+    assert json.loads(run["parameters"]) == {"ego_speed": 20.0}
+    assert (run["min_distance_m"], run["min_ttc_s"], run["min_ttc_s_status"]) == (
+        3.0,
+        None,
+        "no_conflict",
+    )
+
+
+def test_unjudged_case_shows_an_empty_object(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    plan = repository.plan_campaign(example.record(), [example.case(2, inside_odd=False)])
+    assert example.work_off(repository, plan.campaign) == 1
+    assert one(raw, "SELECT verdicts FROM v_runs")["verdicts"] == "{}"
+
+
+def test_planned_case_without_a_run_is_not_run_in_v_verdicts(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    repository.plan_campaign(example.record(), example.cases(4))
+    found = raw.execute("SELECT DISTINCT verdict FROM v_verdicts").fetchall()
+    assert found == [("NOT_RUN",)]
+
+
+def test_pairs_share_situation_and_fault_and_differ_in_architecture(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    campaign = example.campaign(repository, 8)
+    pairs = raw.execute(
+        "SELECT architecture_a, architecture_b, min_distance_m_difference "
+        "FROM v_architecture_pairs WHERE campaign = ?",
+        (campaign,),
+    ).fetchall()
+    assert pairs == [("legacy", "new", 1.0)] * 4
+
+
+@pytest.mark.parametrize(("yaw_of_new", "pairs"), [({"yaw": 0.0}, 1), ({"yaw": 0.1}, 0), ({}, 1)])
+def test_pair_has_equal_values_on_every_axis_that_both_have(
+    repository: Repository,
+    example: Any,
+    raw: sqlite3.Connection,
+    yaw_of_new: dict[str, float],
+    pairs: int,
+) -> None:
+    cases = [example.case(0, point={"yaw": 0.0}), example.case(1, point=yaw_of_new)]
+    plan = repository.plan_campaign(example.record(), cases)
+    example.work_off(repository, plan.campaign)
+    assert raw.execute("SELECT count(*) FROM v_architecture_pairs").fetchone() == (pairs,)
+
+
+def test_coverage_counts_planned_done_and_exercised(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.verdict_of = lambda case, _fsr: Verdict.VACUOUS if case.ordinal == 0 else Verdict.PASS
+    plan = repository.plan_campaign(example.record(), example.cases(12), block_size=8)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert repository.complete_block(block, example.runs(block))
+    found = raw.execute(
+        "SELECT planned, done, exercised FROM v_coverage "
+        "WHERE scenario = 'cut_in' AND architecture = 'legacy' AND fault_entry = 'none'"
+    ).fetchall()
+    assert found == [(3, 2, 1)]
+
+
+def test_timeline_is_in_order(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.campaign(repository, 1)
+    found = raw.execute("SELECT seq, time_s, kind, subject FROM v_timeline").fetchall()
+    assert found == [(0, 0.5, "storyboard", "cutter"), (1, 1.5, "handover", "safety")]
