@@ -117,10 +117,11 @@ def _carry(pose: Floats, duration: float) -> None:
     later = max(0.0, speed + pose[POSE_ACCELERATION] * duration)
     way = 0.5 * (speed + later) * duration
     turn = pose[POSE_YAW_RATE] * duration
-    sine, cosine = sin_cos(pose[POSE_ALIGN] + 0.5 * turn)
     curvature = pose[POSE_CURVATURE]
     # A way on the inside of a curve is longer in terms of the reference line.
-    along = way * cosine / max(0.1, 1.0 - pose[POSE_D] * curvature)
+    scale = max(0.1, 1.0 - pose[POSE_D] * curvature)
+    sine, cosine = sin_cos(pose[POSE_ALIGN] + 0.5 * (turn - curvature * way / scale))
+    along = way * cosine / scale
     pose[POSE_S] += along
     pose[POSE_D] += way * sine
     pose[POSE_ALIGN] = wrap_to_pi(pose[POSE_ALIGN] + turn - curvature * along)

@@ -62,7 +62,7 @@ def replay(run: RunId, db: Db = None, html: HtmlFile = None, json: Json = False)
     else:
         _print(again)
     if html is not None:
-        from adeye.campaign.reporting import write_replay
+        from adeye.reporting import write_replay
 
         write_replay(db, run, html)
         wrote(html)

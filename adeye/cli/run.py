@@ -173,7 +173,7 @@ def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, 
 
 
 def _write(files: Files, db: str | None, campaign: str, *, quiet: bool) -> None:
-    from adeye.campaign.reporting import write_reports
+    from adeye.reporting import write_reports
 
     progress: Report
     with reporting("report", quiet=quiet) as progress:

@@ -144,7 +144,7 @@ class ReportBuilder:
             cells=cells,
             worst_cases=worst,
             dead_axes=tuple(dead_axes(self.results, self.odd, self._command)),
-            metrics=tuple(summarise(self.results, self._replay_command)),
+            metrics=tuple(summarise(self.results, self.replay_command)),
             hazards=tuple(self._hazards()),
             goals=tuple(self._goals()),
             elements=tuple(self._elements()),
@@ -158,7 +158,8 @@ class ReportBuilder:
     def _command(self, text: str) -> str:
         return f"{text} --db {self.database}" if self.database else text
 
-    def _replay_command(self, run: str) -> str:
+    def replay_command(self, run: str) -> str:
+        """Command line that executes a run again."""
         return self._command(f"adeye replay {run[:SHORT]}")
 
     # Content
@@ -350,7 +351,7 @@ class ReportBuilder:
             "margin": margin_of(record),
             "binding": binding_of(record),
             "worst_run": run.result_digest,
-            "command": self._replay_command(run.result_digest),
+            "command": self.replay_command(run.result_digest),
         }
 
     def _worst_cases(self) -> tuple[WorstCase, ...]:
@@ -378,7 +379,7 @@ class ReportBuilder:
                         ),
                         margin=margin_of(record),
                         binding=binding_of(record),
-                        command=self._replay_command(run.result_digest),
+                        command=self.replay_command(run.result_digest),
                     )
                     rank = 0.0 if record.verdict is Verdict.FAIL else 1e6
                     found.append((rank + _badness(record.robustness_low), case))

@@ -40,7 +40,7 @@ def script_text(value: Any) -> str:
     r"""Write a value as JSON that is inert inside a ``<script>`` element.
 
     >>> script_text({"name": "</script><b>"})
-    '{"name":"\\\\u003c/script>\\\\u003cb>"}'
+    '{"name":"\\u003c/script>\\u003cb>"}'
     """
     text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     # The two line separators end a line in some readers of scripts, but not in JSON.

@@ -290,11 +290,15 @@ class Report(Part):
 
     def cell(self, fsr: str, architecture: str, scenario: str | None = None) -> Cell | None:
         """Find one cell; None if nothing was recorded there."""
-        return self._cells_by_key.get((fsr, architecture, scenario))
+        if self._index[0] is not self.cells:
+            # A copy with other cells begins with what was computed for the old ones.
+            del self.__dict__["_index"]
+        return self._index[1].get((fsr, architecture, scenario))
 
     @cached_property
-    def _cells_by_key(self) -> dict[tuple[str, str, str | None], Cell]:
-        return {(cell.fsr, cell.architecture, cell.scenario): cell for cell in self.cells}
+    def _index(self) -> tuple[tuple[Cell, ...], dict[tuple[str, str, str | None], Cell]]:
+        index = {(cell.fsr, cell.architecture, cell.scenario): cell for cell in self.cells}
+        return self.cells, index
 
     def verdict_of(self, architecture: str) -> Verdict:
         """Fold the mandatory FSRs of an architecture.

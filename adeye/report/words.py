@@ -110,6 +110,7 @@ def value_text(value: float | str | None, unit: str = "") -> str:
 def binding_sentence(binding: Binding) -> str:
     """Say in one line where a margin comes from.
 
+    >>> from adeye.report.parts import Binding
     >>> binding_sentence(Binding(predicate="gap >= 2 m", signal="gap", time_s=4.35, value=1.2,
     ...     threshold=2.0, difference=-0.8, unit="m"))
     'gap >= 2 m: gap is 1.20 m at 4.35 s, short by 0.80 m'

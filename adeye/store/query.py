@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _FUNCTION_NAMES: Final = """
-abs acos asin atan atan2 avg ceil ceiling char coalesce cos count cume_dist current_date
-current_time current_timestamp date datetime degrees dense_rank exp first_value floor glob
-group_concat hex ifnull iif json json_array json_array_length json_each json_extract
-json_group_array json_group_object json_object json_quote json_tree json_type json_valid
-julianday lag last_value lead length like ln log log10 log2 lower max min mod nth_value
-ntile nullif percent_rank pi pow power quote radians rank round row_number sign sin sqrt
-strftime substr substring sum tan time total trunc typeof unicode upper -> ->>
+-> ->> abs acos asin atan atan2 avg ceil ceiling char coalesce cos count cume_dist
+current_date current_time current_timestamp date datetime degrees dense_rank exp first_value
+floor glob group_concat hex ifnull iif json json_array json_array_length json_each
+json_extract json_group_array json_group_object json_object json_quote json_tree json_type
+json_valid julianday lag last_value lead length like ln log log10 log2 lower max min mod
+nth_value ntile nullif percent_rank pi pow power quote radians random rank round row_number
+sign sin sqrt strftime substr substring sum tan time total trunc typeof unicode upper
 """
 FUNCTIONS: Final = frozenset(_FUNCTION_NAMES.split())
 """Functions that finish at once on any value within the limits."""
@@ -46,11 +46,13 @@ _LIMITS: Final = {
     sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 1,
     sqlite3.SQLITE_LIMIT_WORKER_THREADS: 0,
 }
-_PRAGMAS: Final = (
+_PREPARATIONS: Final = (
     "PRAGMA query_only = ON",
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
     "PRAGMA temp_store = MEMORY",
+    # These two are made on first use, which the authorizer would take for a change.
+    "SELECT 1 FROM json_each('[]'), json_tree('[]')",
 )
 _DEFENSIVE: Final = 1010
 """SQLITE_DBCONFIG_DEFENSIVE of sqlite3.h."""
@@ -147,8 +149,8 @@ class _Guard:
         self._is_late = False
 
     def close_in(self, connection: sqlite3.Connection) -> None:
-        for pragma in _PRAGMAS:
-            connection.execute(pragma)
+        for statement in _PREPARATIONS:
+            connection.execute(statement)
         # Python 3.12 and later.
         set_config = getattr(connection, "setconfig", None)
         if set_config is not None:

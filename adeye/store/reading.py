@@ -142,6 +142,7 @@ def run_ref(item: Row[Any]) -> RunRef:
         test_case=item.test_case_digest,
         scenario=item.scenario,
         architecture=item.architecture,
+        inside_odd=bool(item.inside_odd),
         is_done=bool(item._mapping.get("is_done", True)),
     )
 

@@ -217,6 +217,7 @@ class RunRef:
     test_case: str
     scenario: str
     architecture: str
+    inside_odd: bool
     is_done: bool
 
 

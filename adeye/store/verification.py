@@ -19,6 +19,8 @@ from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.recording import RUN_HASHED, result_hash, tally_rows
 from adeye.store.rows import EngineKey
 from adeye.store.stored import Finding
+from adeye.store.triggers import trigger_ddl
+from adeye.store.views import view_ddl
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -36,6 +38,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
     driver.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")
     try:
         yield from _pages(connection)
+        yield from _definitions(connection)
         for table in (*tables.INSERT_ONLY, *plugin_tables(connection)):
             yield from _altered_rows(connection, table)
         yield from _content(connection)
@@ -68,6 +71,25 @@ def _pages(connection: Connection) -> Iterator[Finding]:
     for line in connection.exec_driver_sql("PRAGMA integrity_check").scalars().all():
         if line != "ok":
             yield Finding("database", "", str(line))
+
+
+def _definitions(connection: Connection) -> Iterator[Finding]:
+    """Name triggers and views that are gone or say something else."""
+    expected = {_second_name(ddl): ddl for ddl in (*trigger_ddl(), *view_ddl().values())}
+    stored = connection.exec_driver_sql(
+        "SELECT name, sql FROM sqlite_master WHERE type IN ('trigger', 'view')"
+    )
+    present = {item.name: item.sql for item in stored}
+    for name, ddl in expected.items():
+        if name not in present:
+            yield Finding("schema", name, "is missing")
+        elif present[name] != ddl:
+            yield Finding("schema", name, "is not as this release makes it")
+
+
+def _second_name(ddl: str) -> str:
+    """Return the name in ``CREATE VIEW name …``."""
+    return ddl.split(maxsplit=3)[2]
 
 
 def _altered_rows(connection: Connection, table: Table) -> Iterator[Finding]:

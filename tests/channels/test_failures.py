@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from adeye.channels.failures import ERROR, MAX_DETAIL, Failures, describe, silenced
 from adeye.signals import OK, SILENT, ControlCommand
@@ -51,9 +52,8 @@ def test_silent_run_keeps_values_and_stamp_of_before_and_the_other_run_its_own()
 
 
 def test_description_names_the_line_but_no_folder() -> None:
-    try:
+    with pytest.raises(ValueError, match="too fast") as caught:
         raise ValueError("too fast")
-    except ValueError as error:
-        text = describe(error)
+    text = describe(caught.value)
     assert text.startswith("ValueError: too fast (test_failures.py:")
     assert "/" not in text

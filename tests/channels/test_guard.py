@@ -21,10 +21,10 @@ class Answering:
         self.answer = answer
         self.tick = -1
 
-    def reset(self, context: ChannelContext) -> None:
+    def reset(self, _context: ChannelContext) -> None:
         self.tick = -1
 
-    def act(self, observation: Observation) -> Any:
+    def act(self, _observation: Observation) -> Any:
         self.tick += 1
         return self.answer(self.tick)
 
@@ -159,7 +159,7 @@ def test_fewer_tracks_are_filled_up_and_more_are_cut() -> None:
 
 def test_channel_that_fails_at_reset_is_silent_from_the_start() -> None:
     class Failing(Answering):
-        def reset(self, context: ChannelContext) -> None:
+        def reset(self, _context: ChannelContext) -> None:
             raise OSError("no model")
 
     channel = GuardedChannel(Failing(lambda _: good()))

@@ -163,9 +163,9 @@ def test_contact_row_has_no_distance_and_no_time_left(hand_made: Any) -> None:
 
 
 def test_overlapping_extents_of_bodies_apart_leave_their_distance_as_gap(hand_made: Any) -> None:
-    # Corner to corner: the turned extents overlap on the road, the bodies do not.
+    # Side by side and turned: the extents overlap on the road, the bodies do not.
     made = hand_made().ego(heading=np.pi / 4, speed=1.0)
-    made.object("lead", s=3.2, d=6.9, heading=np.pi / 4, speed=0.0)
+    made.object("lead", s=1.6, d=3.65, heading=np.pi / 4, speed=0.0)
     gap, actor = measured(made, "gap")
     assert actor == 0
     assert 0.0 < gap == pytest.approx(measured(made, "distance")[0])

@@ -288,11 +288,9 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
         for row in range(count)
     )
     required = [
-        None
-        if gap <= 0 or v <= cv
-        else min(12.0, (v - cv) ** 2 / (2.0 * gap))
+        None if gap <= 0 or v <= cv else min(12.0, (v - cv) ** 2 / (2.0 * gap))
         for gap, v, cv in zip(drive_["gap"], drive_["v"], drive_["cv"], strict=True)
-    ]  # fmt: skip
+    ]
     margin = margin_of(1, architecture, "cut_in", Verdict.FAIL if late else Verdict.PASS)
     verdicts = [
         RunVerdict(
@@ -321,9 +319,14 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
                     actor="cutter",
                     value=True,
                     threshold=False,
-                ),  # fmt: skip
+                ),
             ),
         )
+    late_events = (
+        Event(time_s=2.0, kind="fault", text="front_camera_out begins"),
+        Event(time_s=5.0, kind="fault", text="front_camera_out ends"),
+        Event(time_s=times[-1], kind="contact", text="contact with cutter"),
+    )
     return Replay(
         run=run,
         scenario="cut_in",
@@ -379,20 +382,37 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
         ),
         boxes=(
             StaticBox(
-                id=f"parked{text}", kind="parked_truck", length_m=8.0, width_m=2.4, x_m=260.0,
-                y_m=-1.5, heading_rad=0.05,
+                id=f"parked{text}",
+                kind="parked_truck",
+                length_m=8.0,
+                width_m=2.4,
+                x_m=260.0,
+                y_m=-1.5,
+                heading_rad=0.05,
             ),
-        ),  # fmt: skip
+        ),
         sensors=(
             SensorView(
-                id=f"front_camera{text}", kind="camera", x_m=1.5, fov_rad=1.75, range_m=120.0,
-                alive=tuple(not blind for blind in out), detections=points,
+                id=f"front_camera{text}",
+                kind="camera",
+                x_m=1.5,
+                fov_rad=1.75,
+                range_m=120.0,
+                alive=tuple(not blind for blind in out),
+                detections=points,
             ),
             SensorView(
-                id="front_radar", kind="radar", x_m=2.3, fov_rad=0.7, range_m=200.0,
+                id="front_radar",
+                kind="radar",
+                x_m=2.3,
+                fov_rad=0.7,
+                range_m=200.0,
                 alive=tuple(True for _ in times),
                 detections=tuple(
-                    ((drive_["cx"][row] - 1.9, drive_["cy"][row]), (158.5 + 24.0 * times[row], 8.75))
+                    (
+                        (drive_["cx"][row] - 1.9, drive_["cy"][row]),
+                        (158.5 + 24.0 * times[row], 8.75),
+                    )
                     for row in range(count)
                 ),
             ),
@@ -418,27 +438,35 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
         events=(
             Event(time_s=0.0, kind="storyboard", text=f"start{text}"),
             Event(time_s=1.8, kind="storyboard", text="cut_in begins"),
-            Event(time_s=2.0, kind="fault", text="front_camera_out begins"),
-            Event(time_s=5.0, kind="fault", text="front_camera_out ends"),
             Event(time_s=4.6, kind="switch", text="nominal → safety (request)"),
-            *((Event(time_s=times[-1], kind="contact", text="contact with cutter"),) if late else ()),
+            *(late_events if late else ()),
         ),
         signals=(
             SignalPlot(
-                name=f"required_deceleration{text}", unit="m/s²", values=tuple(required),
+                name=f"required_deceleration{text}",
+                unit="m/s²",
+                values=tuple(required),
                 thresholds=(ThresholdLine(fsr="FSR-02", value=6.0, side="at_most"),),
             ),
             SignalPlot(
-                name="time_headway", unit="s",
-                values=tuple(max(0.0, g) / max(v, 1.0) for g, v in zip(drive_["gap"], drive_["v"], strict=True)),
+                name="time_headway",
+                unit="s",
+                values=tuple(
+                    max(0.0, gap) / max(speed, 1.0)
+                    for gap, speed in zip(drive_["gap"], drive_["v"], strict=True)
+                ),
                 thresholds=(ThresholdLine(fsr="FSR-07", value=0.8, side="at_least"),),
             ),
             SignalPlot(
-                name="ego.acceleration", unit="m/s²", values=tuple(drive_["a"]),
+                name="ego.acceleration",
+                unit="m/s²",
+                values=tuple(drive_["a"]),
                 thresholds=(ThresholdLine(fsr="FSR-05", value=-4.5, side="at_least"),),
             ),
             SignalPlot(
-                name="ego.lane_offset", unit="m", values=tuple(y - 5.25 for y in drive_["y"]),
+                name="ego.lane_offset",
+                unit="m",
+                values=tuple(y - 5.25 for y in drive_["y"]),
                 thresholds=(
                     ThresholdLine(fsr="FSR-06", value=0.6, side="at_most"),
                     ThresholdLine(fsr="FSR-06", value=-0.6, side="at_least"),
@@ -447,15 +475,17 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
             SignalPlot(name="ego.speed", unit="m/s", values=tuple(drive_["v"])),
             SignalPlot(name="actor.cutter.gap", unit="m", values=tuple(drive_["gap"])),
             SignalPlot(
-                name="channel.nominal.status", values=tuple(float(time >= 8.0) for time in times),
+                name="channel.nominal.status",
+                values=tuple(float(time >= 8.0) for time in times),
                 labels=("ok", "silent"),
             ),
             SignalPlot(
-                name="authority.safety", values=tuple(float(flag) for flag in takes_over),
+                name="authority.safety",
+                values=tuple(float(flag) for flag in takes_over),
                 labels=("false", "true"),
             ),
         ),
-    )  # fmt: skip
+    )
 
 
 def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report:

@@ -242,9 +242,24 @@ def example() -> Example:
     return Example()
 
 
+@pytest.fixture(scope="session")
+def make_example() -> Callable[[], Example]:
+    return Example
+
+
+@pytest.fixture(scope="session")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """An empty database; copying it is faster than migrating."""
+    path = tmp_path_factory.mktemp("empty") / "adeye.db"
+    Repository.open(path).close()
+    return path.read_bytes()
+
+
 @pytest.fixture
-def repository(tmp_path: Path) -> Iterator[Repository]:
-    with Repository.open(tmp_path / "adeye.db") as opened:
+def repository(tmp_path: Path, empty: bytes) -> Iterator[Repository]:
+    path = tmp_path / "adeye.db"
+    path.write_bytes(empty)
+    with Repository.open(path, create=False) as opened:
         yield opened
 
 

@@ -47,10 +47,15 @@ def test_other_locations_are_refused_without_their_password(url: str) -> None:
     assert "canary" not in str(caught.value)
 
 
-def test_write_that_raises_leaves_nothing(database: Database) -> None:
-    with pytest.raises(RuntimeError, match="half"), database.write() as connection:
+def fail_half_way(database: Database) -> None:
+    with database.write() as connection:
         connection.exec_driver_sql("INSERT INTO t VALUES (1)")
         raise RuntimeError("half way")
+
+
+def test_write_that_raises_leaves_nothing(database: Database) -> None:
+    with pytest.raises(RuntimeError, match="half way"):
+        fail_half_way(database)
     assert values(database) == []
 
 
@@ -67,7 +72,7 @@ def test_writers_of_several_threads_wait_for_each_other(database: Database) -> N
     def add(first: int) -> None:
         for number in range(first, first + 20):
             with database.write() as connection:
-                connection.exec_driver_sql(f"INSERT INTO t VALUES ({number})")
+                connection.exec_driver_sql("INSERT INTO t VALUES (?)", (number,))
 
     threads = [threading.Thread(target=add, args=(100 * index,)) for index in range(4)]
     for thread in threads:
@@ -134,19 +139,21 @@ def test_parent_that_cannot_be_made_is_named(tmp_path: Path) -> None:
         create_parent(tmp_path / "file" / "a.db")
 
 
-def test_full_disk_is_named_and_keeps_what_was_committed(database: Database) -> None:
+def fill_the_disk(database: Database) -> None:
     with database.write() as connection:
-        connection.exec_driver_sql("INSERT INTO t VALUES (1)")
-    with (
-        pytest.raises(PlatformError, match="the disk is full.*Free some space") as caught,
-        database.write() as connection,
-    ):
         pages = connection.exec_driver_sql("PRAGMA page_count").scalar()
         connection.exec_driver_sql(f"PRAGMA max_page_count = {pages}")
         connection.exec_driver_sql(
             "WITH RECURSIVE n(i) AS (SELECT 2 UNION ALL SELECT i + 1 FROM n LIMIT 100000) "
             "INSERT INTO t SELECT i FROM n"
         )
+
+
+def test_full_disk_is_named_and_keeps_what_was_committed(database: Database) -> None:
+    with database.write() as connection:
+        connection.exec_driver_sql("INSERT INTO t VALUES (1)")
+    with pytest.raises(PlatformError, match=r"the disk is full.*Free some space") as caught:
+        fill_the_disk(database)
     assert caught.value.exit_code == 5
     assert values(Database(database.path)) == [1]
 

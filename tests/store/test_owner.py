@@ -24,12 +24,12 @@ def test_used_again_pid_is_another_process() -> None:
 def test_ended_process_is_dead_even_before_its_parent_looks() -> None:
     child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     there = replace(Owner.current(), pid=child.pid, started=_started(child.pid))
-    assert not there.is_dead
+    assert [there.is_dead] == [False]
     child.kill()
     _wait_for_exit_without_reaping(child.pid)
-    assert there.is_dead
+    assert [there.is_dead] == [True]
     child.communicate()
-    assert there.is_dead
+    assert [there.is_dead] == [True]
 
 
 def test_process_of_another_machine_is_never_known_to_be_dead() -> None:
@@ -48,10 +48,10 @@ def test_without_proc_the_pid_alone_tells(monkeypatch: pytest.MonkeyPatch, tmp_p
     child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     there = replace(Owner.current(), pid=child.pid)
     assert there.started == ""
-    assert not there.is_dead
+    assert [there.is_dead] == [False]
     child.kill()
     child.communicate()
-    assert there.is_dead
+    assert [there.is_dead] == [True]
 
 
 def _started(pid: int) -> str:
@@ -59,6 +59,6 @@ def _started(pid: int) -> str:
 
 
 def _wait_for_exit_without_reaping(pid: int) -> None:
-    import os  # noqa: PLC0415 - only here
+    import os
 
     os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)

@@ -184,7 +184,7 @@ def test_gate_architecture_without_a_run_is_not_forgotten(
 def test_latest_expiry_of_a_waiver_counts(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
-    from datetime import date  # noqa: PLC0415 - only here
+    from datetime import date
 
     example.waivers = tuple(
         Waiver(requirement="FSR1", reason="r", author="a", expires=date(year, 1, 1))

@@ -91,7 +91,7 @@ def test_artifact_is_named_by_a_digest_and_nothing_else(name: str) -> None:
 
 
 def _block_case(example: Any) -> Any:
-    from adeye.store.stored import BlockCase  # noqa: PLC0415 - only here
+    from adeye.store.stored import BlockCase
 
     case = example.case(0)
     return BlockCase(0, case.test_case, case.result_digest, has_result=False, missing_fsrs=())

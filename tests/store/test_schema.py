@@ -2,6 +2,7 @@ import multiprocessing
 import shutil
 import sqlite3
 from pathlib import Path
+from typing import Any
 
 import pytest
 from alembic.autogenerate import compare_metadata
@@ -75,7 +76,7 @@ def test_newer_database_is_refused(tmp_path: Path) -> None:
     schema.upgrade(path)
     set_version(path, "9999")
     for action in (schema.upgrade, Repository.open):
-        with pytest.raises(PlatformError, match="9999.*Use the newer release"):
+        with pytest.raises(PlatformError, match=r"9999.*Use the newer release"):
             action(path)
     assert schema.current(path) == "9999"
 
@@ -110,7 +111,7 @@ def test_foreign_database_is_not_read(tmp_path: Path) -> None:
 
 
 def test_missing_database_is_an_input_error_for_readers(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such file.*Run a campaign"):
+    with pytest.raises(InputError, match=r"no such file.*Run a campaign"):
         Repository.open(tmp_path / "a.db", create=False)
     assert list(tmp_path.iterdir()) == []
 
@@ -121,8 +122,8 @@ def test_migration_that_fails_leaves_nothing(
     path = tmp_path / "a.db"
     whole = schema._migrate
 
-    def fail_after(connection: object) -> None:
-        whole(connection)  # type: ignore[arg-type] - passed on as it came
+    def fail_after(connection: Any) -> None:
+        whole(connection)
         raise RuntimeError("power cut")
 
     monkeypatch.setattr(schema, "_migrate", fail_after)

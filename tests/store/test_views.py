@@ -46,9 +46,7 @@ def runs_with(repository: Repository, example: Any, verdicts: tuple[Verdict, ...
     return str(plan.campaign)
 
 
-@pytest.mark.parametrize(
-    "verdicts", list(combinations_with_replacement(Verdict, 2)), ids=lambda pair: "-".join(pair)
-)
+@pytest.mark.parametrize("verdicts", list(combinations_with_replacement(Verdict, 2)), ids="-".join)
 @pytest.mark.parametrize("min_exercised", [1, 2])
 def test_sql_folds_as_the_evaluation_does(
     repository: Repository,

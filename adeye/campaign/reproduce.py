@@ -1,0 +1,237 @@
+"""Show a stored run, and run it again to compare every bit of its trace."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from adeye import engine
+from adeye.campaign.content import recreate
+from adeye.campaign.work import evaluate, signals_of
+from adeye.errors import InputError
+from adeye.evaluation.judge import Evaluation
+from adeye.evaluation.source import TraceSignals
+from adeye.identity import digest
+from adeye.spec.concept import Concept
+from adeye.spec.quantity import SI
+from adeye.store.repository import Repository
+from adeye.store.stored import RunRef, StoredRun
+from adeye.sweep.case import TestCase
+from adeye.sweep.present import named_values
+from adeye.trace import Trace
+
+
+@dataclass(frozen=True)
+class Execution:
+    """A stored run, executed again.
+
+    Attributes:
+        run: Where it stands.
+        stored: What the database holds.
+        case: Its test case.
+        trace: The trace of this one run.
+        signals: Its signals by name.
+        evaluation: Metrics and judgements of the trace.
+    """
+
+    run: RunRef
+    stored: StoredRun
+    case: TestCase
+    trace: Trace
+    signals: TraceSignals
+    evaluation: Evaluation
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """What running a stored run again came to.
+
+    Attributes:
+        run: Result digest.
+        scenario: Id in the ODD.
+        architecture: Id.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        stored_digest: Trace digest in the database.
+        trace_digest: Trace digest now.
+        identical: Whether the two are equal.
+        rows: Ticks of the trace.
+        outcome: What happened.
+        verdicts: Verdict by FSR.
+        note: Why a difference may be expected; empty if none is.
+    """
+
+    run: str
+    scenario: str
+    architecture: str
+    fault_entry: str
+    stored_digest: str
+    trace_digest: str
+    identical: bool
+    rows: int
+    outcome: str
+    verdicts: Mapping[str, str]
+    note: str
+
+
+def rerun(repository: Repository, run: RunRef) -> Execution:
+    """Execute a stored run again, alone.
+
+    Args:
+        repository: The database.
+        run: A run that has a result.
+
+    Raises:
+        InputError: It was planned, but not executed yet.
+        IntegrityError: Its test case does not come out of the database as it went in.
+    """
+    stored = repository.run_row(run.result_digest)
+    if stored is None:
+        raise InputError(
+            f"run {run.result_digest[:12]} was planned, but not executed yet",
+            remedy="Run the campaign first.",
+        )
+    campaign = repository.find_campaign(run.campaign)
+    odd = repository.content("odd", campaign.odd_digest)
+    case, folder = recreate(
+        repository.test_case_row(run.test_case),
+        run.scenario,
+        odd["odd"],
+        inside_odd=run.inside_odd,
+    )
+    trace = engine.run(
+        [case],
+        backend=str(stored.row["backend"]),
+        base_dirs={case.architecture.architecture: folder},
+    )
+    concept = Concept.model_validate(
+        repository.content("concept", campaign.concept_digest), context=SI
+    )
+    faults = tuple(fault["id"] for fault in odd["odd"]["faults"])
+    return Execution(
+        run=run,
+        stored=stored,
+        case=case,
+        trace=trace,
+        signals=signals_of(trace, [case], faults),
+        evaluation=evaluate(trace, [case], concept.requirements, faults),
+    )
+
+
+def replay_run(db: str | Path | None, run: str) -> Replayed:
+    """Execute a stored run again and compare trace digests.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        run: Beginning of its result digest.
+    """
+    with Repository.open(db, create=False) as repository:
+        done = rerun(repository, repository.find_run(run))
+    row = done.stored.row
+    trace_digest = done.trace.digests()[0]
+    now = engine.identity(str(row["backend"]))
+    note = ""
+    if (row["variant"], row["numerics_version"]) != (now.variant, now.numerics_version):
+        note = (
+            f"it was made by {row['variant']}, numerics version {row['numerics_version']}; "
+            f"this is {now.variant}, numerics version {now.numerics_version}"
+        )
+    return Replayed(
+        run=done.run.result_digest,
+        scenario=done.run.scenario,
+        architecture=done.run.architecture,
+        fault_entry=done.case.fault_entry,
+        stored_digest=done.stored.trace_digest,
+        trace_digest=trace_digest,
+        identical=trace_digest == done.stored.trace_digest,
+        rows=int(done.trace.length[0]),
+        outcome=done.evaluation.outcomes[0].outcome.value,
+        verdicts={item.fsr_id: item.verdict.value for item in done.evaluation.judgements[0]},
+        note=note,
+    )
+
+
+def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
+    """Say everything that the database holds about a run, JSON-compatible.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        run: Beginning of its result digest.
+    """
+    with Repository.open(db, create=False) as repository:
+        ref = repository.find_run(run)
+        stored = repository.run_row(ref.result_digest)
+        case = repository.test_case_row(ref.test_case)
+        campaign = repository.find_campaign(ref.campaign)
+        odd = repository.content("odd", campaign.odd_digest)
+        concept = repository.content("concept", campaign.concept_digest)
+    point = named_values(dict(case.parameters), odd, ref.scenario)
+    option = f" --db {db}" if db else ""
+    described: dict[str, Any] = {
+        "run": ref.result_digest,
+        "test_case": ref.test_case,
+        "situation": case.situation,
+        "campaign": ref.campaign,
+        "ordinal": ref.ordinal,
+        "scenario": ref.scenario,
+        "architecture": ref.architecture,
+        "fault_entry": case.fault_entry,
+        "replicate": case.replicate,
+        "seed": case.seed,
+        "step_s": case.step_s,
+        "parameters": {item.label: item.value for item in point},
+        "is_done": stored is not None,
+        "command": f"adeye replay {ref.result_digest[:12]}{option}",
+    }
+    if stored is None:
+        return described
+    row = stored.row
+    requirements = Concept.model_validate(concept, context=SI).requirements
+    wanted = {item.id: digest(item.judged()) for item in requirements}
+    return described | {
+        "outcome": row["outcome"],
+        "outcome_channel": row["outcome_channel"],
+        "outcome_detail": row["outcome_detail"],
+        "end_reason": row["end_reason"],
+        "duration_s": row["duration_s"],
+        "trace_digest": row["trace_digest"],
+        "backend": row["backend"],
+        "variant": row["variant"],
+        "metrics": {
+            name: {
+                "value": item.value,
+                "status": item.status,
+                "time_s": item.time_s,
+                "actor": item.actor,
+            }
+            for name, item in stored.metrics.items()
+        },
+        "verdicts": [
+            {
+                "fsr": item.fsr_id,
+                "verdict": item.verdict.value,
+                "exercised": item.is_exercised,
+                "margin": item.margin,
+                "unit": item.unit,
+                "predicate": item.predicate,
+                "time_s": item.time_s,
+                "actor": item.actor,
+                "value": item.value,
+                "threshold": item.threshold,
+                "detail": item.detail,
+            }
+            for item in stored.verdicts
+            if wanted.get(item.fsr_id) == item.fsr_digest
+        ],
+        "events": [
+            {
+                "time_s": item.time_s,
+                "kind": item.kind,
+                "subject": item.subject,
+                "text": item.text,
+            }
+            for item in stored.events
+        ],
+    }
+

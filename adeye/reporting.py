@@ -1,0 +1,155 @@
+"""Write the reports of a campaign: the database's numbers and the runs that a page embeds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from adeye.campaign.reproduce import Execution, rerun
+from adeye.errors import UsageError
+from adeye.report.build import ReplayRequest, ReportBuilder, replay_events, run_verdicts
+from adeye.report.drive import replay_of
+from adeye.report.files import write_atomically
+from adeye.report.html import write_html
+from adeye.report.json_report import render_json
+from adeye.report.junit import render_junit
+from adeye.report.model import Report
+from adeye.report.parts import Label
+from adeye.report.plots import plots_of
+from adeye.report.replay import Replay
+from adeye.store.repository import Repository
+from adeye.store.rows import VerdictRecord
+from adeye.store.stored import CampaignInfo
+from adeye.sweep.present import named_values
+
+SECOND = len("YYYY-MM-DDTHH:MM:SS")
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """Which files to write; None for those that nobody asked for."""
+
+    html: Path | None = None
+    junit: Path | None = None
+    json: Path | None = None
+
+
+def write_reports(
+    db: str | Path | None,
+    campaign: str | None,
+    outputs: Outputs,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> Report:
+    """Build the report of a campaign and write it in the forms asked for.
+
+    The page embeds runs, which are executed again; JUnit and JSON need none.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        campaign: Id, its beginning or its number; None for the newest.
+        outputs: Files to write.
+        progress: Called with the run that is being drawn.
+
+    Raises:
+        InputError: There is no such campaign.
+        PlatformError: A file cannot be written.
+    """
+    with Repository.open(db, create=False) as repository:
+        found = find_campaign(repository, campaign)
+        builder = ReportBuilder(
+            repository,
+            found,
+            database=str(db) if db is not None else "",
+            created=found.created_at[:SECOND],
+        )
+        pen = _Pen(repository, builder, progress)
+        report = builder.build(pen.draw, replays=16 if outputs.html else 0)
+    if outputs.html is not None:
+        write_html(report, outputs.html)
+    if outputs.junit is not None:
+        write_atomically(render_junit(report), outputs.junit)
+    if outputs.json is not None:
+        write_atomically(render_json(report).encode(), outputs.json)
+    return report
+
+
+def write_replay(db: str | Path | None, run: str, path: Path) -> None:
+    """Write a page with the replay of one run.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        run: Beginning of its result digest.
+        path: Where to.
+    """
+    with Repository.open(db, create=False) as repository:
+        ref = repository.find_run(run)
+        campaign = repository.find_campaign(ref.campaign)
+        builder = ReportBuilder(
+            repository,
+            campaign,
+            database=str(db) if db is not None else "",
+            created=campaign.created_at[:SECOND],
+        )
+        pen = _Pen(repository, builder, None)
+        report = builder.build(pen.draw, replays=0)
+        drawn = pen.draw(ReplayRequest(ref, "asked for"))
+    write_html(report.model_copy(update={"replays": (drawn,)}), path)
+
+
+def find_campaign(repository: Repository, name: str | None) -> CampaignInfo:
+    """Find a campaign by name, or the newest.
+
+    Raises:
+        InputError: There is none.
+    """
+    if name is not None:
+        return repository.find_campaign(name)
+    found = repository.latest_campaign()
+    if found is None:
+        raise UsageError("the database has no campaign", remedy="Run an ODD first.")
+    return found
+
+
+class _Pen:
+    """Draws runs for a page."""
+
+    def __init__(
+        self,
+        repository: Repository,
+        builder: ReportBuilder,
+        progress: Callable[[str], None] | None,
+    ) -> None:
+        self._repository = repository
+        self._builder = builder
+        self._progress = progress or (lambda _: None)
+
+    def draw(self, request: ReplayRequest) -> Replay:
+        """Execute a run again and draw it."""
+        self._progress(request.run.result_digest)
+        return self._drawn(request, rerun(self._repository, request.run))
+
+    def _drawn(self, request: ReplayRequest, done: Execution) -> Replay:
+        builder = self._builder
+        records = self._verdicts(done)
+        stored = {item.fsr_id: item for item in records}
+        parameters = named_values(dict(done.case.parameters), builder.odd, done.run.scenario)
+        return replay_of(
+            done.trace,
+            0,
+            run_id=done.run.result_digest,
+            architecture=done.run.architecture,
+            fault=done.case.fault_entry,
+            parameters=[Label(label=item.label, value=item.value) for item in parameters],
+            outcome=done.evaluation.outcomes[0].outcome,
+            verdicts=run_verdicts(records),
+            events=replay_events(done.stored.events),
+            signals=plots_of(done.signals, 0, builder.concept.requirements, stored),
+            why=request.why,
+            command=builder.replay_command(done.run.result_digest),
+        )
+
+    def _verdicts(self, done: Execution) -> list[VerdictRecord]:
+        judged = {item.fsr_digest for item in done.evaluation.judgements[0]}
+        return [item for item in done.stored.verdicts if item.fsr_digest in judged]

@@ -1,0 +1,143 @@
+import numpy as np
+import pytest
+
+from adeye.channels.corridor import (
+    PATH_GAP,
+    PATH_REQUIRED,
+    PATH_SPEED,
+    PATH_WIDTH,
+    offset_from_corridor,
+    uses_path,
+    view_path,
+)
+from adeye.channels.pose import POSE_D, POSE_HEADING, POSE_S, POSE_SPEED, POSE_WIDTH, POSE_X, POSE_Y
+from adeye.channels.tracks import (
+    TRACK_HITS,
+    TRACK_LENGTH,
+    TRACK_STATE,
+    TRACK_VAR_VX,
+    TRACK_VX,
+    TRACK_VY,
+    TRACK_WIDTH,
+    TRACK_X,
+    TRACK_Y,
+    TRACKS,
+)
+from adeye.kernel.road import position
+from adeye.signals import Floats
+from adeye.testing.scenes import straight_road
+
+LANE = 5.25
+
+
+def view(
+    *objects: tuple[float, float, float, float],
+    speed: float = 20.0,
+    ego_d: float = LANE,
+    variance: float = 0.0,
+    curvature: float = 0.0,
+) -> Floats:
+    """Look at objects x, y, vx, vy in the vehicle frame of an ego on the lane at d = 5.25 m."""
+    segments = straight_road(curvature=curvature).segments[0]
+    pose = np.zeros(POSE_WIDTH)
+    pose[POSE_D], pose[POSE_SPEED] = ego_d, speed
+    pose[POSE_X], pose[POSE_Y], pose[POSE_HEADING] = position(segments, 0.0, ego_d)
+    pose[POSE_S] = 0.0
+    tracks = np.zeros((TRACKS, TRACK_STATE))
+    for row, item in enumerate(objects):
+        tracks[row, [TRACK_X, TRACK_Y, TRACK_VX, TRACK_VY]] = item
+        tracks[row, [TRACK_LENGTH, TRACK_WIDTH, TRACK_HITS, TRACK_VAR_VX]] = 4.5, 1.8, 3, variance
+    path = np.zeros(PATH_WIDTH)
+    view_path(tracks, pose, segments, LANE, 4.5, 1.8, 0.3, 3.0, path)
+    return path
+
+
+def test_empty_road_has_an_infinite_gap_and_requires_nothing() -> None:
+    path = view()
+    assert path[PATH_GAP] == np.inf
+    assert path[PATH_REQUIRED] == 0.0
+
+
+def test_object_ahead_in_the_lane_is_followed_bumper_to_bumper() -> None:
+    path = view((40.0, 0.0, 12.0, 0.0))
+    assert path[PATH_GAP] == pytest.approx(35.5)
+    assert path[PATH_SPEED] == pytest.approx(12.0)
+    assert path[PATH_REQUIRED] == pytest.approx(8.0**2 / (2.0 * 35.5))
+
+
+def test_nearest_is_followed_and_the_most_demanding_is_required() -> None:
+    path = view((80.0, 0.0, 0.0, 0.0), (30.0, 0.0, 20.0, 0.0))
+    assert path[PATH_GAP] == pytest.approx(25.5)
+    assert path[PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * 75.5))
+
+
+@pytest.mark.parametrize("y", [3.5, -3.5, 2.2])
+def test_object_in_the_next_lane_is_not_in_the_path(y: float) -> None:
+    assert view((40.0, y, 0.0, 0.0))[PATH_GAP] == np.inf
+
+
+def test_object_that_reaches_into_the_margin_is_in_the_path() -> None:
+    assert view((40.0, 2.0, 0.0, 0.0))[PATH_GAP] == pytest.approx(35.5)
+
+
+def test_object_behind_is_not_in_the_path() -> None:
+    assert view((-10.0, 0.0, 30.0, 0.0))[PATH_GAP] == np.inf
+
+
+def test_unconfirmed_speed_does_not_count_yet() -> None:
+    assert view((40.0, 0.0, 0.0, 0.0), variance=100.0)[PATH_GAP] == np.inf
+
+
+def test_object_on_the_way_back_to_the_lane_centre_is_in_the_path() -> None:
+    assert view((40.0, 1.5, 0.0, 0.0), ego_d=LANE - 1.5)[PATH_GAP] < np.inf
+    assert view((40.0, 0.0, 0.0, 0.0), ego_d=LANE - 1.5)[PATH_GAP] < np.inf
+
+
+def test_path_follows_the_curve() -> None:
+    radius = 200.0
+    straight_on = view((80.0, 0.0, 0.0, 0.0), curvature=1.0 / radius)
+    assert straight_on[PATH_GAP] == np.inf
+    angle = 80.0 / (radius - LANE)
+    along = (radius - LANE) * np.sin(angle), (radius - LANE) * (1.0 - np.cos(angle))
+    in_the_lane = view((*along, 0.0, 0.0), curvature=1.0 / radius)
+    assert in_the_lane[PATH_GAP] == pytest.approx(radius * angle - 4.5, rel=1e-6)
+
+
+def test_oncoming_object_is_to_be_stopped_for() -> None:
+    path = view((60.0, 0.0, -10.0, 0.0))
+    assert path[PATH_SPEED] == 0.0
+    assert path[PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * 55.5))
+
+
+def test_cutting_in_counts_within_a_second_of_entering() -> None:
+    assert view((40.0, 3.5, 20.0, -1.5))[PATH_GAP] == pytest.approx(35.5)
+    assert view((40.0, 3.5, 20.0, -0.6))[PATH_GAP] == np.inf
+
+
+def test_crossing_pedestrian_counts_when_both_come_together() -> None:
+    # At 20 m/s the ego is 2 s away; at 1.5 m/s the pedestrian enters after 1.8 s.
+    together = view((44.5, -4.8, 0.0, 1.5))
+    assert together[PATH_REQUIRED] == pytest.approx(20.0**2 / 80.0)
+    assert view((14.5, -4.8, 0.0, 1.5))[PATH_REQUIRED] == 0.0
+    assert view((140.0, -4.8, 0.0, 1.5))[PATH_REQUIRED] == 0.0
+
+
+def test_pedestrian_walking_away_or_along_does_not_count() -> None:
+    assert view((44.5, -4.8, 0.0, -1.5))[PATH_REQUIRED] == 0.0
+    assert view((44.5, -4.8, 1.5, 0.0))[PATH_REQUIRED] == 0.0
+
+
+def test_contact_requires_without_bound() -> None:
+    assert view((4.0, 0.0, 0.0, 0.0))[PATH_REQUIRED] == np.inf
+
+
+@pytest.mark.parametrize(("d", "offset"), [(7.0, 1.0), (5.5, 0.0), (4.0, -1.0)])
+def test_offset_is_from_the_strip_between_path_and_ego(d: float, offset: float) -> None:
+    assert offset_from_corridor(d, 5.0, 6.0) == offset
+
+
+def test_use_of_the_path_grows_with_inward_speed() -> None:
+    uses = [uses_path(4.0, inward, 1.5, 30.0, 9.0, 10.0) for inward in (0.0, 0.2, 1.0, 3.0)]
+    assert uses == sorted(uses)
+    assert uses[0] is False
+    assert uses[-1] is True

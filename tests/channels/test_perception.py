@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from adeye.channels.perception import perceive, show_tracks
+from adeye.channels.pose import POSE_WIDTH, clear_pose
+from adeye.channels.tracking import SENSOR_KINDS
+from adeye.channels.tracks import TRACK_HITS, TRACK_STATE, TRACKS
+from adeye.signals import TRACK_COLUMNS, Floats
+from adeye.testing.scenes import ego_estimate, object_measurement, straight_road
+
+STEP = 0.05
+SPEED = 20.0
+
+
+class Eye:
+    """The state of one run, fed with an object at rest 60 m ahead of the start."""
+
+    def __init__(self) -> None:
+        self.pose = np.zeros(POSE_WIDTH)
+        clear_pose(self.pose)
+        self.tracks = np.zeros((TRACKS, TRACK_STATE))
+        self.used = np.full(1, -1.0)
+
+    def look(self, time: float, *, stamp: float, with_pose: bool = True) -> None:
+        road = straight_road()
+        ego = np.array([[SPEED * stamp, 5.25, 0.0, SPEED, 0.0, 0.0, 0.0]])
+        objects = np.array([[[60.0, 5.25, 0.0, 0.0, 0.0]]])
+        seen = object_measurement(ego, objects, stamp)
+        perceive(
+            time,
+            STEP,
+            0.5,
+            4.0,
+            3.0,
+            road.segments[0],
+            ego_estimate(road, ego)[0],
+            stamp if with_pose else -1.0,
+            np.array([SENSOR_KINDS.index("radar")]),
+            np.zeros((1, 2)),
+            seen.stamp,
+            seen.mask,
+            seen.detections,
+            self.pose,
+            self.tracks,
+            self.used,
+        )
+
+    def shown(self) -> Floats:
+        shown = np.zeros((TRACKS, len(TRACK_COLUMNS)))
+        show_tracks(self.tracks, 3.0, shown)
+        return shown
+
+
+def test_confirmed_track_is_shown_in_the_vehicle_frame_with_its_speed_over_ground() -> None:
+    eye = Eye()
+    for tick in range(20):
+        eye.look(tick * STEP, stamp=tick * STEP)
+    first = eye.shown()[0]
+    assert first[:4] == pytest.approx([60.0 - SPEED * 0.95, 0.0, 0.0, 0.0], abs=0.1)
+    assert np.isnan(eye.shown()[1:]).all()
+
+
+def test_track_is_not_shown_before_it_is_confirmed() -> None:
+    eye = Eye()
+    for tick in range(2):
+        eye.look(tick * STEP, stamp=tick * STEP)
+    assert np.isnan(eye.shown()).all()
+
+
+def test_one_sample_is_used_once() -> None:
+    eye = Eye()
+    for tick in range(4):
+        eye.look(tick * STEP, stamp=0.0)
+    assert eye.tracks[0, TRACK_HITS] == 1.0
+
+
+def test_without_own_motion_nothing_is_tracked() -> None:
+    eye = Eye()
+    for tick in range(5):
+        eye.look(tick * STEP, stamp=tick * STEP, with_pose=False)
+    assert (eye.tracks[:, TRACK_HITS] == 0.0).all()
+    # The sample was not used up meanwhile.
+    eye.look(5 * STEP, stamp=5 * STEP)
+    assert eye.tracks[0, TRACK_HITS] == 1.0

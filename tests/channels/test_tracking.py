@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+
+from adeye.channels.pose import POSE_SPEED, POSE_WIDTH
+from adeye.channels.tracking import SENSOR_KINDS, drop_tentative, predict_tracks, update_tracks
+from adeye.channels.tracks import (
+    TRACK_HITS,
+    TRACK_STATE,
+    TRACK_VAR_VX,
+    TRACK_VX,
+    TRACK_VY,
+    TRACK_X,
+    TRACK_Y,
+    TRACKS,
+)
+from adeye.signals import Floats
+
+STEP = 0.05
+EGO_SPEED = 20.0
+TRUTH, RADAR, CAMERA = (SENSOR_KINDS.index(kind) for kind in ("ground_truth", "radar", "camera"))
+
+
+def ego_pose() -> Floats:
+    pose = np.zeros(POSE_WIDTH)
+    pose[POSE_SPEED] = EGO_SPEED
+    return pose
+
+
+def sample(x: float, y: float, rate: float | None = None) -> Floats:
+    detection = np.zeros((1, 7))
+    detection[0, [0, 1, 4, 5]] = x, y, 4.5, 1.8
+    if rate is not None:
+        detection[0, [2, 3]] = rate, 1.0
+    return detection
+
+
+def track(
+    kind: int,
+    ticks: int,
+    *,
+    velocity: tuple[float, float] = (10.0, 0.0),
+    latency: int = 0,
+    noise: float = 0.0,
+    with_rate: bool = False,
+) -> Floats:
+    """Track one object that starts 60 m ahead; return the tracks at the last tick."""
+    generator = np.random.Generator(np.random.Philox(2))
+    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    mask = np.ones(1, dtype=np.bool_)
+    for tick in range(ticks):
+        time = tick * STEP
+        predict_tracks(tracks, pose, time, STEP, 0.5)
+        stamp = time - latency * STEP
+        if stamp < 0.0:
+            continue
+        x = 60.0 + (velocity[0] - EGO_SPEED) * stamp + noise * generator.standard_normal()
+        y = 2.0 + velocity[1] * stamp
+        rate = velocity[0] - EGO_SPEED if with_rate else None
+        detection = sample(x, y, rate)
+        age = time - stamp
+        update_tracks(tracks, pose, kind, 0.0, 0.0, mask, detection, stamp, age, 4.0)
+    return tracks
+
+
+def test_two_exact_samples_give_place_and_velocity() -> None:
+    first = track(TRUTH, 2)[0]
+    assert first[[TRACK_X, TRACK_Y]] == pytest.approx([59.5, 2.0], abs=0.02)
+    assert first[[TRACK_VX, TRACK_VY]] == pytest.approx([10.0, 0.0], abs=0.3)
+
+
+def test_latency_does_not_bias_place_or_velocity() -> None:
+    late = track(TRUTH, 40, latency=3)[0]
+    assert late[TRACK_X] == pytest.approx(60.0 - 10.0 * 39 * STEP, abs=0.02)
+    assert late[TRACK_VX] == pytest.approx(10.0, abs=0.05)
+
+
+def test_range_rate_gives_the_velocity_at_once() -> None:
+    slow, quick = track(CAMERA, 1)[0], track(RADAR, 1, with_rate=True)[0]
+    assert quick[TRACK_VX] == pytest.approx(10.0, abs=0.2)
+    assert quick[TRACK_VAR_VX] < 1.0 < slow[TRACK_VAR_VX]
+
+
+def test_crossing_object_is_tracked_across() -> None:
+    crossing = track(TRUTH, 20, velocity=(0.0, -1.5))[0]
+    assert crossing[TRACK_VY] == pytest.approx(-1.5, abs=0.1)
+    assert crossing[TRACK_VX] == pytest.approx(0.0, abs=0.2)
+
+
+def test_noisy_place_ends_within_its_own_uncertainty() -> None:
+    first = track(CAMERA, 80, noise=1.0)[0]
+    assert abs(first[TRACK_VX] - 10.0) < 3.0 * np.sqrt(first[TRACK_VAR_VX])
+
+
+def test_one_object_makes_one_track() -> None:
+    assert (track(CAMERA, 40, noise=1.0)[:, TRACK_HITS] > 0.0).sum() == 1
+
+
+def test_hits_count_detections() -> None:
+    assert track(TRUTH, 3)[0, TRACK_HITS] == 3.0
+
+
+def test_unseen_track_coasts_and_is_then_forgotten() -> None:
+    tracks, pose = track(TRUTH, 10), ego_pose()
+    last = 9 * STEP
+    for tick in range(10, 20):
+        predict_tracks(tracks, pose, tick * STEP, STEP, 0.5)
+    assert tracks[0, TRACK_HITS] > 0.0
+    assert tracks[0, TRACK_X] == pytest.approx(60.0 - 10.0 * (last + 0.5), abs=0.3)
+    predict_tracks(tracks, pose, 20 * STEP, STEP, 0.5)
+    assert tracks[0, TRACK_HITS] == 0.0
+
+
+def test_tentative_track_is_dropped_sooner_than_a_confirmed_one() -> None:
+    tracks = track(TRUTH, 2)
+    drop_tentative(tracks, 1 * STEP + 0.25, 3.0)
+    assert tracks[0, TRACK_HITS] == 2.0
+    confirmed = tracks.copy()
+    drop_tentative(tracks, 1 * STEP + 0.3, 3.0)
+    drop_tentative(confirmed, 1 * STEP + 0.3, 2.0)
+    assert (tracks[0, TRACK_HITS], confirmed[0, TRACK_HITS]) == (0.0, 2.0)
+
+
+def test_detection_that_is_no_number_makes_no_track() -> None:
+    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    mask = np.ones(1, dtype=np.bool_)
+    update_tracks(tracks, pose, TRUTH, 0.0, 0.0, mask, sample(np.nan, 0.0), 0.0, 0.0, 4.0)
+    assert (tracks[:, TRACK_HITS] == 0.0).all()

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from adeye.channels.pose import POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
+from adeye.channels.tracks import (
+    TRACK_CLASS,
+    TRACK_HITS,
+    TRACK_STATE,
+    TRACK_X,
+    TRACK_Y,
+    TRACKS,
+    associate,
+    carry_point,
+    free_place,
+)
+from adeye.signals import Floats, Ints
+
+GATE = 4.0
+
+
+def tracks_at(*places: tuple[float, float], kind: float = 0.0) -> Floats:
+    tracks = np.zeros((TRACKS, TRACK_STATE))
+    for row, (x, y) in enumerate(places):
+        tracks[row, [TRACK_X, TRACK_Y, TRACK_CLASS, TRACK_HITS]] = x, y, kind, 3.0
+    return tracks
+
+
+def owners(tracks: Floats, *places: tuple[float, float], kind: float = 0.0) -> Ints:
+    owner = np.full(len(places), -1, dtype=np.int64)
+    detections = np.zeros((len(places), 7))
+    detections[:, 6] = kind
+    mask = np.ones(len(places), dtype=np.bool_)
+    associate(tracks, mask, detections, np.array(places), owner, 0.0, GATE)
+    return owner
+
+
+def test_standing_point_comes_nearer_by_the_way_of_the_ego() -> None:
+    pose = np.zeros(POSE_WIDTH)
+    pose[POSE_SPEED] = 20.0
+    assert carry_point(50.0, 2.0, pose, 0.1) == pytest.approx((48.0, 2.0))
+
+
+def test_point_turns_away_from_a_turning_ego() -> None:
+    pose = np.zeros(POSE_WIDTH)
+    pose[POSE_YAW_RATE] = np.pi / 2.0
+    assert carry_point(10.0, 0.0, pose, 1.0) == pytest.approx((0.0, -10.0), abs=1e-9)
+
+
+def test_nearest_pair_is_joined_first() -> None:
+    # The second detection is near both tracks, the first one only near the first track.
+    assert owners(tracks_at((20.0, 0.0), (22.0, 0.0)), (19.0, 0.0), (21.9, 0.0)).tolist() == [0, 1]
+
+
+def test_two_detections_never_share_a_track() -> None:
+    assert sorted(owners(tracks_at((20.0, 0.0)), (20.5, 0.0), (20.1, 0.0)).tolist()) == [-1, 0]
+
+
+def test_detection_outside_the_gate_fits_no_track() -> None:
+    assert owners(tracks_at((5.0, 0.0)), (5.0, 4.1)).tolist() == [-1]
+    assert owners(tracks_at((5.0, 0.0)), (5.0, 3.9)).tolist() == [0]
+
+
+def test_gate_is_longer_along_the_line_of_sight() -> None:
+    assert owners(tracks_at((100.0, 0.0)), (110.0, 0.0)).tolist() == [0]
+    assert owners(tracks_at((100.0, 0.0)), (100.0, 5.0)).tolist() == [-1]
+
+
+def test_other_class_does_not_fit_and_an_unknown_one_does() -> None:
+    assert owners(tracks_at((20.0, 0.0), kind=6.0), (20.0, 0.0), kind=0.0).tolist() == [-1]
+    assert owners(tracks_at((20.0, 0.0), kind=6.0), (20.0, 0.0), kind=-1.0).tolist() == [0]
+
+
+def test_detection_that_is_no_number_fits_nothing() -> None:
+    assert owners(tracks_at((20.0, 0.0)), (np.nan, 0.0)).tolist() == [-1]
+
+
+def test_new_track_takes_a_free_place_or_that_of_the_farthest() -> None:
+    assert free_place(tracks_at((20.0, 0.0)), np.array([30.0, 0.0])) == 1
+    full = tracks_at(*[(20.0 + 5.0 * row, 0.0) for row in range(TRACKS)])
+    assert free_place(full, np.array([10.0, 0.0])) == TRACKS - 1
+    assert free_place(full, np.array([90.0, 0.0])) == -1
+
+
+@pytest.mark.parametrize("place", [(-30.0, 0.0), (10.0, 40.0)])
+def test_no_track_begins_where_nothing_can_come_into_the_path(place: tuple[float, float]) -> None:
+    assert free_place(tracks_at(), np.array(place)) == -1

@@ -1,0 +1,51 @@
+"""Jerk, deceleration and place in the lane over hand-made runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.evaluation.metrics import METRICS
+
+
+def measure(made: Any, column: str) -> tuple[float, str, float]:
+    found = METRICS[column].compute(made.trace())
+    assert found.actor == (-1,)
+    return float(found.value[0]), found.status[0], float(found.time[0])
+
+
+def test_jerk_counts_whatever_its_sign(hand_made: Any) -> None:
+    acceleration = np.zeros(21)
+    acceleration[5], acceleration[6:] = 0.4, -0.5
+    made = hand_made().ego(acceleration=acceleration)
+    assert measure(made, "max_jerk_mps3") == (pytest.approx(9.0), "value", pytest.approx(0.6))
+
+
+def test_one_row_has_no_jerk(hand_made: Any) -> None:
+    made = hand_made()
+    made.length[:] = 1
+    assert measure(made, "max_jerk_mps3")[1] == "undefined"
+
+
+def test_deceleration_is_a_magnitude(hand_made: Any) -> None:
+    made = hand_made().ego(acceleration=np.where(np.arange(21) == 7, -3.5, 1.0))
+    assert measure(made, "max_deceleration_mps2") == (3.5, "value", pytest.approx(0.7))
+
+
+def test_ego_that_never_brakes_decelerates_with_zero(hand_made: Any) -> None:
+    assert measure(hand_made().ego(acceleration=2.0), "max_deceleration_mps2")[0] == 0.0
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_lane_offset_counts_to_both_sides(hand_made: Any, side: float) -> None:
+    d = 5.25 + side * np.linspace(0.0, 1.0, 21)
+    assert measure(hand_made().ego(d=d), "max_lane_offset_m") == (pytest.approx(1.0), "value", 2.0)
+
+
+@pytest.mark.parametrize("column", ["max_jerk_mps3", "max_deceleration_mps2", "max_lane_offset_m"])
+def test_one_unknown_sample_makes_the_metric_an_error(hand_made: Any, column: str) -> None:
+    made = hand_made()
+    made.columns["ego"][0, 9, 4] = made.columns["ego_place"][0, 9, 5] = np.nan
+    assert measure(made, column)[1] == "error"

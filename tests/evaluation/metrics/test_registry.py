@@ -1,0 +1,171 @@
+"""The registry of metrics, and what happens to a metric that misbehaves."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import UsageError
+from adeye.evaluation.metrics import METRICS, compute_metrics, register_metric
+from adeye.evaluation.metrics.registry import STATUSES
+from adeye.evaluation.outcome import run_alone
+from adeye.evaluation.stl.check import unit_exponents
+from adeye.ports import MetricColumn
+from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
+
+
+@pytest.fixture(autouse=True)
+def registry() -> Iterator[None]:
+    """Forget the metrics that a test registers."""
+    before = dict(METRICS)
+    yield
+    METRICS.clear()
+    METRICS.update(before)
+
+
+class Mean:
+    """Mean speed."""
+
+    uid = "mine:mean_speed@1"
+    column = "mean_speed_mps"
+    unit = "m/s"
+    worse = "higher"
+    source = "made for a test"
+
+    def compute(self, trace: Any) -> MetricColumn:
+        runs = trace.runs
+        speed = np.array([trace["ego"][run, : trace.length[run], 3].mean() for run in range(runs)])
+        return MetricColumn(speed, ("value",) * runs, np.zeros(runs), (-1,) * runs)
+
+
+def test_columns_are_those_of_the_store() -> None:
+    assert set(METRICS) == set(METRIC_IDS)
+    assert set(STATUSES) == set(METRIC_STATUSES)
+
+
+@pytest.mark.parametrize("column", METRIC_IDS)
+def test_metric_declares_what_it_is(column: str) -> None:
+    metric = METRICS[column]
+    assert metric.column == column
+    assert metric.uid.startswith("adeye:")
+    assert metric.uid.endswith("@1")
+    assert metric.worse in {"lower", "higher"}
+    assert metric.source
+    assert metric.text
+    assert unit_exponents(metric.unit) is not None
+    assert metric.worse == "higher" or metric.cap is not None or metric.settles
+
+
+def test_every_metric_of_an_uneventful_run_is_well_formed(hand_made: Any) -> None:
+    for name, column in compute_metrics(hand_made(runs=3).trace()).items():
+        assert column.value.shape == column.time.shape == (3,)
+        assert len(column.status) == len(column.actor) == 3
+        for run, status in enumerate(column.status):
+            assert status in STATUSES, name
+            assert np.isfinite(column.value[run]) == (status == "value"), name
+
+
+def test_run_alone_has_the_metrics_that_it_has_in_a_batch(hand_made: Any) -> None:
+    made = hand_made(runs=3).object("lead", run=1, speed=3.0, size=(5.0, 2.5)).touch(7, "lead", run=2)
+    trace = made.trace()
+    together = compute_metrics(trace)
+    for run in range(3):
+        for name, column in compute_metrics(run_alone(trace, run)).items():
+            np.testing.assert_array_equal(column.value[0], together[name].value[run])
+            assert column.status[0] == together[name].status[run]
+            assert column.actor[0] == together[name].actor[run]
+
+
+def test_definition_computes_from_a_trace(hand_made: Any) -> None:
+    column = METRICS["min_distance_m"].compute(hand_made().trace())
+    assert column.value[0] == pytest.approx(40.0)
+
+
+def test_class_becomes_a_metric(hand_made: Any) -> None:
+    assert register_metric(Mean) is Mean
+    metric = METRICS["mean_speed_mps"]
+    assert (metric.text, metric.scale, metric.cap, metric.settles) == ("Mean speed.", 1.0, None, False)
+    assert compute_metrics(hand_made().trace())["mean_speed_mps"].value[0] == pytest.approx(20.0)
+
+
+def test_metric_lacks_a_part() -> None:
+    class Nothing:
+        uid = "mine:nothing@1"
+
+    with pytest.raises(UsageError, match="no column, unit, worse, source, compute"):
+        register_metric(Nothing)
+
+
+def test_direction_of_danger_is_one_of_two() -> None:
+    with pytest.raises(UsageError, match="'up'"):
+        register_metric(type("Up", (Mean,), {"worse": "up"}))
+
+
+def test_column_belongs_to_one_metric() -> None:
+    with pytest.raises(UsageError, match="adeye:criticality.min_ttc@1"):
+        register_metric(type("Other", (Mean,), {"column": "min_ttc_s"}))
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, float("inf"), float("nan")])
+@pytest.mark.parametrize("name", ["scale", "cap"])
+def test_scale_and_cap_are_finite_and_positive(name: str, size: float) -> None:
+    with pytest.raises(UsageError, match=name):
+        register_metric(type("Odd", (Mean,), {name: size}))
+
+
+def computed(metric: type, made: Any) -> MetricColumn:
+    register_metric(metric)
+    return compute_metrics(made.trace())["mean_speed_mps"]
+
+
+def test_one_run_that_a_metric_fails_on_leaves_the_others(
+    hand_made: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Picky(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            if (trace["ego"][:, 0, 3] < 0.0).any():
+                msg = "backwards"
+                raise ValueError(msg)
+            return super().compute(trace)
+
+    made = hand_made(runs=3).ego(run=1, speed=-1.0)
+    with caplog.at_level(logging.ERROR):
+        column = computed(Picky, made)
+    assert column.status == ("value", "error", "value")
+    np.testing.assert_allclose(column.value, [20.0, np.nan, 20.0])
+    assert "backwards" in caplog.text
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_value_that_is_not_finite_is_an_error(hand_made: Any, bad: float) -> None:
+    class Bad(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            column = super().compute(trace)
+            column.value[0] = bad
+            return column
+
+    assert computed(Bad, hand_made(runs=2)).status == ("error", "value")
+
+
+def test_status_that_does_not_exist_is_an_error(hand_made: Any) -> None:
+    class Fine(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            column = super().compute(trace)
+            return MetricColumn(column.value, ("fine",) * trace.runs, column.time, column.actor)
+
+    column = computed(Fine, hand_made())
+    assert column.status == ("error",)
+    assert np.isnan(column.value[0])
+
+
+def test_wrong_number_of_values_is_an_error(hand_made: Any) -> None:
+    class Short(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            del trace
+            return MetricColumn(np.zeros(0), (), np.zeros(0), ())
+
+    assert computed(Short, hand_made(runs=2)).status == ("error", "error")

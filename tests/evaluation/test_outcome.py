@@ -1,0 +1,104 @@
+"""How runs end, whether they came about, and what may start an obligation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from adeye.evaluation.outcome import (
+    ended_by_contact,
+    invalid_reasons,
+    missing_events,
+    obligation_rows,
+    outcome,
+    run_alone,
+)
+from adeye.evaluation.verdict import Outcome
+from adeye.trace import ChannelEvent
+
+
+def test_run_alone_keeps_its_own_sizes(hand_made: Any) -> None:
+    made = hand_made(runs=3).object("lead", run=1, size=(12.0, 2.5))
+    alone = run_alone(made.trace(), 1)
+    assert alone.runs == alone.layout.context.runs == 1
+    assert alone.layout.context.object_sizes[0, 0, 0] == 12.0
+    assert run_alone(alone, 0).layout.context.runs == 1
+
+
+def begun(made: Any, at: float, *, row: int = -1) -> Any:
+    """Begin the first event at a time that is known from a row on."""
+    return made.set("begun", at, rows=slice(row, None), at=0)
+
+
+def test_run_to_the_horizon_is_completed(hand_made: Any) -> None:
+    found = outcome(hand_made().trace(), 0)
+    assert (found.outcome, found.channel, found.detail) == (Outcome.COMPLETED, None, None)
+    assert (found.is_realised, found.end_reason) == (True, "horizon")
+
+
+def test_run_to_the_goal_says_so(hand_made: Any) -> None:
+    made = hand_made()
+    made.horizon_row[:], made.length[:] = 8, 14
+    assert outcome(made.trace(), 0).end_reason == "goal"
+    assert obligation_rows(made.trace()).tolist() == [8]
+
+
+def test_event_within_the_horizon_realises_the_scenario(hand_made: Any) -> None:
+    trace = begun(hand_made(events=("cut_in",)), 1.5, row=15).trace()
+    assert missing_events(trace) == ((),)
+    assert invalid_reasons(trace) == (None,)
+
+
+@pytest.mark.parametrize("at", [float("nan"), 1.6])
+def test_event_that_begins_never_or_late_does_not(hand_made: Any, at: float) -> None:
+    trace = begun(hand_made(events=("cut_in",)), at).trace()
+    found = outcome(trace, 0)
+    assert (found.outcome, found.is_realised) == (Outcome.NOT_REALISED, False)
+    assert "cut_in did not begin" in str(found.detail)
+    assert "not realised: cut_in" in str(invalid_reasons(trace)[0])
+
+
+def test_event_that_nobody_asked_for_may_stay_away(hand_made: Any) -> None:
+    made = hand_made(events=("cut_in",))
+    made.realised = ()
+    assert invalid_reasons(made.trace()) == (None,)
+
+
+def test_contact_before_the_event_does_not_hide_itself(hand_made: Any) -> None:
+    trace = hand_made(events=("cut_in",)).touch(6, "lead").trace()
+    assert missing_events(trace) == ((),)
+    assert invalid_reasons(trace) == (None,)
+    assert outcome(trace, 0).end_reason == "contact"
+
+
+def test_failed_channel_is_named_before_the_scenario_that_it_spoilt(hand_made: Any) -> None:
+    made = hand_made(events=("cut_in",))
+    made.channel_events = [ChannelEvent("channel_error", "nominal", 0.4, "ValueError: no")]
+    found = outcome(made.trace(), 0)
+    assert (found.outcome, found.channel) == (Outcome.CHANNEL_ERROR, "nominal")
+    assert found.detail == "at 0.4 s: ValueError: no"
+    assert not found.is_realised
+
+
+def test_contact_from_the_start_is_invalid(hand_made: Any) -> None:
+    assert "from the start" in str(invalid_reasons(hand_made().touch(0, "lead").trace())[0])
+
+
+def test_other_traffic_that_collides_first_is_invalid(hand_made: Any) -> None:
+    made = hand_made().set("foreign_contact", value=True, rows=slice(3, None)).touch(6, "lead")
+    assert invalid_reasons(made.trace()) == ("other traffic collided first, at 0.3 s",)
+
+
+@pytest.mark.parametrize("row", [6, 7])
+def test_other_traffic_that_collides_no_earlier_is_not(hand_made: Any, row: int) -> None:
+    made = hand_made().set("foreign_contact", value=True, rows=slice(row, None)).touch(6, "lead")
+    assert invalid_reasons(made.trace()) == (None,)
+
+
+def test_obligations_that_a_contact_cut_off_are_counted(hand_made: Any) -> None:
+    made = hand_made(runs=3).touch(6, "lead", run=1).touch(18, "lead", run=2)
+    trace = made.trace()
+    assert ended_by_contact(trace).tolist() == [False, True, True]
+    # To the horizon; to the horizon although the run ended before; to the contact in the tail.
+    assert obligation_rows(trace).tolist() == [15, 15, 18]

@@ -1,0 +1,193 @@
+"""The stack machine: hand-made programs with their answers; what is undefined is never true."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from adeye.kernel.elementary import cos, exp, log, sin
+from adeye.kernel.postfix import (
+    FUNCTION_CODES,
+    MAX_STACK,
+    OPERATOR_CODES,
+    PUSH_NUMBER,
+    PUSH_VARIABLE,
+    power_column,
+    run_program,
+    unary,
+    unary_column,
+)
+
+CODES = OPERATOR_CODES | FUNCTION_CODES
+NAN, INF = math.nan, math.inf
+
+
+def run(*words: float | str, variables: tuple[float, ...] = ()) -> float:
+    """Run a program of numbers, `$0` for the first variable, and names of operations."""
+    ops, args = [], []
+    for word in words:
+        if not isinstance(word, str):
+            ops.append(PUSH_NUMBER)
+            args.append(float(word))
+        elif word.startswith("$"):
+            ops.append(PUSH_VARIABLE)
+            args.append(float(word[1:]))
+        else:
+            ops.append(CODES[word])
+            args.append(0.0)
+    return run_program(
+        np.array(ops, dtype=np.int64), np.array(args), np.array(variables, dtype=np.float64)
+    )
+
+
+def same(found: float, wanted: float) -> bool:
+    """Tell whether two numbers are equal, with the sign of zero, or both NaN."""
+    if math.isnan(wanted):
+        return math.isnan(found)
+    return found == wanted and math.copysign(1.0, found) == math.copysign(1.0, wanted)
+
+
+def test_codes_are_different() -> None:
+    codes = [PUSH_NUMBER, PUSH_VARIABLE, *CODES.values()]
+    assert len(set(codes)) == len(codes) == len(OPERATOR_CODES) + len(FUNCTION_CODES) + 2
+
+
+@pytest.mark.parametrize(
+    ("word", "left", "right", "answer"),
+    [
+        ("+", 2.0, 3.0, 5.0),
+        ("-", 2.0, 3.0, -1.0),
+        ("*", 2.0, 3.0, 6.0),
+        ("/", 3.0, 2.0, 1.5),
+        ("/", 1.0, 0.0, INF),
+        ("/", -1.0, 0.0, -INF),
+        ("/", 1.0, -0.0, -INF),
+        ("/", 0.0, 0.0, NAN),
+        ("/", NAN, 0.0, NAN),
+        ("+", INF, -INF, NAN),
+        ("*", 1e308, 10.0, INF),
+        ("**", 2.0, 10.0, 1024.0),
+        ("**", -2.0, 3.0, -8.0),
+        ("**", -2.0, 2.0, 4.0),
+        ("**", -2.0, -1.0, -0.5),
+        ("**", -2.0, 0.5, NAN),
+        ("**", 0.0, -1.0, INF),
+        ("**", NAN, 0.0, NAN),
+        ("**", 0.0, NAN, NAN),
+        ("**", 1e300, 2.0, INF),
+        ("min", 2.0, 3.0, 2.0),
+        ("min", 3.0, 2.0, 2.0),
+        ("min", NAN, 2.0, NAN),
+        ("min", 2.0, NAN, NAN),
+        ("max", 2.0, 3.0, 3.0),
+        ("max", NAN, 2.0, NAN),
+        ("max", 2.0, NAN, NAN),
+        ("and", 1.0, 2.0, 1.0),
+        ("and", 1.0, 0.0, 0.0),
+        ("and", 1.0, NAN, 0.0),
+        ("or", 0.0, -1.0, 1.0),
+        ("or", 0.0, 0.0, 0.0),
+        ("or", 0.0, NAN, 0.0),
+        ("==", 0.0, -0.0, 1.0),
+        ("!=", 1.0, 2.0, 1.0),
+        ("!=", 1.0, 1.0, 0.0),
+        ("!=", INF, INF, 0.0),
+        ("<", 1.0, 2.0, 1.0),
+        ("<", 2.0, 2.0, 0.0),
+        ("<=", 2.0, 2.0, 1.0),
+        ("<=", 3.0, 2.0, 0.0),
+        (">", 2.0, 1.0, 1.0),
+        (">", 2.0, 2.0, 0.0),
+        (">=", 2.0, 2.0, 1.0),
+        (">=", 1.0, 2.0, 0.0),
+    ],
+)
+def test_operation_of_two(word: str, left: float, right: float, answer: float) -> None:
+    assert same(run(left, right, word), answer)
+
+
+@pytest.mark.parametrize("word", ["==", "!=", "<", "<=", ">", ">="])
+@pytest.mark.parametrize(("left", "right"), [(NAN, 1.0), (1.0, NAN), (NAN, NAN)])
+def test_comparison_with_nan_is_false(word: str, left: float, right: float) -> None:
+    assert run(left, right, word) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("word", "value", "answer"),
+    [
+        ("not", 0.0, 1.0),
+        ("not", 2.0, 0.0),
+        ("not", NAN, 0.0),
+        ("negative", 2.0, -2.0),
+        ("abs", -2.0, 2.0),
+        ("sqrt", 9.0, 3.0),
+        ("sqrt", -1.0, NAN),
+        ("floor", 1.5, 1.0),
+        ("floor", -1.5, -2.0),
+        ("floor", 1e300, 1e300),
+        ("floor", -INF, -INF),
+        ("ceil", 1.5, 2.0),
+        ("ceil", 1e300, 1e300),
+        ("sin", 0.5, sin(0.5)),
+        ("sin", INF, NAN),
+        ("cos", 0.5, cos(0.5)),
+        ("exp", 1.0, exp(1.0)),
+        ("exp", 709.5, exp(709.5)),
+        ("exp", 1000.0, INF),
+        ("log", 2.0, log(2.0)),
+        ("log", 0.0, -INF),
+        ("log", -1.0, NAN),
+    ],
+)
+def test_operation_of_one(word: str, value: float, answer: float) -> None:
+    assert same(run(value, word), answer)
+    assert same(unary(CODES[word], value), answer)
+
+
+@pytest.mark.parametrize(
+    "word", ["negative", "abs", "sqrt", "floor", "ceil", "sin", "cos", "exp", "log"]
+)
+def test_number_computed_from_nan_is_nan(word: str) -> None:
+    assert math.isnan(run(NAN, word))
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "answer"),
+    [(5.0, 0.0, 3.0, 3.0), (-5.0, 0.0, 3.0, 0.0), (2.0, 0.0, 3.0, 2.0), (NAN, 0.0, 3.0, NAN)],
+)
+def test_clip(value: float, low: float, high: float, answer: float) -> None:
+    assert same(run(value, low, high, "clip"), answer)
+
+
+@pytest.mark.parametrize(("condition", "answer"), [(1.0, 7.0), (-0.5, 7.0), (0.0, 8.0), (NAN, NAN)])
+def test_if_takes_the_branch_and_is_undefined_with_its_condition(
+    condition: float, answer: float
+) -> None:
+    assert same(run(condition, 7.0, 8.0, "if_"), answer)
+
+
+@pytest.mark.parametrize(("value", "answer"), [(2.0, 1.0), (3.0, 1.0), (4.0, 0.0), (NAN, 0.0)])
+def test_membership(value: float, answer: float) -> None:
+    program = (value, 0.0, 2.0, "member", 3.0, "member", "found")
+    assert run(*program) == answer
+    assert run(10.0, *program, "+") == 10.0 + answer
+
+
+def test_variables_are_taken_by_position() -> None:
+    assert run("$1", "$0", "-", variables=(2.0, 10.0)) == 8.0
+
+
+def test_stack_may_be_full() -> None:
+    assert run(*[1.0] * MAX_STACK, *["+"] * (MAX_STACK - 1)) == float(MAX_STACK)
+
+
+def test_columns_are_the_scalars_in_a_row() -> None:
+    values = np.array([-1.0, 0.0, 0.5, 2.0, NAN, INF])
+    code = CODES["log"]
+    wanted = np.array([unary(code, float(value)) for value in values])
+    np.testing.assert_array_equal(unary_column(code, values), wanted)
+    powers = np.array([2.0, 3.0, 0.5, -1.0, 1.0, 2.0])
+    raised = np.array([run(b, e, "**") for b, e in zip(values, powers, strict=True)])
+    np.testing.assert_array_equal(power_column(values, powers), raised)

@@ -1,0 +1,31 @@
+"""What the tests of the report share: a report, a page on disk, a browser."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from adeye.report.html import write_html
+from adeye.report.model import Report
+from tests.report.browser import CHROMIUM, Browser
+from tests.report.fake import build_report
+
+
+@pytest.fixture(scope="session")
+def report() -> Report:
+    return build_report()
+
+
+@pytest.fixture(scope="session")
+def page(report: Report, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    write_html(report, path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    if not CHROMIUM.exists():
+        pytest.skip(f"there is no {CHROMIUM}")
+    with Browser(tmp_path_factory.mktemp("profile")) as opened:
+        yield opened

@@ -1,0 +1,163 @@
+"""The page in a real browser: it plays, it obeys, it stays quiet."""
+
+import json
+import struct
+from pathlib import Path
+
+import pytest
+
+from adeye.report.html import write_html
+from adeye.report.model import Report
+from tests.report.browser import Browser
+from tests.report.fake import build_report
+
+pytestmark = pytest.mark.chromium
+
+TICK = "Number(document.getElementById('scrub').value)"
+SELECTED = "document.querySelector('#runs [aria-selected=true]').dataset.run"
+
+
+@pytest.fixture
+def tab(browser: Browser, page: Path) -> Browser:
+    browser.problems.clear()
+    browser.requests.clear()
+    browser.open(page)
+    browser.wait(lambda: browser.run("document.getElementById('clock').textContent !== '0.00 s'"))
+    return browser
+
+
+def assert_quiet(tab: Browser, page: Path) -> None:
+    assert tab.problems == []
+    # The icon is an empty data address, which asks nobody.
+    assert {url for url in tab.requests if not url.startswith("data:")} == {page.as_uri()}
+
+
+def picture(tab: Browser, canvas: str) -> str:
+    return str(tab.run(f"document.getElementById('{canvas}').toDataURL()"))
+
+
+def test_page_plays_a_run_without_an_error_or_a_request(tab: Browser, page: Path) -> None:
+    before = picture(tab, "world"), picture(tab, "belief")
+    assert tab.run(TICK) == 0
+    tab.click("#play")
+    tab.wait(lambda: tab.run(TICK) >= 10)
+    first = tab.run(TICK)
+    tab.wait(lambda: tab.run(TICK) > first + 5)
+    tab.click("#play")
+    stopped = tab.run(TICK)
+    shown = f"{stopped * 0.05:.2f} / "
+    assert str(tab.run("document.getElementById('clock').textContent")).startswith(shown)
+    assert picture(tab, "world") != before[0]
+    assert picture(tab, "belief") != before[1]
+    assert_quiet(tab, page)
+
+
+def test_playing_stops_at_the_end_and_starts_again_from_the_beginning(tab: Browser) -> None:
+    tab.run("document.getElementById('speed').value = '4'")
+    last = tab.run("Number(document.getElementById('scrub').max)")
+    tab.run(f"scrub.value = {last - 3}; scrub.dispatchEvent(new Event('input'))")
+    tab.click("#play")
+    label = "document.getElementById('play').getAttribute('aria-label')"
+    tab.wait(lambda: tab.run(label) == "Play")
+    assert tab.run(TICK) == last
+    tab.click("#play")
+    tab.wait(lambda: 0 < tab.run(TICK) < last)
+
+
+def test_scrubbing_moves_views_plots_and_readouts_together(tab: Browser, page: Path) -> None:
+    names = ["world", "belief", "strip"]
+    before = [picture(tab, name) for name in names]
+    plot = "document.querySelector('.plot canvas').toDataURL()"
+    plotted, speed = tab.run(plot), tab.run("document.getElementById('now').textContent")
+    tab.click(".strip input")
+    middle = tab.run("Number(document.getElementById('scrub').max)") / 2
+    assert tab.run(TICK) == pytest.approx(middle, abs=2)
+    assert all(picture(tab, name) != old for name, old in zip(names, before, strict=True))
+    assert tab.run(plot) != plotted
+    assert tab.run("document.getElementById('now').textContent") != speed
+    assert_quiet(tab, page)
+
+
+def test_keys_play_step_and_change_the_run(tab: Browser) -> None:
+    tab.run("document.getElementById('replays').scrollIntoView()")
+    tab.run("document.getElementById('player').focus()")
+    tab.press("ArrowRight", "ArrowRight", 39)
+    tab.press("ArrowRight", "ArrowRight", 39)
+    tab.press("ArrowLeft", "ArrowLeft", 37)
+    assert tab.run(TICK) == 1
+    tab.press(" ", "Space", 32)
+    tab.wait(lambda: tab.run(TICK) > 5)
+    tab.press(" ", "Space", 32)
+    assert tab.run("document.getElementById('play').getAttribute('aria-label')") == "Play"
+    before = tab.run(SELECTED)
+    tab.press("n", "KeyN", 78)
+    assert tab.run(SELECTED) != before
+
+
+def test_cell_opens_the_replay_of_its_worst_run(tab: Browser, report: Report) -> None:
+    cell = report.cell("FSR-02", "camera_radar", "cut_in")
+    assert cell is not None
+    place = "[data-architecture=camera_radar][data-scenario=cut_in]"
+    tab.click(f"#matrix tr:has([href='#fsr-2']) td{place} .cell")
+    assert tab.run(SELECTED) == cell.worst_run
+    # The binding predicate is at 4.35 s; the replay begins a second before it.
+    assert tab.run(TICK) == 67
+    detail = str(tab.run("document.getElementById('detail').textContent"))
+    assert cell.command in detail
+    assert "+0.48 m/s²" in detail
+
+
+def test_event_seeks_to_its_time(tab: Browser) -> None:
+    tab.click("#events li:nth-child(2) button")
+    assert tab.run(TICK) == 36
+
+
+def test_filter_leaves_what_it_asks_for(tab: Browser) -> None:
+    tab.run(
+        "filters.architecture.value = 'legacy_camera'; filters.verdict.value = 'FAIL';"
+        "filters.dispatchEvent(new Event('change'))"
+    )
+    shown = (
+        "[...document.querySelectorAll('#worst-table tbody tr')].filter(r => !r.hidden)"
+        ".every(r => r.dataset.architecture === 'legacy_camera' && r.dataset.verdict === 'FAIL')"
+    )
+    assert tab.run(shown) is True
+    runs = "[...document.querySelectorAll('#runs [data-replay]')].filter(b => !b.hidden).length"
+    assert tab.run(runs) == 1
+    tab.click("#reset")
+    tab.wait(lambda: tab.run(runs) == 3)
+
+
+@pytest.mark.parametrize("width", [800, 1400])
+@pytest.mark.parametrize("dark", [False, True])
+def test_page_fits_the_window_in_both_schemes(
+    browser: Browser, page: Path, tmp_path: Path, width: int, *, dark: bool
+) -> None:
+    browser.open(page, width=width, dark=dark)
+    assert browser.run("document.documentElement.scrollWidth <= window.innerWidth") is True
+    colour = browser.run("getComputedStyle(document.body).backgroundColor")
+    assert (colour == "rgb(17, 20, 23)") is dark
+    browser.run("document.getElementById('replays').scrollIntoView()")
+    shot = tmp_path / "page.png"
+    browser.screenshot(shot)
+    assert struct.unpack(">II", shot.read_bytes()[16:24]) == (width, 1000)
+
+
+def test_names_are_text_and_never_run(browser: Browser, tmp_path: Path) -> None:
+    text = "</script><img src=x onerror=alert(1)><script>window.owned=1</script>'\"{{7*7}}"
+    path = tmp_path / "hostile.html"
+    write_html(build_report(text), path)
+    browser.problems.clear()
+    browser.requests.clear()
+    browser.open(path)
+    for index in range(3):
+        browser.click(f"[data-replay='{index}']")
+        browser.click("#events li button")
+    browser.click("#matrix .cell")
+    browser.click("[data-command]")
+    assert browser.run("typeof window.owned") == "undefined"
+    assert browser.run("document.images.length") == 0
+    assert text in str(browser.run("document.querySelector('h1').textContent"))
+    key = json.dumps(f"nominal{text}")
+    assert browser.run(f"document.getElementById('keys').textContent.includes({key})") is True
+    assert_quiet(browser, path)

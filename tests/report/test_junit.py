@@ -1,0 +1,173 @@
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lxml import etree
+
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.report.junit import render_junit
+from adeye.report.model import Cell, Report
+from tests.report.fake import build_report
+
+SCHEMA = etree.XMLSchema(etree.parse(Path(__file__).with_name("JUnit.xsd")))
+
+
+def parse(report: Report) -> Any:
+    document = etree.fromstring(render_junit(report))
+    SCHEMA.assertValid(document)
+    return document
+
+
+def with_gate(report: Report, architecture: str, code: ExitCode) -> Report:
+    """Put another architecture into the gate."""
+    architectures = tuple(
+        item.model_copy(update={"is_gate": item.id == architecture})
+        for item in report.architectures
+    )
+    return report.model_copy(
+        update={"architectures": architectures, "exit_code": code, "message": "not all pass"}
+    )
+
+
+def with_cell(report: Report, wanted: tuple[str, str, str | None], cell: Cell | None) -> Report:
+    cells = [c for c in report.cells if (c.fsr, c.architecture, c.scenario) != wanted]
+    extra = [] if cell is None else [cell]
+    return report.model_copy(update={"cells": (*cells, *extra)})
+
+
+def results(document: Any) -> dict[tuple[str, str], str]:
+    """Map class and name of each test case to ``failure``, ``error`` or ``passed``."""
+    return {
+        (case.get("classname"), case.get("name")): case[0].tag if len(case) else "passed"
+        for case in document.iter("testcase")
+    }
+
+
+def test_green_gate_has_no_red_case_though_others_fail(report: Report) -> None:
+    document = parse(report)
+    assert set(results(document).values()) == {"passed"}
+    assert {suite.get("name") for suite in document} == {
+        *("campaign", "camera_radar", "legacy_camera", "lidar")
+    }
+    legacy = document.xpath("testsuite[@name='legacy_camera']")[0]
+    assert legacy.get("tests") == "0"
+    assert "FSR-02 (mandatory): FAIL" in legacy.findtext("system-out")
+    assert legacy.xpath("properties/property[@name='verdict.FSR-02']/@value") == ["FAIL"]
+
+
+def test_fail_is_a_failure_with_binding_and_command(report: Report) -> None:
+    document = parse(with_gate(report, "legacy_camera", ExitCode.FAILED))
+    found = results(document)
+    assert found["legacy_camera", "FSR-02"] == "failure"
+    assert found["legacy_camera.cut_in", "FSR-02"] == "failure"
+    assert found["legacy_camera.lead_braking", "FSR-02"] == "passed"
+    assert found["campaign", "exit_code"] == "failure"
+    place = "//testcase[@classname='legacy_camera.cut_in'][@name='FSR-02']/failure"
+    failure = document.xpath(place)[0]
+    assert failure.get("type") == "FAIL"
+    assert "required_deceleration is 6.91 m/s² at 4.35 s, short by 0.91 m/s²" in failure.text
+    assert "reproduce: adeye replay r101b7e04c19" in failure.text
+
+
+@pytest.mark.parametrize(
+    ("fsr", "verdict"),
+    [("FSR-02", "INVALID"), ("FSR-04", "INCONCLUSIVE"), ("FSR-06", "ERROR")],
+)
+def test_state_that_is_neither_pass_nor_fail_is_an_error(
+    report: Report, fsr: str, verdict: str
+) -> None:
+    document = parse(with_gate(report, "lidar", ExitCode.INCOMPLETE))
+    assert results(document)["lidar", fsr] == "error"
+    kinds = document.xpath(f"//testcase[@classname='lidar'][@name='{fsr}']/error/@type")
+    assert kinds == [verdict]
+
+
+def test_nothing_is_skipped(report: Report) -> None:
+    for architecture in ("camera_radar", "legacy_camera", "lidar"):
+        document = parse(with_gate(report, architecture, ExitCode.FAILED))
+        assert list(document.iter("skipped")) == []
+        assert not document.xpath("//@skipped")
+
+
+def test_vacuous_scenario_is_neutral_while_the_fsr_passes(report: Report) -> None:
+    cell = report.cell("FSR-03", "camera_radar", "lead_braking")
+    assert cell is not None
+    assert cell.verdict is Verdict.VACUOUS
+    document = parse(report)
+    assert results(document)["camera_radar.lead_braking", "FSR-03"] == "passed"
+    out = document.xpath("testsuite[@name='camera_radar']")[0].findtext("system-out")
+    assert "not exercised: FSR-03 in lead_braking" in out
+
+
+def test_vacuous_fsr_is_an_error_everywhere_it_is_vacuous(report: Report) -> None:
+    overall = report.cell("FSR-03", "camera_radar")
+    assert overall is not None
+    vacuous = overall.model_copy(update={"verdict": Verdict.VACUOUS})
+    changed = with_cell(report, ("FSR-03", "camera_radar", None), vacuous)
+    found = results(parse(changed.model_copy(update={"exit_code": ExitCode.INCOMPLETE})))
+    assert found["camera_radar", "FSR-03"] == "error"
+    assert found["camera_radar.lead_braking", "FSR-03"] == "error"
+
+
+@pytest.mark.parametrize("scenario", [None, "cut_in"])
+def test_missing_cell_is_an_error(report: Report, scenario: str | None) -> None:
+    document = parse(with_cell(report, ("FSR-01", "camera_radar", scenario), None))
+    name = "camera_radar" if scenario is None else "camera_radar.cut_in"
+    assert results(document)[name, "FSR-01"] == "error"
+
+
+def test_fsr_that_is_not_applicable_is_an_error(report: Report) -> None:
+    cell = Cell(fsr="FSR-01", architecture="camera_radar", verdict=None, command="adeye show")
+    document = parse(with_cell(report, ("FSR-01", "camera_radar", None), cell))
+    place = "//testcase[@classname='camera_radar'][@name='FSR-01']/error/@type"
+    assert document.xpath(place) == ["NOT_APPLICABLE"]
+
+
+def test_fsr_that_is_not_mandatory_is_no_test_case(report: Report) -> None:
+    document = parse(with_gate(report, "legacy_camera", ExitCode.FAILED))
+    assert "FSR-07" not in {name for _, name in results(document)}
+    out = document.xpath("testsuite[@name='legacy_camera']")[0].findtext("system-out")
+    assert "not mandatory: FSR-07: FAIL" in out
+
+
+def test_scenario_outside_the_scope_of_an_fsr_is_no_test_case(report: Report) -> None:
+    fsrs = tuple(fsr.model_copy(update={"scenarios": ("cut_in",)}) for fsr in report.fsrs)
+    found = results(parse(report.model_copy(update={"fsrs": fsrs})))
+    assert ("camera_radar.cut_in", "FSR-01") in found
+    assert ("camera_radar.lead_braking", "FSR-01") not in found
+
+
+def test_unaccounted_test_case_is_an_error(report: Report) -> None:
+    changed = {"accounted": 539, "exit_code": ExitCode.INCOMPLETE}
+    found = results(parse(report.model_copy(update=changed)))
+    assert found["campaign", "accounted"] == "error"
+    assert found["campaign", "exit_code"] == "error"
+
+
+def test_empty_plan_is_an_error(report: Report) -> None:
+    changed = {"planned": 0, "accounted": 0, "exit_code": ExitCode.INCOMPLETE}
+    assert results(parse(report.model_copy(update=changed)))["campaign", "accounted"] == "error"
+
+
+def test_counts_of_a_suite_are_those_of_its_cases(report: Report) -> None:
+    document = parse(with_gate(report, "legacy_camera", ExitCode.FAILED))
+    for suite in document:
+        assert int(suite.get("tests")) == len(suite.findall("testcase"))
+        assert int(suite.get("failures")) == len(suite.findall("testcase/failure"))
+        assert int(suite.get("errors")) == len(suite.findall("testcase/error"))
+
+
+def test_control_characters_are_left_out() -> None:
+    changed = build_report("\x00\x07\x1b[31m\ufffe]]><x>", rows=4, replays=1)
+    document = parse(with_gate(changed, "legacy_camera", ExitCode.FAILED))
+    text = document.xpath("//testcase[@name='FSR-02']/failure")[0].text
+    assert "[31m]]><x>" in text
+
+
+def test_time_stamp_is_that_of_the_report(report: Report) -> None:
+    document = parse(report.model_copy(update={"created": "2026-03-01T12:00:00"}))
+    assert {suite.get("timestamp") for suite in document} == {"2026-03-01T12:00:00"}
+
+
+def test_same_report_gives_the_same_bytes() -> None:
+    assert render_junit(build_report()) == render_junit(build_report())

@@ -1,0 +1,75 @@
+from adeye.evaluation.verdict import Verdict
+from adeye.report.model import Report
+from adeye.report.page import arrange, badge, filters
+
+
+def test_architectures_of_the_gate_come_first(report: Report) -> None:
+    page = arrange(report)
+    assert [item.id for item in page.architectures] == ["camera_radar", "legacy_camera", "lidar"]
+    assert page.gate == badge(Verdict.PASS)
+
+
+def test_worst_gate_decides_the_headline(report: Report) -> None:
+    both = tuple(item.model_copy(update={"is_gate": True}) for item in report.architectures)
+    assert arrange(report.model_copy(update={"architectures": both})).gate == badge(Verdict.FAIL)
+
+
+def test_no_gate_is_not_a_pass(report: Report) -> None:
+    none = tuple(item.model_copy(update={"is_gate": False}) for item in report.architectures)
+    page = arrange(report.model_copy(update={"architectures": none}))
+    assert page.gate == badge(Verdict.NOT_RUN)
+
+
+def test_requirements_are_sorted_worst_first_and_optional_last(report: Report) -> None:
+    rows = [row.fsr.id for row in arrange(report).rows]
+    # All pass in the gate: the least robustness first.
+    assert rows[:3] == ["FSR-02", "FSR-05", "FSR-06"]
+    assert rows[-1] == "FSR-07"
+    legacy = tuple(
+        item.model_copy(update={"is_gate": item.id == "legacy_camera"})
+        for item in report.architectures
+    )
+    changed = [
+        row.fsr.id for row in arrange(report.model_copy(update={"architectures": legacy})).rows
+    ]
+    assert set(changed[:2]) == {"FSR-01", "FSR-02"}
+
+
+def test_row_keeps_the_number_of_its_requirement(report: Report) -> None:
+    for row in arrange(report).rows:
+        assert report.fsrs[row.number - 1] == row.fsr
+
+
+def test_cells_point_to_their_details(report: Report) -> None:
+    page = arrange(report)
+    for row in page.rows:
+        for cell in row.cells:
+            detail = page.details[cell.number]
+            place = cell.scenario or "all scenarios"
+            assert detail["title"] == f"{row.fsr.id} · {cell.architecture} · {place}"
+            assert detail["run"] == cell.run
+            assert detail["command"]
+
+
+def test_margin_is_shown_beside_pass_and_fail_only(report: Report) -> None:
+    cells = [cell for row in arrange(report).rows for cell in row.cells]
+    assert {cell.badge.style for cell in cells if cell.margin} == {"PASS", "FAIL"}
+
+
+def test_card_counts_mandatory_requirements(report: Report) -> None:
+    cards = {card.architecture.id: card for card in arrange(report).cards}
+    assert cards["camera_radar"].counts == ((badge(Verdict.PASS), 6),)
+    assert cards["legacy_camera"].counts == ((badge(Verdict.FAIL), 2), (badge(Verdict.PASS), 4))
+    assert cards["legacy_camera"].worst.startswith("FSR-02 \N{MINUS SIGN}1.61 m/s²")
+
+
+def test_requirement_not_judged_in_a_scenario_says_so(report: Report) -> None:
+    fsrs = tuple(fsr.model_copy(update={"scenarios": ("cut_in",)}) for fsr in report.fsrs)
+    cells = tuple(cell for cell in report.cells if cell.scenario in {None, "cut_in"})
+    page = arrange(report.model_copy(update={"fsrs": fsrs, "cells": cells}))
+    outside = [c for row in page.rows for c in row.cells if c.scenario == "lead_braking"]
+    assert {cell.badge.word for cell in outside} == {"not judged here"}
+
+
+def test_template_functions_are_callable() -> None:
+    assert all(callable(function) for function in filters().values())

@@ -1,0 +1,128 @@
+import multiprocessing
+import sqlite3
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.store import schema
+from adeye.store.repository import Repository
+
+
+def test_database_is_made_on_first_use_where_it_is_expected(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with Repository.open() as repository:
+        assert repository.path == Path(".adeye/adeye.db")
+        info = repository.info()
+    assert (info.schema, set(info.rows.values())) == (schema.head(), {0})
+    assert info.size_bytes > 0
+    assert Repository.open(create=False).verify() == ()
+
+
+def test_info_counts_rows(repository: Repository, example: Any) -> None:
+    example.campaign(repository, 4)
+    rows = repository.info().rows
+    assert (rows["campaign_case"], rows["run"], rows["verdict"], rows["event"]) == (4, 4, 8, 8)
+
+
+def test_save_methods_commit(repository: Repository, example: Any) -> None:
+    repository.save_content("odd", example.odd)
+    repository.save_concept(example.concept())
+    with Repository.open(repository.path, create=False) as other:
+        assert other.info().rows["odd"] == other.info().rows["concept"] == 1
+
+
+def work_slowly(path: Path, example: Any, campaign: str) -> None:
+    with Repository.open(path) as repository:
+        while (block := repository.claim_block(lease_s=1e6, campaign=campaign)) is not None:
+            time.sleep(0.002)
+            repository.complete_block(block, example.runs(block), example.judged(block))
+
+
+def test_killed_workers_leave_the_results_of_an_undisturbed_campaign(
+    tmp_path: Path, example: Any
+) -> None:
+    with Repository.open(tmp_path / "undisturbed.db") as repository:
+        expected = repository.result_table_hash(example.campaign(repository, 96, block_size=2))
+    context = multiprocessing.get_context("fork")
+    path = tmp_path / "killed.db"
+    with Repository.open(path) as repository:
+        plan = repository.plan_campaign(example.record(), example.cases(96), block_size=2)
+        kills = 0
+        while repository.work_state(plan.campaign).text != "complete":
+            workers = [
+                context.Process(target=work_slowly, args=(path, example, plan.campaign))
+                for _ in range(2)
+            ]
+            for worker in workers:
+                worker.start()
+            workers[0].join(0.03 + 0.01 * (kills % 5))
+            for worker in workers:
+                kills += worker.exitcode is None
+                worker.kill()
+                worker.join()
+        assert kills >= 4
+        assert repository.info().rows["run"] == 96
+        assert repository.result_table_hash(plan.campaign) == expected
+        assert repository.verify() == ()
+        again = repository.plan_campaign(example.record(), example.cases(96))
+        assert (again.to_execute, again.to_judge) == (0, 0)
+
+
+def test_threads_share_a_repository(repository: Repository, example: Any) -> None:
+    plan = repository.plan_campaign(example.record(), example.cases(40), block_size=2)
+    done: list[int] = []
+
+    def work() -> None:
+        while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+            assert repository.complete_block(block, example.runs(block))
+            done.append(block.id)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(done) == list(range(1, 21))
+    assert repository.progress(plan.campaign).accounted == 40
+
+
+def test_power_cut_at_any_point_of_the_log_leaves_whole_blocks(
+    tmp_path: Path, example: Any
+) -> None:
+    with Repository.open(tmp_path / "whole.db") as repository:
+        expected = repository.result_table_hash(example.campaign(repository, 12, block_size=2))
+    source = tmp_path / "source.db"
+    with Repository.open(source):
+        pass
+    keeper = sqlite3.connect(source)
+    keeper.execute("SELECT count(*) FROM run").fetchone()
+    with Repository.open(source) as repository:
+        plan = repository.plan_campaign(example.record(), example.cases(12), block_size=2)
+        example.work_off(repository, plan.campaign)
+        log = source.with_name("source.db-wal").read_bytes()
+        main = source.read_bytes()
+    keeper.close()
+    assert len(log) > 100_000
+    for part in range(20):
+        path = tmp_path / f"cut{part}.db"
+        path.write_bytes(main)
+        path.with_name(f"{path.name}-wal").write_bytes(log[: len(log) * part // 20 + part])
+        with Repository.open(path) as repository:
+            assert repository.verify() == ()
+            again = repository.plan_campaign(example.record(), example.cases(12), block_size=2)
+            released(path)
+            example.work_off(repository, again.campaign)
+            assert repository.result_table_hash(again.campaign) == expected
+
+
+def released(path: Path) -> None:
+    """After a power cut no owner lives; this process does, so its leases are ended by hand."""
+    connection = sqlite3.connect(path)
+    connection.execute("UPDATE work SET until_boot_s = 0 WHERE state = 'leased'")
+    connection.commit()
+    connection.close()

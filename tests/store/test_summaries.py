@@ -1,0 +1,166 @@
+import random  # noqa: TID251 - shuffles the order of execution; no simulated noise
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.evaluation.verdict import Verdict
+from adeye.spec.concept import Waiver
+from adeye.store.repository import Repository
+
+
+def worked_off(path: Path, example: Any, *, block_size: int, seed: int) -> str:
+    """Execute one plan with random blocks abandoned and completed out of order."""
+    picks = random.Random(seed)  # noqa: S311 - order only
+    with Repository.open(path) as repository:
+        plan = repository.plan_campaign(example.record(), example.cases(16), block_size=block_size)
+        held = []
+        while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+            if picks.random() < 0.3:
+                assert repository.release_block(block)
+                continue
+            held.append(block)
+            if picks.random() < 0.5:
+                picks.shuffle(held)
+                done = held.pop()
+                runs = [example.run(case, executed_by=str(seed)) for case in done.to_execute]
+                picks.shuffle(runs)
+                assert repository.complete_block(done, runs)
+        for block in held:
+            assert repository.complete_block(block, example.runs(block))
+        assert repository.verify() == ()
+        return repository.result_table_hash(plan.campaign)
+
+
+def test_hash_of_results_is_that_of_the_plan_not_of_its_execution(
+    tmp_path: Path, example: Any
+) -> None:
+    hashes = {
+        worked_off(tmp_path / f"{size}-{seed}.db", example, block_size=size, seed=seed)
+        for size in (1, 3, 64)
+        for seed in range(3)
+    }
+    assert len(hashes) == 1
+
+
+@pytest.mark.parametrize("change", ["trace_digest", "outcome_detail", "duration_s"])
+def test_hash_of_results_notices_one_different_run(
+    tmp_path: Path, example: Any, change: str
+) -> None:
+    hashes = set()
+    for name, changes in (("a", {}), ("b", {change: {"duration_s": 16.0}.get(change, "f" * 32)})):
+        with Repository.open(tmp_path / f"{name}.db") as repository:
+            plan = repository.plan_campaign(example.record(), example.cases(4))
+            block = repository.claim_block()
+            assert block is not None
+            runs = [example.run(case) for case in block.cases]
+            runs[2] = example.run(block.cases[2], **changes)
+            assert repository.complete_block(block, runs)
+            hashes.add(repository.result_table_hash(plan.campaign))
+    assert len(hashes) == 2
+
+
+def test_hash_of_results_is_kept_when_other_campaigns_reuse_them(
+    repository: Repository, example: Any
+) -> None:
+    first = example.campaign(repository, 8)
+    before = repository.result_table_hash(first)
+    example.with_odd("2")
+    example.thresholds["FSR1"] = "3 m"
+    example.campaign(repository, 12)
+    assert repository.result_table_hash(first) == before
+
+
+def test_status_counts_by_architecture_and_scenario(repository: Repository, example: Any) -> None:
+    example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal == 4 else Verdict.PASS
+    campaign = example.campaign(repository, 8)
+    status = {
+        (item.fsr, item.architecture, item.scenario): item
+        for item in repository.fsr_status(campaign)
+    }
+    failing = status["FSR1", "legacy", "cut_in"]
+    assert failing.verdict is Verdict.FAIL
+    assert (failing.counts[Verdict.FAIL], failing.counts[Verdict.PASS]) == (1, 1)
+    assert (failing.worst_margin, failing.unit, failing.planned) == (-5.0, "m", 2)
+    assert failing.worst_run == example.case(4).result_digest
+    assert (failing.is_mandatory, failing.is_in_gate) == (True, False)
+    assert status["FSR2", "new", "braking"].verdict is Verdict.PASS
+    assert not status["FSR2", "new", "braking"].is_mandatory
+
+
+def test_waiver_sets_a_gap_aside_until_it_expires(repository: Repository, example: Any) -> None:
+    example.verdict_of = lambda case, _fsr: (
+        Verdict.INCONCLUSIVE if case.ordinal == 1 else Verdict.PASS
+    )
+    example.waivers = (
+        Waiver(requirement="FSR1", reason="known", author="me", expires=date(2030, 1, 1)),
+    )
+    campaign = example.campaign(repository, 8)
+
+    def verdict(on: date) -> Verdict | None:
+        return next(
+            item.verdict
+            for item in repository.gate(campaign, on=on)
+            if (item.fsr, item.architecture) == ("FSR1", "new")
+        )
+
+    assert verdict(date(2029, 12, 31)) is Verdict.PASS
+    assert verdict(date(2030, 1, 1)) is Verdict.PASS
+    assert verdict(date(2030, 1, 2)) is Verdict.INCONCLUSIVE
+
+
+def test_waiver_never_hides_a_fail(repository: Repository, example: Any) -> None:
+    example.verdict_of = lambda _case, _fsr: Verdict.FAIL
+    example.waivers = (
+        Waiver(requirement="FSR1", reason="known", author="me", expires=date(2030, 1, 1)),
+    )
+    campaign = example.campaign(repository, 4)
+    gate = repository.gate(campaign, on=date(2026, 1, 1))
+    assert {item.verdict for item in gate if item.fsr == "FSR1"} == {Verdict.FAIL}
+
+
+def test_gate_takes_today_without_a_day(repository: Repository, example: Any) -> None:
+    campaign = example.campaign(repository, 4)
+    assert repository.gate(campaign) == repository.gate(campaign, on=date(2026, 1, 1))
+
+
+def test_progress_counts_what_is_saved(repository: Repository, example: Any) -> None:
+    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert repository.complete_block(block, example.runs(block))
+    progress = repository.progress(plan.campaign)
+    assert (progress.planned, progress.executed, progress.accounted) == (8, 3, 3)
+
+
+def test_worst_runs_come_first(repository: Repository, example: Any) -> None:
+    example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal in {4, 8} else Verdict.PASS
+    campaign = example.campaign(repository, 12)
+    worst = repository.worst_runs(campaign, "FSR1", limit=4)
+    assert [run.ordinal for run, _ in worst] == [8, 4, 0, 1]
+    assert [record.margin for _, record in worst] == [-9.0, -5.0, 1.0, 2.0]
+    only = repository.worst_runs(
+        campaign, "FSR1", architecture="new", scenario="cut_in", verdict=Verdict.PASS, limit=1
+    )
+    assert [run.ordinal for run, _ in only] == [1]
+
+
+def test_worst_runs_are_those_of_the_fsr_as_the_campaign_judges_it(
+    repository: Repository, example: Any
+) -> None:
+    first = example.campaign(repository, 4)
+    example.thresholds["FSR1"] = "3 m"
+    example.verdict_of = lambda _case, _fsr: Verdict.FAIL
+    second = example.campaign(repository, 4)
+    assert repository.worst_runs(first, "FSR1")[0][1].verdict is Verdict.PASS
+    assert repository.worst_runs(second, "FSR1")[0][1].verdict is Verdict.FAIL
+
+
+def test_results_are_one_row_a_run_in_the_order_of_the_plan(
+    repository: Repository, example: Any
+) -> None:
+    campaign = example.campaign(repository, 8)
+    table = repository.results(campaign)
+    assert [row[table.columns.index("ordinal")] for row in table.rows] == list(range(8))
+    assert {"scenario", "architecture", "min_ttc_s", "verdicts"} <= set(table.columns)

@@ -1,0 +1,160 @@
+"""Canonical JSON and digests: equal content, equal bytes, whatever the order or spelling."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adeye.identity import canonical_json, digest, digest_bytes, stream_seed
+
+ROOT = Path(__file__).resolve().parents[1]
+
+VALUES = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(st.characters(codec="utf-8")),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(st.text("abcdef", max_size=3), inner, max_size=4)
+    ),
+    max_leaves=20,
+)
+
+
+def test_keys_are_sorted_and_nothing_is_padded() -> None:
+    assert canonical_json({"b": [1, True, None], "a": "x"}) == b'{"a":"x","b":[1,true,null]}'
+
+
+def test_minus_zero_is_zero() -> None:
+    assert canonical_json(-0.0) == b"0.0"
+
+
+def test_integral_float_differs_from_int() -> None:
+    assert (canonical_json(1.0), canonical_json(1)) == (b"1.0", b"1")
+    assert canonical_json([True]) == b"[true]"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.1, b"0.1"), (1 / 3, b"0.3333333333333333"), (1e22, b"1e+22"), (5e-324, b"5e-324")],
+)
+def test_float_is_the_shortest_that_reads_back(value: float, text: bytes) -> None:
+    assert canonical_json(value) == text
+
+
+def test_text_is_nfc_and_utf8() -> None:
+    assert canonical_json("e\u0301") == canonical_json("\u00e9") == '"\u00e9"'.encode()
+    assert canonical_json({"e\u0301": 1}) == canonical_json({"\u00e9": 1})
+
+
+def test_tuple_is_a_list() -> None:
+    assert canonical_json((1, (2,))) == b"[1,[2]]"
+
+
+def test_numpy_float_is_a_float() -> None:
+    assert canonical_json(np.float64(0.1)) == b"0.1"
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        math.nan,
+        math.inf,
+        -math.inf,
+        [1, {"a": math.nan}],
+        {1: "int key"},
+        {None: 1},
+        {"\u00e9": 1, "e\u0301": 2},
+        {1, 2},
+        b"ab",
+        bytearray(b"ab"),
+        memoryview(b"ab"),
+        np.array([1.0]),
+        np.int64(1),
+        object(),
+        "\ud800",
+        1j,
+    ],
+)
+def test_what_has_no_canonical_form_is_refused(value: Any) -> None:
+    with pytest.raises(ValueError, match=r"."):
+        canonical_json(value)
+
+
+@given(VALUES)
+def test_canonical_json_is_json_that_has_the_same_canonical_json(value: Any) -> None:
+    content = canonical_json(value)
+    assert canonical_json(json.loads(content)) == content
+
+
+@given(st.dictionaries(st.text("abcdef", max_size=3), VALUES, max_size=5), st.randoms())
+def test_order_of_keys_does_not_matter(value: dict[str, Any], random: Any) -> None:
+    keys = list(value)
+    random.shuffle(keys)
+    assert canonical_json({key: value[key] for key in keys}) == canonical_json(value)
+
+
+def test_digest_is_sha256_of_the_canonical_json() -> None:
+    assert digest({"a": 1.0}) == hashlib.sha256(b'{"a":1.0}').hexdigest()
+    assert digest_bytes(b"") == hashlib.sha256(b"").hexdigest()
+
+
+def test_stream_seed_is_64_bits_of_a_written_preimage() -> None:
+    preimage = b'[7,2,"cut_in",{"ego_speed":25.0,"gap":0.0}]'
+    expected = int.from_bytes(hashlib.sha256(preimage).digest()[:8], "big")
+    assert stream_seed(7, 2, "cut_in", {"gap": -0.0, "ego_speed": 25}) == expected
+    assert 0 <= expected < 2**64
+
+
+def test_stream_seed_never_changes() -> None:
+    # A changed seed changes every noisy trace that was ever recorded.
+    assert stream_seed(7, 0, "cut_in", {"gap": 20.0}) == 16862306026069089708
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        (8, 0, "cut_in", {"gap": 20.0}),
+        (7, 1, "cut_in", {"gap": 20.0}),
+        (7, 0, "cut_out", {"gap": 20.0}),
+        (7, 0, "cut_in", {"gap": 20.000000000000004}),
+        (7, 0, "cut_in", {"gap": 20.0, "rain": 0.0}),
+        (7, 0, "cut_in", {"lead": 20.0}),
+    ],
+)
+def test_every_part_of_the_situation_changes_the_stream_seed(
+    other: tuple[int, int, str, dict[str, float]],
+) -> None:
+    assert stream_seed(*other) != stream_seed(7, 0, "cut_in", {"gap": 20.0})
+
+
+def test_digest_does_not_depend_on_the_hash_seed() -> None:
+    program = (
+        "from adeye.identity import digest;"
+        "print(digest({k: {'x': 1.5} for k in {'a', 'b', 'c', 'd', 'e'}}))"
+    )
+    answers = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            cwd=ROOT,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("0", "1", "2")
+    }
+    assert len(answers) == 1
