@@ -1,3 +1,26 @@
-"""Test an autonomous driving architecture, in closed loop, against its operating conditions."""
+"""Test an automated driving architecture, in closed loop, against its operating conditions.
+
+>>> import adeye
+>>> sorted(adeye.__all__)
+['__version__', 'plan', 'replay', 'results', 'run']
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from adeye.api import plan, replay, results, run
 
 __version__ = "0.1.0"
+__all__ = ["__version__", "plan", "replay", "results", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the public functions when they are first used, so that `adeye --help` is quick."""
+    if name in {"plan", "replay", "results", "run"}:
+        from adeye import api
+
+        return getattr(api, name)
+    msg = f"module 'adeye' has no attribute {name!r}"
+    raise AttributeError(msg)

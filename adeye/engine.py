@@ -6,9 +6,9 @@ of the stages is fixed, so equal test cases give equal bits whatever stands besi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +18,14 @@ from adeye.ports import SwitchContext
 from adeye.recorder import Recorder
 from adeye.sensors.rig import Rig
 from adeye.spec.clock import ticks
-from adeye.sweep.case import TestCase
 from adeye.switch import make_switch
 from adeye.trace import Layout, Trace
 from adeye.traffic import make_traffic
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from adeye.sweep.case import TestCase
 
 DRIVER = "stepwise"
 NUMERICS_VERSION = 1
@@ -45,7 +49,7 @@ class EngineIdentity:
 
 def identity(backend: str = "highway") -> EngineIdentity:
     """Name the engine that would run with a traffic backend."""
-    from adeye.traffic import variant_of  # noqa: PLC0415 - keeps the planner free of highway_env
+    from adeye.traffic import variant_of
 
     return EngineIdentity(backend, variant_of(backend), NUMERICS_VERSION)
 
@@ -54,7 +58,7 @@ def run(
     cases: Sequence[TestCase],
     *,
     backend: str = "highway",
-    base_dirs: dict[str, Path] | None = None,
+    base_dirs: Mapping[str, Path] | None = None,
     on_tick: Callable[[int], None] | None = None,
 ) -> Trace:
     """Run a batch of test cases of one structure in closed loop.

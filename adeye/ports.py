@@ -7,26 +7,26 @@ must not depend on the other runs of its batch.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from pydantic import BaseModel, ConfigDict
 
-from adeye.signals import (
-    Authority,
-    Bools,
-    ControlCommand,
-    Floats,
-    Measurement,
-    Observation,
-    RoadMap,
-    Scene,
-    SceneContext,
-)
-from adeye.spec.architecture import Sensor, Switch, Vehicle
-
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.signals import (
+        Authority,
+        Bools,
+        ControlCommand,
+        Floats,
+        Measurement,
+        Observation,
+        RoadMap,
+        Scene,
+        SceneContext,
+    )
+    from adeye.spec.architecture import Sensor, Switch, Vehicle
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 

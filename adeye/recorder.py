@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from adeye.signals import (
     Scene,
 )
 from adeye.trace import ChannelEvent, Layout, Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 TRACKS = 8
 """Tracks of a channel that a trace keeps."""
@@ -83,7 +86,7 @@ class Recorder:
             "fault_active": flags(len(layout.faults)),
         }
 
-    def add(  # noqa: PLR0913 - one argument per stage of the loop
+    def add(
         self,
         scene: Scene,
         readings: dict[str, Measurement],
@@ -94,7 +97,9 @@ class Recorder:
     ) -> None:
         """Write the scene of a tick and what was decided from it."""
         self._add_scene(scene)
-        row, columns = scene.tick, self._columns
+        row: int = scene.tick
+        # Which columns hold floats, codes or flags is the table's business, not the checker's.
+        columns: dict[str, Any] = self._columns
         runs = scene.running
         for index, name in enumerate(self._layout.sensors):
             reading = readings[name]
@@ -172,7 +177,7 @@ class Recorder:
 
 
 @compiled
-def _place_detections(  # noqa: D417
+def _place_detections(  # noqa: PLR0913, PLR0917 - a kernel
     runs: Bools,
     mask: Bools,
     detections: Floats,

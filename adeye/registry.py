@@ -6,16 +6,18 @@ import hashlib
 import inspect
 import sys
 import traceback
-from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel, ValidationError
 
 from adeye.errors import SourceLocation, SpecError, suggest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
 
 Loc = tuple[str | int, ...]
 

@@ -2,45 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from adeye.campaign.reproduce import Execution, rerun
+from adeye.campaign.runner import Progress
 from adeye.errors import UsageError
-from adeye.report.build import ReplayRequest, ReportBuilder, replay_events, run_verdicts
+from adeye.report.build import (
+    MAX_REPLAYS,
+    ReplayRequest,
+    ReportBuilder,
+    replay_events,
+    run_verdicts,
+)
 from adeye.report.drive import replay_of
 from adeye.report.files import write_atomically
 from adeye.report.html import write_html
 from adeye.report.json_report import render_json
 from adeye.report.junit import render_junit
-from adeye.report.model import Report
 from adeye.report.parts import Label
 from adeye.report.plots import plots_of
-from adeye.report.replay import Replay
 from adeye.store.repository import Repository
-from adeye.store.rows import VerdictRecord
-from adeye.store.stored import CampaignInfo
 from adeye.sweep.present import named_values
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from adeye.report.model import Report
+    from adeye.report.replay import Replay
+    from adeye.store.rows import VerdictRecord
+    from adeye.store.stored import CampaignInfo
+
 SECOND = len("YYYY-MM-DDTHH:MM:SS")
-
-
-@dataclass(frozen=True, slots=True)
-class Outputs:
-    """Which files to write; None for those that nobody asked for."""
-
-    html: Path | None = None
-    junit: Path | None = None
-    json: Path | None = None
 
 
 def write_reports(
     db: str | Path | None,
     campaign: str | None,
-    outputs: Outputs,
     *,
-    progress: Callable[[str], None] | None = None,
+    html: Path | None = None,
+    junit: Path | None = None,
+    json: Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> Report:
     """Build the report of a campaign and write it in the forms asked for.
 
@@ -49,8 +52,10 @@ def write_reports(
     Args:
         db: Database, by default ``.adeye/adeye.db``.
         campaign: Id, its beginning or its number; None for the newest.
-        outputs: Files to write.
-        progress: Called with the run that is being drawn.
+        html: Page to write.
+        junit: JUnit XML to write.
+        json: Machine-readable report to write.
+        progress: Called for each run that is drawn.
 
     Raises:
         InputError: There is no such campaign.
@@ -65,13 +70,13 @@ def write_reports(
             created=found.created_at[:SECOND],
         )
         pen = _Pen(repository, builder, progress)
-        report = builder.build(pen.draw, replays=16 if outputs.html else 0)
-    if outputs.html is not None:
-        write_html(report, outputs.html)
-    if outputs.junit is not None:
-        write_atomically(render_junit(report), outputs.junit)
-    if outputs.json is not None:
-        write_atomically(render_json(report).encode(), outputs.json)
+        report = builder.build(pen.draw, replays=MAX_REPLAYS if html else 0)
+    if html is not None:
+        write_html(report, html)
+    if junit is not None:
+        write_atomically(render_junit(report), junit)
+    if json is not None:
+        write_atomically(render_json(report).encode(), json)
     return report
 
 
@@ -94,8 +99,8 @@ def write_replay(db: str | Path | None, run: str, path: Path) -> None:
         )
         pen = _Pen(repository, builder, None)
         report = builder.build(pen.draw, replays=0)
-        drawn = pen.draw(ReplayRequest(ref, "asked for"))
-    write_html(report.model_copy(update={"replays": (drawn,)}), path)
+        drawn = pen.draw([ReplayRequest(ref, "asked for")])
+    write_html(report.model_copy(update={"replays": drawn}), path)
 
 
 def find_campaign(repository: Repository, name: str | None) -> CampaignInfo:
@@ -119,16 +124,20 @@ class _Pen:
         self,
         repository: Repository,
         builder: ReportBuilder,
-        progress: Callable[[str], None] | None,
+        progress: Callable[[Progress], None] | None,
     ) -> None:
         self._repository = repository
         self._builder = builder
         self._progress = progress or (lambda _: None)
 
-    def draw(self, request: ReplayRequest) -> Replay:
-        """Execute a run again and draw it."""
-        self._progress(request.run.result_digest)
-        return self._drawn(request, rerun(self._repository, request.run))
+    def draw(self, requests: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
+        """Execute runs again and draw them."""
+        drawn = []
+        for number, request in enumerate(requests):
+            self._progress(Progress("report", number, len(requests), 0))
+            drawn.append(self._drawn(request, rerun(self._repository, request.run)))
+        self._progress(Progress("report", len(requests), len(requests), 0))
+        return tuple(drawn)
 
     def _drawn(self, request: ReplayRequest, done: Execution) -> Replay:
         builder = self._builder

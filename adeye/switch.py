@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from adeye.kernel.jit import compiled
-from adeye.ports import SwitchContext, SwitchModel
 from adeye.signals import (
     FAULT,
     NO_CHANNEL,
@@ -27,6 +25,11 @@ from adeye.signals import (
     Ints,
     parameter_record,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.ports import SwitchContext, SwitchModel
 
 TIME_TOLERANCE: Final = 1e-9
 """Slack of comparisons of times [s]: multiples of the step are not exact."""

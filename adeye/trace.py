@@ -7,14 +7,16 @@ only. Rows beyond a run's length are zero and never read.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.signals import Bools, Floats, Ints, SceneContext
-from adeye.spec.architecture import Architecture
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.signals import Bools, Floats, Ints, SceneContext
+    from adeye.spec.architecture import Architecture
 
 TRACE_SCHEMA: Final = "adeye/trace@1"
 

@@ -229,7 +229,10 @@ ROW = st.tuples(*[st.sampled_from([OK, DEGRADED, REQUESTS_AUTHORITY, FAULT, SILE
     priority=st.permutations(IDS),
 )
 def test_exactly_one_usable_channel_or_none_has_authority(
-    rows: list[tuple[int, ...]], latch: bool, debounce: str, priority: list[str]
+    rows: list[tuple[int, ...]],
+    latch: bool,  # noqa: FBT001 - a test's choice
+    debounce: str,
+    priority: list[str],
 ) -> None:
     made = switch(spec(latch=latch, debounce=debounce, priority=priority), channels=IDS)
     for row, (channel, reason) in zip(rows, drive(made, *rows), strict=True):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import IntegrityError
 from adeye.spec.architecture import Architecture
@@ -13,8 +12,12 @@ from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
 from adeye.store.rows import ContentRecord
-from adeye.store.stored import StoredCase
 from adeye.sweep.case import TestCase
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.store.stored import StoredCase
 
 FOLDER: Final = "plugin_folder"
 """Key beside an architecture's own: folder of the file that names its plug-ins."""

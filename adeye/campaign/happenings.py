@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adeye.signals import NO_CHANNEL, REASON_LABELS, STATUS_LABELS, Bools
 from adeye.store.rows import EventRecord
-from adeye.trace import Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from adeye.trace import Trace
 
 
 def events_of(trace: Trace, run: int) -> tuple[EventRecord, ...]:

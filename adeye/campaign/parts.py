@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from adeye.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.channels.factory import make_channel, plugin_channel
@@ -10,7 +11,9 @@ from adeye.errors import SpecError
 from adeye.registry import Part, load_part, plugins_digest, require, validate_parameters
 from adeye.sensors.rig import BUILT_IN as BUILT_IN_SENSORS
 from adeye.spec.architecture import Architecture, PluginChannel, PluginSensor
-from adeye.spec.load import Loaded
+
+if TYPE_CHECKING:
+    from adeye.spec.load import Loaded
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.content import Contents
 from adeye.campaign.parts import Parts, load_parts
@@ -15,16 +14,20 @@ from adeye.campaign.work import WorkContext
 from adeye.engine import DRIVER, EngineIdentity, identity
 from adeye.errors import SpecError, suggest
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
-from adeye.signals import SignalType
 from adeye.spec.load import OddFiles, load_odd
 from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, PlannedCase
 from adeye.sweep.axes import quantity_or_text
-from adeye.sweep.case import TestCase
 from adeye.sweep.expand import Expansion, expand
 from adeye.sweep.structure import structure_key
 from adeye.units import Dimension
 from adeye.world.check import check_scenario
 from adeye.world.triggers import trigger_variables
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from adeye.signals import SignalType
+    from adeye.sweep.case import TestCase
 
 SUFFIXES = {
     Dimension.LENGTH: "m",
@@ -306,9 +309,11 @@ def _check_onsets(files: OddFiles) -> None:
         where = files.odd.locate(("faults", number, "onset", "when"))
         for use in files.odd.spec.scenarios:
             entries = use.faults
-            names = {n for e in entries for n in ((e,) if isinstance(e, str) else e)} if (
-                entries is not None
-            ) else {fault.id}
+            names = (
+                {n for e in entries for n in ((e,) if isinstance(e, str) else e)}
+                if (entries is not None)
+                else {fault.id}
+            )
             if fault.id not in names:
                 continue
             known = trigger_variables(files.scenarios[use.name].spec)

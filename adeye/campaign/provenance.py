@@ -6,10 +6,12 @@ import getpass
 import platform
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adeye import __version__
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 PACKAGES = ("highway-env", "numba", "numpy", "pydantic", "scipy", "sqlalchemy")
 
@@ -41,7 +43,7 @@ def git_state(folder: Path) -> dict[str, Any]:
 
 def _git(folder: Path, *arguments: str) -> str:
     try:
-        done = subprocess.run(
+        done = subprocess.run(  # noqa: S603 - no shell, our own words
             ["git", "-C", str(folder), *arguments],  # noqa: S607 - whichever git the user has
             capture_output=True,
             text=True,

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adeye import engine
 from adeye.campaign.content import recreate
 from adeye.campaign.work import evaluate, signals_of
 from adeye.errors import InputError
-from adeye.evaluation.judge import Evaluation
-from adeye.evaluation.source import TraceSignals
 from adeye.identity import digest
 from adeye.spec.concept import Concept
 from adeye.spec.quantity import SI
 from adeye.store.repository import Repository
-from adeye.store.stored import RunRef, StoredRun
-from adeye.sweep.case import TestCase
 from adeye.sweep.present import named_values
-from adeye.trace import Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from adeye.evaluation.judge import Evaluation
+    from adeye.evaluation.source import TraceSignals
+    from adeye.store.stored import RunRef, StoredRun
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
 
 
 @dataclass(frozen=True)
@@ -234,4 +237,3 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
             for item in stored.events
         ],
     }
-

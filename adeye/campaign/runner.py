@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from itertools import islice
+from typing import TYPE_CHECKING
 
 from adeye.campaign.executors import Done, InProcess, Processes
-from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import IntegrityError
 from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.kernel.jit import is_cache_warm
 from adeye.store.repository import Repository
-from adeye.store.stored import Block, CampaignInfo, Plan
 from adeye.store.totals import gate_code, totals
-from adeye.sweep.case import TestCase
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.campaign.plan import CampaignPlan
+    from adeye.store.stored import Block, CampaignInfo, Plan
+    from adeye.sweep.case import TestCase
 
 BLOCK_SIZE = 16
 """Test cases in a block: small enough that a kill costs little and two workers stay busy."""
@@ -128,6 +134,11 @@ def run_campaign(
         executor = InProcess(execute) if workers == 1 else Processes(execute, workers)
         tasks = _Tasks(repository, plan, stored)
         try:
+            if workers > 1 and not is_cache_warm():
+                # Compiled once here, the kernels are loaded by every worker.
+                for task in islice(tasks, 1):
+                    state = _absorb(repository, tasks, Done(task, execute(task)), state)
+                    report(state)
             for done in executor.run(tasks):
                 state = _absorb(repository, tasks, done, state)
                 report(state)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 import os
 import platform
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +17,16 @@ from adeye.errors import AdeyeError
 from adeye.evaluation.judge import Evaluation, Judgement, evaluate_trace
 from adeye.evaluation.requirements import CheckedRequirement, compile_requirement
 from adeye.evaluation.source import TraceSignals
-from adeye.ports import MetricColumn
-from adeye.spec.concept import Requirement
 from adeye.store.rows import EngineKey, MetricValue, RunRecord, VerdictRecord
-from adeye.sweep.case import TestCase
-from adeye.trace import Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from adeye.ports import MetricColumn
+    from adeye.spec.concept import Requirement
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
 
 
 @dataclass(frozen=True)
@@ -164,9 +168,7 @@ def describe(trace: Trace, run: int, evaluation: Evaluation, key: EngineKey) -> 
         trace_digest=trace.digests()[run],
         is_realised=happened.is_realised,
         end_reason=happened.end_reason,
-        metrics={
-            name: _metric(trace, column, run) for name, column in evaluation.metrics.items()
-        },
+        metrics={name: _metric(trace, column, run) for name, column in evaluation.metrics.items()},
         verdicts=[_verdict(item) for item in evaluation.judgements[run]],
         events=events_of(trace, run),
         outcome_channel=happened.channel,

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adeye.channels.links import no_command
-from adeye.ports import ChannelContext, ControlChannel
-from adeye.signals import ControlCommand, Observation
+
+if TYPE_CHECKING:
+    from adeye.ports import ChannelContext, ControlChannel
+    from adeye.signals import ControlCommand, Observation
 
 
 class ClockedChannel:

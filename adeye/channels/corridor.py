@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -23,7 +23,9 @@ from adeye.kernel.criticality import required_deceleration, time_to_collision
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.road import local
-from adeye.signals import Floats
+
+if TYPE_CHECKING:
+    from adeye.signals import Floats
 
 # Columns of a view of the path.
 (
@@ -45,8 +47,9 @@ PASSING_MARGIN: Final = 0.5
 """How close in time to the ego's own passage an object may use the corridor [s]. Our choice."""
 
 MIN_LATERAL_SPEED: Final = 0.3
-"""Lateral speed below which an object is taken to keep its lane [m/s], beside one standard deviation
-of the track's own. Swaying in the lane reaches 0.3 m/s; a lane change peaks at 0.8 m/s and more."""
+"""Lateral speed below which an object is taken to keep its lane [m/s], beside one standard
+deviation of the track's own. Swaying in the lane reaches 0.3 m/s; a lane change peaks at 0.8 m/s
+and more. Our choice."""
 
 MAX_SPEED_VARIANCE: Final = 36.0
 """Variance of a track's speed above which it does not count yet [m²/s²]: one that has just begun

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -17,8 +17,10 @@ from adeye.channels.pose import (
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import compiled
 from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
-from adeye.ports import ChannelContext
-from adeye.signals import Floats
+
+if TYPE_CHECKING:
+    from adeye.ports import ChannelContext
+    from adeye.signals import Floats
 
 STANDSTILL: Final = 0.05
 """Speed below which the ego stands [m/s]."""

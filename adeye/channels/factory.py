@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel
 
@@ -14,10 +12,15 @@ from adeye.channels.nominal import NominalChannel
 from adeye.channels.safety import SafetyChannel
 from adeye.channels.scalar import ScalarChannel
 from adeye.errors import SpecError
-from adeye.ports import ChannelContext, ControlChannel
 from adeye.registry import Part, load_part, require, validate_parameters
-from adeye.signals import ControlCommand, Observation
-from adeye.trace import ChannelEvent
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    from adeye.ports import ChannelContext, ControlChannel
+    from adeye.signals import ControlCommand, Observation
+    from adeye.trace import ChannelEvent
 
 BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
     "nominal": NominalChannel,

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
-from adeye.ports import ChannelContext, ControlChannel
 from adeye.signals import (
     FAULT,
     SILENT,
@@ -21,7 +18,14 @@ from adeye.signals import (
     Floats,
     Observation,
 )
-from adeye.trace import ChannelEvent
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from adeye.ports import ChannelContext, ControlChannel
+    from adeye.trace import ChannelEvent
 
 TRACKS: Final = 8
 """Tracks that a command carries; more are cut, fewer filled up with NaN."""

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adeye.signals import (
     SILENT,
@@ -16,6 +14,11 @@ from adeye.signals import (
     Measurement,
     Observation,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 

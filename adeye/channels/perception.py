@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from adeye.channels.tracks import (
     TRACK_Y,
 )
 from adeye.kernel.jit import compiled
-from adeye.signals import Bools, Floats, Ints
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, Floats, Ints
 
 SHOWN: Final = (TRACK_X, TRACK_Y, TRACK_VX, TRACK_VY, TRACK_LENGTH, TRACK_WIDTH)
 """Columns of a track that a command shows, in the order of ``signals.TRACK_COLUMNS``."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +13,13 @@ from adeye.ports import ChannelContext, ControlChannel
 from adeye.sensors.rig import mounts
 from adeye.signals import Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.spec.clock import period_ticks, ticks
-from adeye.sweep.case import TestCase
-from adeye.trace import ChannelEvent
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from adeye.sweep.case import TestCase
+    from adeye.trace import ChannelEvent
 
 
 class ChannelRack:

@@ -11,16 +11,14 @@ the other runs of the batch do not notice.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
-from adeye.ports import ChannelContext
 from adeye.signals import (
     OK,
     SILENT,
@@ -29,8 +27,13 @@ from adeye.signals import (
     Floats,
     Observation,
 )
-from adeye.spec.architecture import Vehicle
-from adeye.trace import ChannelEvent
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.ports import ChannelContext
+    from adeye.spec.architecture import Vehicle
+    from adeye.trace import ChannelEvent
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +155,7 @@ class ScalarObservation:
 class ScalarAct(Protocol):
     """The channel object of one run."""
 
-    def act(self, observation: ScalarObservation) -> ScalarCommand | tuple[float, float]:
+    def act(self, observation: ScalarObservation, /) -> ScalarCommand | tuple[float, float]:
         """Answer one observation."""
         ...
 
@@ -160,7 +163,7 @@ class ScalarAct(Protocol):
 class ScalarFactory(Protocol):
     """A class of channel objects."""
 
-    def __call__(self, parameters: Any, context: ScalarContext) -> ScalarAct:
+    def __call__(self, parameters: Any, context: ScalarContext, /) -> ScalarAct:
         """Make the object of one run."""
         ...
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adeye.channels.tracking import SENSOR_KINDS
-from adeye.ports import ChannelContext
 from adeye.signals import DETECTION_COLUMNS, ESTIMATE_COLUMNS, Bools, Floats, Ints, Measurement
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.ports import ChannelContext
 
 
 class Sight:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from adeye.cli.options import Db, Json, RunId
-from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, format_value, wrote
+from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, plain, wrote
+
+if TYPE_CHECKING:
+    from adeye.campaign.reproduce import Replayed
 
 _SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
@@ -58,7 +61,7 @@ def replay(run: RunId, db: Db = None, html: HtmlFile = None, json: Json = False)
 
     again = replay_run(db, run)
     if json:
-        emit_json("replay", _document(again))
+        emit_json("replay", plain(again))
     else:
         _print(again)
     if html is not None:
@@ -70,18 +73,14 @@ def replay(run: RunId, db: Db = None, html: HtmlFile = None, json: Json = False)
         raise typer.Exit(_DIFFERS)
 
 
-def _document(again: Any) -> dict[str, Any]:
-    names = ("run", "scenario", "architecture", "stored_digest", "trace_digest", "identical")
-    return {name: getattr(again, name) for name in (*names, "rows", "outcome", "verdicts")}
-
-
-def _print(again: Any) -> None:
+def _print(again: Replayed) -> None:
     emit_fields(
         {
             "Run": again.run,
             "Scenario": again.scenario,
             "Architecture": again.architecture,
-            "Outcome": format_value(again.outcome),
+            "Fault entry": again.fault_entry,
+            "Outcome": again.outcome,
             "Rows": again.rows,
             "Stored trace": again.stored_digest,
             "Trace now": again.trace_digest,
@@ -91,7 +90,5 @@ def _print(again: Any) -> None:
     if again.identical:
         emit("\nIdentical: the trace has the stored digest.")
     else:
-        emit(
-            "\nDIFFERENT: the trace does not have the stored digest. "
-            "The code of a part, the simulator or the machine's arithmetic has changed."
-        )
+        cause = again.note or "the code of a part or the machine's arithmetic has changed"
+        emit(clean(f"\nDIFFERENT: the trace does not have the stored digest; {cause}.", lines=True))

@@ -24,12 +24,15 @@ from adeye.cli.options import (
     Workers,
 )
 from adeye.cli.output import clean, emit, emit_json, talk, wrote
-from adeye.cli.progress import Report, reporting
+from adeye.cli.progress import reporting
 from adeye.cli.verdicts import ordered, print_verdicts
 
 if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.runner import CampaignSummary
+
+Files = tuple[Path | None, Path | None, Path | None]
+"""Where the HTML page, the JUnit XML and the JSON go."""
 
 ReportJson = Annotated[
     Path | None,
@@ -82,8 +85,7 @@ def run(
     if code in {130, 143}:
         talk(_resume_hint(odd, db))
     else:
-        files = Files(html=report, junit=junit, json=report_json)
-        code = _write_after_run(files, db, summary, quiet=quiet)
+        code = _write_after_run((report, junit, report_json), db, summary, quiet=quiet)
     raise typer.Exit(code)
 
 
@@ -99,32 +101,9 @@ def report(
 
     The runs that the page replays are executed again for it, to the same bits; nothing is stored.
     """
-    from adeye.errors import InputError
-    from adeye.store.repository import Repository
-
     if output is None and junit is None and report_json is None:
         output = Path("report.html")
-    with Repository.open(db, create=False) as repository:
-        found = (
-            repository.latest_campaign() if campaign is None else repository.find_campaign(campaign)
-        )
-    if found is None:
-        raise InputError("the database holds no campaign", remedy="Run one: adeye run ODD.")
-    _write(Files(html=output, junit=junit, json=report_json), db, found.id, quiet=quiet)
-
-
-class Files:
-    """Where reports go."""
-
-    def __init__(self, *, html: Path | None, junit: Path | None, json: Path | None) -> None:
-        self.html = html
-        self.junit = junit
-        self.json = json
-
-    @property
-    def asked(self) -> tuple[Path, ...]:
-        """The files that somebody asked for."""
-        return tuple(path for path in (self.html, self.junit, self.json) if path is not None)
+    _write((output, junit, report_json), db, campaign, quiet=quiet)
 
 
 def usable_processors() -> int:
@@ -162,7 +141,7 @@ def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, 
     from adeye.errors import AdeyeError
     from adeye.evaluation.verdict import ExitCode, exit_code
 
-    if not files.asked:
+    if files == (None, None, None):
         return int(summary.exit_code)
     try:
         _write(files, db, summary.campaign, quiet=quiet)
@@ -172,21 +151,15 @@ def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, 
     return int(summary.exit_code)
 
 
-def _write(files: Files, db: str | None, campaign: str, *, quiet: bool) -> None:
+def _write(files: Files, db: str | None, campaign: str | None, *, quiet: bool) -> None:
     from adeye.reporting import write_reports
 
-    progress: Report
+    html, junit, json = files
     with reporting("report", quiet=quiet) as progress:
-        write_reports(
-            db,
-            campaign,
-            html=files.html,
-            junit=files.junit,
-            json=files.json,
-            progress=progress,
-        )
-    for path in files.asked:
-        wrote(path)
+        write_reports(db, campaign, html=html, junit=junit, json=json, progress=progress)
+    for path in files:
+        if path is not None:
+            wrote(path)
 
 
 def _resume_hint(odd: Path, db: str | None) -> str:

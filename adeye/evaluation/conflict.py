@@ -111,7 +111,8 @@ def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
                 state = objects[run, row, thing]
                 size = sizes[run, thing]
                 is_finite &= _project(state, places[run, row, thing], size, other)
-                is_finite &= math.isfinite(state[OBJECT_ACCELERATION])
+                if not is_finite:
+                    break
                 distance = body_distance(ego[run, row], ego_size[run], state, size)
                 _keep_least(worst, who, DISTANCE, distance, thing)
                 if other[_S] > own[_S]:
@@ -210,16 +211,20 @@ def _project(state: Floats, place: Floats, size: Floats, out: Floats) -> bool:
         size: (3,).
         out: (6,): s, d, speed along and across the road, half extent along and across.
     """
+    is_finite = math.isfinite(size[0]) and math.isfinite(size[1])
+    for column in range(5):
+        is_finite &= math.isfinite(state[column])
+    for column in range(3):
+        is_finite &= math.isfinite(place[column])
+    if not is_finite:
+        return False
     sine, cosine = sin_cos(state[OBJECT_HEADING] - place[PLACE_HEADING])
     out[_S], out[_D] = place[PLACE_S], place[PLACE_D]
     out[_ALONG] = state[OBJECT_SPEED] * cosine
     out[_ACROSS] = state[OBJECT_SPEED] * sine
     out[_HALF_LENGTH] = 0.5 * (size[0] * abs(cosine) + size[1] * abs(sine))
     out[_HALF_WIDTH] = 0.5 * (size[0] * abs(sine) + size[1] * abs(cosine))
-    total = state[OBJECT_X] + state[OBJECT_Y]
-    for column in range(6):
-        total += out[column]
-    return bool(math.isfinite(total))
+    return True
 
 
 @compiled

@@ -186,11 +186,10 @@ class _Judge:
             if reason is not None:
                 judgements[run] = replace(empty, verdict=Verdict.INVALID, detail=reason)
                 continue
-            found = empty
-            if result is not None:
-                found = self._by_formula(empty, result, run)
-            elif item.bound is not None:
+            if item.bound is not None:
                 found = self._by_bound(empty, item.bound, run)
+            else:
+                found = self._by_formula(empty, result, run)
             judgements[run] = self._settled(found, item, run)
         return judgements
 
@@ -219,9 +218,9 @@ class _Judge:
             return replace(found, verdict=Verdict.INCONCLUSIVE, detail=detail)
         return found
 
-    def _by_formula(self, empty: Judgement, result: StlResult, run: int) -> Judgement:
-        binding = result.binding(run)
-        if binding is None:
+    def _by_formula(self, empty: Judgement, result: StlResult | None, run: int) -> Judgement:
+        binding = None if result is None else result.binding(run)
+        if result is None or binding is None:
             return replace(empty, detail="a signal has a sample that is not a finite number")
         verdict = result.verdict_of(run)
         detail = None

@@ -151,10 +151,12 @@ def compile_requirement(
         ExpressionError: The formula cannot be read.
         SpecError: There is no such metric, or the bound is not finite.
     """
-    identity = digest(requirement.judged())
+    formula = bound = None
     if requirement.formula is not None:
-        return CheckedRequirement(requirement, identity, parse_formula(requirement.formula, where))
-    return CheckedRequirement(requirement, identity, bound=_bound(requirement, where))
+        formula = parse_formula(requirement.formula, where)
+    else:
+        bound = _bound(requirement, where)
+    return CheckedRequirement(requirement, digest(requirement.judged()), formula, bound)
 
 
 def _bound(requirement: Requirement, where: SourceLocation | None) -> Bound:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,12 +10,16 @@ from adeye.errors import SpecError
 from adeye.faults.injectors import DropOut, Silence
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import run_program
-from adeye.signals import Bools, ControlCommand, Floats, Ints, Measurement, Scene, SceneContext
-from adeye.spec.architecture import Architecture
 from adeye.spec.expression import Expression, Program, to_program
-from adeye.spec.fault import Fault
-from adeye.sweep.case import TestCase
 from adeye.world.triggers import TriggerTable
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.signals import Bools, ControlCommand, Floats, Ints, Measurement, Scene, SceneContext
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.fault import Fault
+    from adeye.sweep.case import TestCase
 
 TIME_TOLERANCE = 1e-9
 """Slack of comparisons of times [s]: multiples of the step are not exact."""

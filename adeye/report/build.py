@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adeye.evaluation.verdict import Outcome, Verdict
 from adeye.report.dead import dead_axes
@@ -31,11 +31,13 @@ from adeye.report.replay import Event, Replay
 from adeye.report.spread import summarise
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.quantity import SI
-from adeye.store.repository import Repository
-from adeye.store.rows import EventRecord, VerdictRecord
-from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
 from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
+
+if TYPE_CHECKING:
+    from adeye.store.repository import Repository
+    from adeye.store.rows import EventRecord, VerdictRecord
+    from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
 
 SHORT = 12
 """Characters of a result digest that commands and tables show."""
@@ -52,7 +54,7 @@ class ReplayRequest:
     why: str
 
 
-Draw = Callable[[ReplayRequest], Replay]
+Draw = Callable[[Sequence[ReplayRequest]], tuple[Replay, ...]]
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ class ReportBuilder:
         """Put the report together.
 
         Args:
-            draw: Re-executes a run and draws it.
+            draw: Re-executes runs and draws them.
             replays: Most runs to embed.
         """
         cells = tuple(self._cells())
@@ -150,7 +152,7 @@ class ReportBuilder:
             elements=tuple(self._elements()),
             assumptions=tuple(self._assumptions()),
             waivers=tuple(self._waivers(cells)),
-            replays=tuple(draw(request) for request in self._requests(worst)[:replays]),
+            replays=draw(self._requests(worst)[:replays]) if replays else (),
         )
 
     # Commands

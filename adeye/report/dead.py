@@ -32,7 +32,7 @@ def dead_axes(
             levels = {row["point"][axis] for row in own if axis in row["point"]}
             if len(levels) > 1 and not moves(own, axis):
                 shown = ", ".join(axis_text(axis, value, odd, scenario) for value in sorted(levels))
-                query = f'adeye query "SELECT * FROM v_runs_{scenario}"'
+                query = f'adeye query "SELECT * FROM v_runs_{scenario}"'  # noqa: S608 - shown only
                 yield DeadAxis(scenario=scenario, axis=axis, values=shown, command=command(query))
 
 

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from adeye.evaluation.verdict import Outcome
 from adeye.kernel.road import position
-from adeye.report.parts import Label, RunVerdict
 from adeye.report.replay import (
     ActorMotion,
     ChannelView,
@@ -41,7 +38,13 @@ from adeye.signals import (
     REASON_LABELS,
     STATUS_LABELS,
 )
-from adeye.trace import Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.evaluation.verdict import Outcome
+    from adeye.report.parts import Label, RunVerdict
+    from adeye.trace import Trace
 
 PLACES = 3
 """Decimals of embedded places and speeds: a millimetre."""

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.source import TraceSignals
 from adeye.evaluation.stl.formula import parse_formula
 from adeye.evaluation.stl.series import SampleStatus, Series
 from adeye.report.replay import SignalPlot, ThresholdLine
-from adeye.spec.concept import Requirement
-from adeye.store.rows import VerdictRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from adeye.evaluation.source import TraceSignals
+    from adeye.spec.concept import Requirement
+    from adeye.store.rows import VerdictRecord
 
 ALWAYS = (
     "ego.speed",
@@ -107,9 +111,7 @@ def _line(item: Requirement, record: VerdictRecord) -> ThresholdLine | None:
         side = "at_most"
     else:
         return None
-    return ThresholdLine.model_validate(
-        {"fsr": item.id, "value": record.threshold, "side": side}
-    )
+    return ThresholdLine.model_validate({"fsr": item.id, "value": record.threshold, "side": side})
 
 
 def _plot(

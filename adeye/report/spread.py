@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adeye.report.model import Extreme, MetricSummary
 from adeye.store.tables import METRIC_IDS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
 UNITS = {"mps": "m/s", "mps2": "m/s²", "mps3": "m/s³", "m": "m", "s": "s"}
 

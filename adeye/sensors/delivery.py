@@ -6,7 +6,15 @@ from collections import deque
 
 import numpy as np
 
-from adeye.signals import DETECTION_COLUMNS, Floats, Measurement
+from adeye.kernel.jit import compiled
+from adeye.signals import (
+    DETECTION_COLUMNS,
+    DETECTION_X,
+    DETECTION_Y,
+    Floats,
+    Ints,
+    Measurement,
+)
 
 
 def no_measurement(runs: int, objects: int, *, with_estimate: bool) -> Measurement:
@@ -55,3 +63,24 @@ class Delivery:
             fresh = True
         self._newest.fresh[:] = fresh
         return self._newest
+
+
+@compiled
+def make_room(detections: Floats, source: Ints, count: int, distance: float) -> int:
+    """Move farther detections one row down and return the row that is free for a new one.
+
+    Args:
+        detections: (M, 7), packed by increasing distance.
+        source: (M,) object behind each.
+        count: How many are there.
+        distance: Squared distance of the new one [m²].
+    """
+    row = count
+    while row > 0:
+        x, y = detections[row - 1, DETECTION_X], detections[row - 1, DETECTION_Y]
+        if x * x + y * y <= distance:
+            break
+        detections[row] = detections[row - 1]
+        source[row] = source[row - 1]
+        row -= 1
+    return row

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import normal
-from adeye.ports import SensorContext
-from adeye.sensors.delivery import Delivery, no_measurement
+from adeye.sensors.delivery import Delivery, make_room, no_measurement
 from adeye.signals import (
     DETECTION_CLASS,
+    DETECTION_HAS_RANGE_RATE,
     DETECTION_LENGTH,
+    DETECTION_RANGE_RATE,
     DETECTION_WIDTH,
     DETECTION_X,
     DETECTION_Y,
@@ -35,11 +38,16 @@ from adeye.signals import (
     parameter_record,
 )
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.ports import SensorContext
+
 LATERAL_DRAW, HEADING_DRAW, SPEED_DRAW = 0, 1, 2
 
 
 class LocalisationSensor:
-    """Ego pose in the map and own motion, with white noise across the lane, in heading and speed."""
+    """Ego pose and own motion, with white noise across the lane, in heading and in speed."""
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the noise of every run."""
@@ -110,8 +118,12 @@ def _truth(context: SensorContext, scene: Scene) -> Measurement:
 
 
 @compiled
-def _add_noise(  # noqa: D417
-    parameters: Floats, seeds: Ints, owner: int, number: int, estimate: Floats
+def _add_noise(
+    parameters: Any,
+    seeds: NDArray[np.uint64],
+    owner: np.uint64,
+    number: int,
+    estimate: Floats,
 ) -> None:
     """Add noise to the estimates of a batch (B, 13) in place."""
     for run in range(estimate.shape[0]):
@@ -134,7 +146,7 @@ def _add_noise(  # noqa: D417
 
 
 @compiled
-def _list_objects(  # noqa: D417
+def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
     ego: Floats,
     objects: Floats,
     sizes: Floats,
@@ -153,20 +165,13 @@ def _list_objects(  # noqa: D417
             sine, cosine = sin_cos(state[OBJECT_HEADING])
             vx = state[OBJECT_SPEED] * cosine - ego[run, EGO_SPEED] * c
             vy = state[OBJECT_SPEED] * sine - ego[run, EGO_SPEED] * s
-            row = thing
-            while row > 0:
-                before = row - 1
-                if detections[run, before, DETECTION_X] ** 2 + detections[
-                    run, before, DETECTION_Y
-                ] ** 2 <= dx * dx + dy * dy:
-                    break
-                detections[run, row] = detections[run, before]
-                source[run, row] = source[run, before]
-                row = before
+            row = make_room(detections[run], source[run], thing, dx * dx + dy * dy)
             detections[run, row, DETECTION_X] = c * dx + s * dy
             detections[run, row, DETECTION_Y] = -s * dx + c * dy
-            detections[run, row, 2] = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
-            detections[run, row, 3] = 1.0
+            detections[run, row, DETECTION_RANGE_RATE] = (
+                (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
+            )
+            detections[run, row, DETECTION_HAS_RANGE_RATE] = 1.0
             detections[run, row, DETECTION_LENGTH] = sizes[run, thing, 0]
             detections[run, row, DETECTION_WIDTH] = sizes[run, thing, 1]
             detections[run, row, DETECTION_CLASS] = classes[thing]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -11,8 +12,7 @@ from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import normal
 from adeye.kernel.sight import box_bearings, visible_fraction
-from adeye.ports import SensorContext
-from adeye.sensors.delivery import Delivery, no_measurement
+from adeye.sensors.delivery import Delivery, make_room, no_measurement
 from adeye.sensors.weather import camera_range, lidar_range
 from adeye.signals import (
     DETECTION_CLASS,
@@ -38,6 +38,12 @@ from adeye.signals import (
     parameter_record,
 )
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.ports import SensorContext
+    from adeye.spec.architecture import Camera, Lidar, Radar
+
 CAMERA, RADAR, LIDAR = 0, 1, 2
 _KINDS = {"camera": CAMERA, "radar": RADAR, "lidar": LIDAR}
 _NOISES = ("bearing_noise", "distance_noise", "range_noise", "range_rate_noise")
@@ -54,16 +60,17 @@ class RangingSensor:
         self._context = context
         scene = context.scene
         self._kind = _KINDS[context.specs[0].kind]
+        specs = [cast("Camera | Radar | Lidar", spec) for spec in context.specs]
         fields: dict[str, list[float]] = {
-            "x": [spec.mount.x for spec in context.specs],
-            "y": [spec.mount.y for spec in context.specs],
-            "yaw": [spec.mount.yaw for spec in context.specs],
-            "field_of_view": [spec.field_of_view for spec in context.specs],
-            "range": [spec.range for spec in context.specs],
-            "min_visible": [spec.min_visible for spec in context.specs],
+            "x": [spec.mount.x for spec in specs],
+            "y": [spec.mount.y for spec in specs],
+            "yaw": [spec.mount.yaw for spec in specs],
+            "field_of_view": [spec.field_of_view for spec in specs],
+            "range": [spec.range for spec in specs],
+            "min_visible": [spec.min_visible for spec in specs],
         }
         for name, default in _OPTIONAL.items():
-            fields[name] = [float(getattr(spec, name, default)) for spec in context.specs]
+            fields[name] = [float(getattr(spec, name, default)) for spec in specs]
         weather = scene.surroundings
         self._parameters = parameter_record(
             {
@@ -108,11 +115,11 @@ class RangingSensor:
 
 
 @compiled
-def _sample_batch(  # noqa: D417
+def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
     kind: int,
-    parameters: Floats,
-    seeds: Ints,
-    owner: int,
+    parameters: Any,
+    seeds: NDArray[np.uint64],
+    owner: np.uint64,
     number: int,
     ego: Floats,
     objects: Floats,
@@ -143,11 +150,11 @@ def _sample_batch(  # noqa: D417
 
 
 @compiled
-def _sample_run(  # noqa: D417
+def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
     kind: int,
-    parameters: Floats,
-    seed: int,
-    owner: int,
+    parameters: Any,
+    seed: np.uint64,
+    owner: np.uint64,
     number: int,
     ego: Floats,
     objects: Floats,
@@ -160,10 +167,8 @@ def _sample_run(  # noqa: D417
 ) -> None:
     """Detect the objects of one run and pack them by increasing distance.
 
-    An object is detected if its nearest point is within the range that the weather leaves, and
-    both the unoccluded share and the share inside the field of view of its angular extent reach
-    ``min_visible``. What is measured is the centre of its box, with noise on distance and bearing
-    drawn by sensor, sample and object, so other sensors and objects do not change it.
+    What is measured is the centre of an object's box, with noise on distance and bearing drawn by
+    sensor, sample and object, so other sensors and objects do not change it.
 
     Args:
         kind: CAMERA, RADAR or LIDAR.
@@ -180,65 +185,20 @@ def _sample_run(  # noqa: D417
         detections: (M, 7) out.
         source: (M,) out.
     """
-    heading = ego[EGO_HEADING]
-    s, c = sin_cos(heading)
+    s, c = sin_cos(ego[EGO_HEADING])
     sensor_x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
     sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
-    boresight = heading + parameters["yaw"]
-    half = 0.5 * parameters["field_of_view"]
+    boresight = ego[EGO_HEADING] + parameters["yaw"]
     found = 0
     for thing in range(objects.shape[0]):
-        clear = parameters["range"]
-        if kind == LIDAR:
-            reach = lidar_range(
-                clear,
-                reflectivity[thing],
-                parameters["reference_reflectivity"],
-                parameters["rain"],
-                parameters["visibility"],
-            )
-        elif kind == CAMERA:
-            night = parameters["night_range"] if parameters["night"] > 0.0 else 1.0
-            reach = camera_range(clear, parameters["rain"], parameters["visibility"], night)
-        else:
-            reach = clear
-        nearest, right, left = box_bearings(
-            sensor_x,
-            sensor_y,
-            boresight,
-            objects[thing, OBJECT_X],
-            objects[thing, OBJECT_Y],
-            objects[thing, OBJECT_HEADING],
-            sizes[thing, 0],
-            sizes[thing, 1],
-        )
-        if not nearest <= reach:
-            continue
-        extent = left - right
-        # The left edge may lie beyond pi, so the field of view is met from both sides.
-        inside = max(0.0, min(left, half) - max(right, -half))
-        inside += max(0.0, min(left - 2.0 * math.pi, half) - max(right - 2.0 * math.pi, -half))
-        if half < math.pi and extent > 0.0 and inside < parameters["min_visible"] * extent:
-            continue
-        seen = visible_fraction(sensor_x, sensor_y, thing, objects, sizes)
-        if seen < parameters["min_visible"]:
+        reach = _reach(kind, parameters, reflectivity[thing])
+        if not _is_seen(parameters, reach, sensor_x, sensor_y, boresight, thing, objects, sizes):
             continue
         x, y, rate = _measure(
             kind, parameters, seed, owner, number, thing, ego, objects[thing], sensor_x, sensor_y
         )
         dx, dy = x - ego[EGO_X], y - ego[EGO_Y]
-        row = found
-        distance = dx * dx + dy * dy
-        while row > 0:
-            before = row - 1
-            if (
-                detections[before, DETECTION_X] ** 2 + detections[before, DETECTION_Y] ** 2
-                <= distance
-            ):
-                break
-            detections[row] = detections[before]
-            source[row] = source[before]
-            row = before
+        row = make_room(detections, source, found, dx * dx + dy * dy)
         detections[row, DETECTION_X] = c * dx + s * dy
         detections[row, DETECTION_Y] = -s * dx + c * dy
         detections[row, DETECTION_RANGE_RATE] = rate
@@ -252,11 +212,69 @@ def _sample_run(  # noqa: D417
 
 
 @compiled
-def _measure(  # noqa: D417
+def _reach(kind: int, parameters: Any, reflectivity: float) -> float:
+    """Range that the weather leaves for an object [m]."""
+    if kind == LIDAR:
+        return lidar_range(
+            parameters["range"],
+            reflectivity,
+            parameters["reference_reflectivity"],
+            parameters["rain"],
+            parameters["visibility"],
+        )
+    if kind == CAMERA:
+        night = parameters["night_range"] if parameters["night"] > 0.0 else 1.0
+        return camera_range(
+            parameters["range"], parameters["rain"], parameters["visibility"], night
+        )
+    return float(parameters["range"])
+
+
+@compiled
+def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    reach: float,
+    sensor_x: float,
+    sensor_y: float,
+    boresight: float,
+    thing: int,
+    objects: Floats,
+    sizes: Floats,
+) -> bool:
+    """Tell whether an object is detected.
+
+    Its nearest point must be within reach, and the unoccluded share and the share inside the field
+    of view of its angular extent must each be at least ``min_visible``.
+    """
+    nearest, right, left = box_bearings(
+        sensor_x,
+        sensor_y,
+        boresight,
+        objects[thing, OBJECT_X],
+        objects[thing, OBJECT_Y],
+        objects[thing, OBJECT_HEADING],
+        sizes[thing, 0],
+        sizes[thing, 1],
+    )
+    if not nearest <= reach:
+        return False
+    half = 0.5 * parameters["field_of_view"]
+    extent = left - right
+    # The left edge may lie beyond pi, so the field of view is met from both sides.
+    inside = max(0.0, min(left, half) - max(right, -half))
+    inside += max(0.0, min(left - 2.0 * math.pi, half) - max(right - 2.0 * math.pi, -half))
+    if half < math.pi and extent > 0.0 and inside < parameters["min_visible"] * extent:
+        return False
+    seen = visible_fraction(sensor_x, sensor_y, thing, objects, sizes)
+    return bool(seen >= parameters["min_visible"])
+
+
+@compiled
+def _measure(  # noqa: PLR0913, PLR0917 - a kernel
     kind: int,
-    parameters: Floats,
-    seed: int,
-    owner: int,
+    parameters: Any,
+    seed: np.uint64,
+    owner: np.uint64,
     number: int,
     thing: int,
     ego: Floats,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -12,11 +11,16 @@ from adeye.ports import SensorContext, SensorModel
 from adeye.registry import load_part
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
 from adeye.sensors.ranging import RangingSensor
-from adeye.signals import Floats, Measurement, Scene, SceneContext
 from adeye.spec.clock import period_ticks, ticks
-from adeye.sweep.case import TestCase
 
-BUILT_IN = {
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    from adeye.signals import Floats, Measurement, Scene, SceneContext
+    from adeye.sweep.case import TestCase
+
+BUILT_IN: Final[Mapping[str, Callable[[SensorContext], SensorModel]]] = {
     "camera": RangingSensor,
     "radar": RangingSensor,
     "lidar": RangingSensor,
@@ -60,8 +64,9 @@ class Rig:
 def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:
     """Return the mount pose (B, 4: x, y, z, yaw) of each sensor that has one."""
     found: dict[str, Floats] = {}
-    for name, sensor in cases[0].architecture.sensors.items():
-        if hasattr(sensor, "mount"):
-            poses = [case.architecture.sensors[name].mount for case in cases]
+    for name, first in cases[0].architecture.sensors.items():
+        if hasattr(first, "mount"):
+            sensors: list[Any] = [case.architecture.sensors[name] for case in cases]
+            poses = [sensor.mount for sensor in sensors]
             found[name] = np.array([[pose.x, pose.y, pose.z, pose.yaw] for pose in poses])
     return found

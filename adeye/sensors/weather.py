@@ -98,9 +98,7 @@ def lidar_range(
 
 
 @compiled
-def camera_range(
-    clear_range: float, rain: float, visibility: float, night_share: float
-) -> float:
+def camera_range(clear_range: float, rain: float, visibility: float, night_share: float) -> float:
     """Range at which a camera still tells an object from its background [m].
 
     The image of an object shrinks with 1/z and its contrast with exp(-extinction·z), so the range

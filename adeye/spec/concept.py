@@ -152,7 +152,7 @@ class Assumption(Record):
     id: Reference
     text: Text
     owner: Text
-    valid_until: Annotated[date, Strict(False)]
+    valid_until: Annotated[date, Strict(strict=False)]
 
 
 class Waiver(Record):
@@ -161,7 +161,7 @@ class Waiver(Record):
     requirement: Reference
     reason: Text
     author: Text
-    expires: Annotated[date, Strict(False)]
+    expires: Annotated[date, Strict(strict=False)]
 
 
 class Concept(Record):

@@ -90,7 +90,7 @@ def parse_document(text: str, path: str) -> Document:
         _Scan(path).run(text)
         node = yaml.compose(text, Loader=_Loader)
     except yaml.YAMLError as error:
-        raise _yaml_error(error, path) from error
+        raise _yaml_error(error, text, path) from error
     if node is None:
         raise SpecError("the document is empty", where=start, remedy="Write a mapping.")
     builder = _Builder(path)
@@ -291,8 +291,10 @@ def _nearest(places: Mapping[Loc, SourceLocation], loc: Loc) -> SourceLocation:
     return places[loc]
 
 
-def _yaml_error(error: yaml.YAMLError, path: str) -> SpecError:
+def _yaml_error(error: yaml.YAMLError, text: str, path: str) -> SpecError:
     mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-    where = _mark(mark, path) if mark is not None else SourceLocation(path, 1, 1)
+    # What is missing at the end is reported in the line after the last.
+    is_inside = mark is not None and mark.line <= text.count("\n")
+    where = _mark(mark, path) if is_inside else _after(text, path)
     problem = getattr(error, "problem", None) or str(error).splitlines()[0]
     return SpecError(f"no valid YAML: {problem}", where=where)

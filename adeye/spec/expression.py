@@ -116,7 +116,9 @@ class Expression:
     def _require(self, known: Iterable[str]) -> None:
         names = sorted(known)
         for name in sorted(self.names.difference(names)):
-            raise self._error(f"uses {name!r}, which does not exist here", suggest(name, names))
+            raise self._error(
+                f"uses {shown(name)}, which does not exist here", suggest(name, names)
+            )
 
     def _error(self, what: str, remedy: str = "") -> ExpressionError:
         return ExpressionError(f"{shown(self.text)} {what}", where=self.where, remedy=remedy)

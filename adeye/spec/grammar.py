@@ -158,7 +158,7 @@ class _Parser:
         before = self._tokens[self._at - 1]
         if before.kind == "number" and before.unit is None and token.kind == "name":
             return self._error(
-                f"there is no unit {token.text!r}", suggest(token.text, sorted(UNITS))
+                f"there is no unit {shown(token.text)}", suggest(token.text, sorted(UNITS))
             )
         return self._error("something follows the end of the expression")
 
@@ -287,7 +287,7 @@ class _Parser:
             value = convert(value, UNITS[token.unit])
             exponents = UNITS[token.unit].exponents
         if not math.isfinite(value):
-            raise self._error(f"{token.text} is not a finite number")
+            raise self._error(f"{shown(token.text)} is not a finite number")
         return Step("number", value, exponents=exponents)
 
     def _named(self, name: str) -> None:
@@ -301,7 +301,7 @@ class _Parser:
     def _call(self, name: str) -> None:
         if name not in FUNCTIONS:
             self._at -= 2
-            raise self._error(f"there is no function {name!r}", suggest(name, FUNCTIONS))
+            raise self._error(f"there is no function {shown(name)}", suggest(name, FUNCTIONS))
         count = 1
         self._either()
         while self._take(","):

@@ -128,7 +128,7 @@ def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
     if len(documents) == 1:
         return Loaded(validate(documents[0], model), content, path, documents)
     merged = _Merged(content, documents)
-    return Loaded(validate(merged, model), content, path, documents)  # type: ignore[arg-type]
+    return Loaded(validate(merged, model), content, path, documents)
 
 
 @dataclass(frozen=True)
@@ -196,12 +196,11 @@ def _deepest(documents: tuple[Document, ...], loc: Loc) -> Document:
 
 def _has(value: Any, loc: Loc) -> bool:
     for part in loc:
-        if isinstance(value, Mapping) and part in value:
-            value = value[part]
-        elif isinstance(value, list) and isinstance(part, int) and part < len(value):
-            value = value[part]
-        else:
+        in_mapping = isinstance(value, Mapping) and part in value
+        in_list = isinstance(value, list) and isinstance(part, int) and part < len(value)
+        if not (in_mapping or in_list):
             return False
+        value = value[part]
     return True
 
 
@@ -239,7 +238,9 @@ def scenario_files(catalogue: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for path in sorted(catalogue.rglob("*.yaml")):
         if path.stem in found:
-            raise SpecError(f"scenario {path.stem!r} is in two files: {found[path.stem]} and {path}")
+            raise SpecError(
+                f"scenario {path.stem!r} is in two files: {found[path.stem]} and {path}"
+            )
         found[path.stem] = path
     return found
 

@@ -175,5 +175,5 @@ Condition = Annotated[
 
 T = TypeVar("T")
 
-Many = Annotated[tuple[T, ...], Strict(False)]
+Many = Annotated[tuple[T, ...], Strict(strict=False)]
 """A list in YAML, a tuple in the frozen record."""

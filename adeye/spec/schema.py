@@ -1,7 +1,7 @@
 """JSON Schemas of everything that users write, for editors; ``--check`` fails when they are stale.
 
-    python -m adeye.spec.schema docs/schema
-    python -m adeye.spec.schema --check docs/schema
+``python -m adeye.spec.schema docs/schema`` writes them,
+``python -m adeye.spec.schema --check docs/schema`` compares.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ def schema(kind: str) -> dict[str, Any]:
         kind: ``odd``, ``scenario``, ``architecture`` or ``concept``.
     """
     made = KINDS[kind].model_json_schema(by_alias=True)
-    made = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"adeye/{kind}@1"} | made
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"adeye/{kind}@1"}
+    made = head | made
     if kind == "scenario":
         made["properties"] = {
             "extends": {"type": "string", "description": "Another scenario, by id or path."}

@@ -221,7 +221,7 @@ campaign_case = Table(
     _flag("inside_odd"),
     _text("point"),
     _row_hash(),
-    Index(None, "test_case_digest"),
+    Index(None, "test_case_digest", "campaign_id"),
     Index(None, "result_digest"),
 )
 campaign_fsr = Table(

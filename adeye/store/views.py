@@ -117,20 +117,29 @@ FROM summed s
 LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
     AND w.fsr = s.fsr AND w.place = 1"""
 
+# CROSS JOIN keeps the order of the tables: from a case by its situation to its partners.
 _PAIRS = """CREATE VIEW v_architecture_pairs AS
+WITH pair AS (
+    SELECT ca.campaign_id AS campaign, ca.ordinal AS ordinal_a, cb.ordinal AS ordinal_b
+    FROM campaign_case ca
+    CROSS JOIN test_case ta ON ta.digest = ca.test_case_digest
+    CROSS JOIN test_case tb ON tb.situation_digest = ta.situation_digest
+        AND tb.fault_entry = ta.fault_entry
+    CROSS JOIN campaign_case cb ON cb.test_case_digest = tb.digest
+        AND cb.campaign_id = ca.campaign_id AND cb.scenario = ca.scenario
+        AND cb.architecture > ca.architecture
+    WHERE NOT EXISTS (
+        SELECT 1 FROM json_each(ca.point) x JOIN json_each(cb.point) y
+            ON y.key = x.key AND y.value IS NOT x.value))
 SELECT a.campaign, a.scenario, a.fault_entry, a.situation, a.parameters, a.replicate,
     a.architecture AS architecture_a, b.architecture AS architecture_b, a.point AS point_a,
     b.point AS point_b, a.run AS run_a, b.run AS run_b, a.outcome AS outcome_a,
     b.outcome AS outcome_b,
     $differences,
     a.verdicts AS verdicts_a, b.verdicts AS verdicts_b
-FROM v_runs a
-JOIN v_runs b ON b.campaign = a.campaign AND b.situation = a.situation
-    AND b.fault_entry = a.fault_entry AND b.scenario = a.scenario
-    AND b.architecture > a.architecture
-WHERE NOT EXISTS (
-    SELECT 1 FROM json_each(a.point) x JOIN json_each(b.point) y
-        ON y.key = x.key AND y.value IS NOT x.value)"""
+FROM pair p
+CROSS JOIN v_runs a ON a.campaign = p.campaign AND a.ordinal = p.ordinal_a
+CROSS JOIN v_runs b ON b.campaign = p.campaign AND b.ordinal = p.ordinal_b"""
 
 _COVERAGE = """CREATE VIEW v_coverage AS
 SELECT c.campaign_id AS campaign, c.scenario, c.architecture, t.fault_entry,

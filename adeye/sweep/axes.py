@@ -7,15 +7,17 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from adeye.errors import InputError, SourceLocation, SweepError, suggest
 from adeye.spec.expression import parse
-from adeye.spec.load import Loaded, OddFiles
 from adeye.spec.odd import Axis as AxisSpec
 from adeye.spec.odd import Steps
-from adeye.spec.scenario import LogicalScenario, Parameter, Value
 from adeye.units import Dimension
+
+if TYPE_CHECKING:
+    from adeye.spec.load import Loaded, OddFiles
+    from adeye.spec.scenario import LogicalScenario, Parameter, Value
 
 Kind = Literal["parameter", "scenario", "architecture", "faults"]
 MAX_AXIS_VALUES = 1_000_000
@@ -103,9 +105,7 @@ class AxisReader:
             return "architecture", path
         if head == "scenario" and path:
             if not has_path(self.scenario.spec, path):
-                raise SweepError(
-                    f"{name}: scenario {self.use_name} has no such path", where=where
-                )
+                raise SweepError(f"{name}: scenario {self.use_name} has no such path", where=where)
             return "scenario", path
         if head == "faults" and len(path) >= 2:
             ids = [fault.id for fault in self.files.odd.spec.faults]

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adeye.spec.expression import Expression
-from adeye.spec.odd import Attributes
-from adeye.spec.scenario import LogicalScenario
 from adeye.units import Dimension, format_quantity
+
+if TYPE_CHECKING:
+    from adeye.spec.odd import Attributes
+    from adeye.spec.scenario import LogicalScenario
 
 Columns = Mapping[str, NDArray[np.float64] | float]
 SLACK = 1e-9
@@ -93,9 +96,7 @@ def _limits(scenario: LogicalScenario, attributes: Attributes) -> Iterator[Limit
         yield "radius", scenario.world.road.radius, Dimension.LENGTH, low, None
 
 
-def _labels(
-    scenario: LogicalScenario, count: int, attributes: Attributes
-) -> Iterator[Breach]:
+def _labels(scenario: LogicalScenario, count: int, attributes: Attributes) -> Iterator[Breach]:
     everywhere = np.ones(count, dtype=bool)
     road, scenery = scenario.world.road, attributes.scenery
     if not scenery.lanes.min <= road.lanes <= scenery.lanes.max:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from adeye.identity import digest, stream_seed
-from adeye.spec.architecture import Architecture
-from adeye.spec.fault import Fault
-from adeye.spec.odd import Attributes
-from adeye.spec.scenario import LogicalScenario
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.fault import Fault
+    from adeye.spec.odd import Attributes
+    from adeye.spec.scenario import LogicalScenario
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 from adeye.errors import SourceLocation, SweepError
 from adeye.identity import stream_seed
 from adeye.kernel.random import owner_id, uniform
-from adeye.spec.expression import Expression
-from adeye.sweep.axes import Axis
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.spec.expression import Expression
+    from adeye.sweep.axes import Axis
 
 MAX_RAW_POINTS = 50_000_000
 """Combinations before constraints above which a sweep is refused without being expanded."""

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adeye.errors import SourceLocation, SpecError, SweepError
-from adeye.spec.architecture import Architecture
 from adeye.spec.clock import period_ticks, ticks
-from adeye.spec.fault import Fault
-from adeye.spec.load import Loaded, OddFiles
-from adeye.spec.odd import ScenarioUse
-from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.axes import Axis, AxisReader, default_values, has_path, quantity_or_text
+from adeye.sweep.axes import Axis, AxisReader, default_values, quantity_or_text
 from adeye.sweep.boundary import breaches
 from adeye.sweep.case import TestCase
 from adeye.sweep.design import Points, RandomDesign, Relation, full_factorial, zipped
+from adeye.sweep.groups import Group, groups_of, varies
 from adeye.sweep.overrides import Change, Variants
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from numpy.typing import NDArray
+
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.fault import Fault
+    from adeye.spec.load import OddFiles
+    from adeye.spec.odd import ScenarioUse
+    from adeye.spec.scenario import LogicalScenario
 
 
 @dataclass(frozen=True)
@@ -47,21 +52,6 @@ class Factor:
 
 
 @dataclass(frozen=True)
-class _Group:
-    """Points of one scenario, architecture and fault entry."""
-
-    use: ScenarioUse
-    scenario: Loaded[LogicalScenario]
-    architecture: Loaded[Architecture]
-    faults: tuple[int, ...]
-    entry: str
-    axes: tuple[Axis, ...]
-    points: Points
-    rows: NDArray[np.int64]
-    where: SourceLocation
-
-
-@dataclass(frozen=True)
 class Expansion:
     """The counted plan of an ODD; test cases are made as they are asked for.
 
@@ -74,7 +64,7 @@ class Expansion:
     files: OddFiles
     factors: tuple[Factor, ...]
     axes: Mapping[str, tuple[str, ...]]
-    _groups: tuple[_Group, ...]
+    _groups: tuple[Group, ...]
     _variants: Variants
 
     @property
@@ -103,14 +93,14 @@ def expand(files: OddFiles) -> Expansion:
         SweepError: An axis, a relation or the number of test cases is not acceptable.
     """
     odd = files.odd.spec
-    groups: list[_Group] = []
+    groups: list[Group] = []
     factors: list[Factor] = []
     axes: dict[str, tuple[str, ...]] = {}
     for number, use in enumerate(odd.scenarios):
         read, points = _points(files, number, use)
         axes[use.name] = tuple(axis.name for axis in read)
         for architecture in files.architectures.values():
-            made = _groups(files, number, use, architecture, read, points)
+            made = groups_of(files, number, architecture, read, points)
             groups += made
             cases = sum(len(group.rows) for group in made) * odd.replicates
             entries = tuple(group.entry for group in made)
@@ -239,76 +229,7 @@ def _check_limit_of_samples(files: OddFiles, samples: int, where: SourceLocation
         )
 
 
-def _groups(
-    files: OddFiles,
-    number: int,
-    use: ScenarioUse,
-    architecture: Loaded[Architecture],
-    axes: tuple[Axis, ...],
-    points: Points,
-) -> list[_Group]:
-    where = files.odd.locate(("scenarios", number, "sweep"))
-    groups: list[_Group] = []
-    for ids in _entries(files, number, use):
-        faults = tuple(
-            k for k, fault in enumerate(files.odd.spec.faults) if fault.id in ids
-        )
-        targets = [files.odd.spec.faults[k].target for k in faults]
-        if not all(has_path(architecture.spec, tuple(t.split("."))) for t in targets):
-            continue
-        fits = tuple(axis for axis in axes if _fits(axis, architecture.spec, ids))
-        rows = _distinct(points, fits)
-        entry = "+".join(ids) if ids else "none"
-        groups.append(
-            _Group(use, files.scenarios[use.name], architecture, faults, entry, fits, points, rows, where)
-        )
-    return groups
-
-
-def _entries(files: OddFiles, number: int, use: ScenarioUse) -> list[tuple[str, ...]]:
-    odd = files.odd
-    if use.faults is None:
-        chosen: list[tuple[str, ...]] = [(fault.id,) for fault in odd.spec.faults]
-    else:
-        chosen = [(entry,) if isinstance(entry, str) else tuple(entry) for entry in use.faults]
-    entries: list[tuple[str, ...]] = [()]
-    for ids in chosen:
-        if ids != ("none",) and ids not in entries:
-            entries.append(ids)
-    for fault in odd.spec.faults:
-        used = any(fault.id in ids for ids in entries)
-        path = tuple(fault.target.split("."))
-        if used and not any(has_path(a.spec, path) for a in files.architectures.values()):
-            place = next(k for k, f in enumerate(odd.spec.faults) if f.id == fault.id)
-            raise SweepError(
-                f"fault {fault.id}: no architecture has {fault.target}",
-                where=odd.locate(("faults", place, "target")),
-                remedy="Name a sensor or channel that one of the architectures has.",
-            )
-    return entries
-
-
-def _fits(axis: Axis, architecture: Architecture, faults: tuple[str, ...]) -> bool:
-    if axis.kind == "architecture":
-        return has_path(architecture, axis.path)
-    if axis.kind == "faults":
-        return axis.path[0] in faults
-    return True
-
-
-def _distinct(points: Points, axes: tuple[Axis, ...]) -> NDArray[np.int64]:
-    if not axes:
-        return np.zeros(1, dtype=np.int64)
-    codes = np.zeros(points.count, dtype=np.int64)
-    for axis in axes:
-        _, level = np.unique(points.columns[axis.name], return_inverse=True)
-        codes = codes * (int(level.max()) + 1) + level
-        _, codes = np.unique(codes, return_inverse=True)
-    _, first = np.unique(codes, return_index=True)
-    return np.sort(first).astype(np.int64)
-
-
-def _cases(files: OddFiles, group: _Group, variants: Variants) -> Iterator[TestCase]:
+def _cases(files: OddFiles, group: Group, variants: Variants) -> Iterator[TestCase]:
     odd = files.odd.spec
     base, fixed = _fixed(files, group)
     defaults = {**default_values(group.scenario.spec), **fixed}
@@ -347,7 +268,7 @@ def _cases(files: OddFiles, group: _Group, variants: Variants) -> Iterator[TestC
 Changes = dict[str, tuple[Change, ...]]
 
 
-def _fixed(files: OddFiles, group: _Group) -> tuple[Changes, dict[str, float]]:
+def _fixed(files: OddFiles, group: Group) -> tuple[Changes, dict[str, float]]:
     reader = AxisReader(files, group.use.name, group.scenario)
     changes: dict[str, list[Change]] = {"scenario": [], "architecture": [], "faults": []}
     values: dict[str, float] = {}
@@ -355,12 +276,12 @@ def _fixed(files: OddFiles, group: _Group) -> tuple[Changes, dict[str, float]]:
         axis = reader.read(name, (text,), group.where)
         if axis.kind == "parameter":
             values[name] = float(axis.values[0])
-        elif _fits(axis, group.architecture.spec, tuple(group.entry.split("+"))):
+        elif varies(axis, group.architecture.spec, tuple(group.entry.split("+"))):
             changes[axis.kind].append((axis.path, text))
     return {kind: tuple(items) for kind, items in changes.items()}, values
 
 
-def _changes(group: _Group, row: int, base: Changes) -> Changes:
+def _changes(group: Group, row: int, base: Changes) -> Changes:
     changes = {kind: list(items) for kind, items in base.items()}
     for axis in group.axes:
         if axis.kind != "parameter":
@@ -375,14 +296,12 @@ def _fault(
     files: OddFiles, number: int, changes: Changes, variants: Variants, where: SourceLocation
 ) -> Fault:
     fault = files.odd.spec.faults[number]
-    own = tuple(
-        (path[1:], value) for path, value in changes["faults"] if path[0] == fault.id
-    )
+    own = tuple((path[1:], value) for path, value in changes["faults"] if path[0] == fault.id)
     return variants.fault(fault, files.odd.content["faults"][number], own, where)
 
 
 def _outside(
-    files: OddFiles, group: _Group, scenario: LogicalScenario, defaults: Mapping[str, float]
+    files: OddFiles, group: Group, scenario: LogicalScenario, defaults: Mapping[str, float]
 ) -> NDArray[np.bool_]:
     count = group.points.count
     columns: dict[str, Any] = dict(defaults)

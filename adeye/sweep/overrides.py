@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
 from adeye.errors import SourceLocation, SweepError
 from adeye.spec.fault import Fault
-from adeye.spec.load import Loaded
 from adeye.spec.quantity import Record
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.spec.load import Loaded
 
 Spec = TypeVar("Spec", bound=Record)
 Path = tuple[str, ...]
@@ -54,7 +57,11 @@ class Variants:
         return made
 
     def fault(
-        self, fault: Fault, content: Mapping[str, Any], changes: tuple[Change, ...], where: SourceLocation | None
+        self,
+        fault: Fault,
+        content: Mapping[str, Any],
+        changes: tuple[Change, ...],
+        where: SourceLocation | None,
     ) -> Fault:
         """Return a fault with changes applied."""
         if not changes:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adeye.identity import digest
-from adeye.spec.architecture import Architecture
 from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.case import TestCase
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from adeye.spec.architecture import Architecture
+    from adeye.sweep.case import TestCase
 
 _KNOWN: dict[int, tuple[Any, str]] = {}
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
 from adeye.channels.links import CHANNEL_PREFIX, observe
 from adeye.channels.scalar import ScalarChannel, ScalarFactory
-from adeye.ports import ChannelContext, ControlChannel
 from adeye.signals import (
     EGO_SPEED,
     EGO_X,
@@ -31,6 +29,11 @@ from adeye.signals import (
     RoadMap,
 )
 from adeye.testing.scenes import channel_context, object_measurement
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from adeye.ports import ChannelContext, ControlChannel
 
 RUNS: Final = 3
 TICKS: Final = 40

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,6 +32,9 @@ from adeye.signals import (
     RoadMap,
 )
 from adeye.spec.architecture import Vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
 
 
 def passenger_car() -> Vehicle:

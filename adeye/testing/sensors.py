@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -25,8 +24,12 @@ from adeye.signals import (
     SceneContext,
     Surroundings,
 )
-from adeye.spec.architecture import Sensor
 from adeye.testing.scenes import ego_estimate, straight_road
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from adeye.spec.architecture import Sensor
 
 RUNS: Final = 3
 TICKS: Final = 24
@@ -55,8 +58,8 @@ def check_sensor(
     Raises:
         AssertionError: Names the first rule that it breaks.
     """
-    context = SensorContext("tested", [spec] * RUNS, _scene_context(), every, latency, 17)
-    scenes = [_scene(context.scene, tick) for tick in range(TICKS)]
+    context = SensorContext("tested", [spec] * RUNS, three_objects(), every, latency, 17)
+    scenes = [scene_of(context.scene, tick) for tick in range(TICKS)]
     first = _play(factory(context), scenes)
     _check_samples(context, scenes, first)
     _demand_equal(first, _play(factory(context), scenes), "equal inputs, other measurements")
@@ -149,7 +152,8 @@ def _demand_equal(one: Sequence[Measurement], other: Sequence[Measurement], rule
             _demand(holds=same, rule=f"{rule}: {name} at tick {tick}")
 
 
-def _scene_context() -> SceneContext:
+def three_objects() -> SceneContext:
+    """Return the context of three runs with a lead, a neighbour and a wall."""
     weather = Surroundings(
         np.zeros(RUNS), np.full(RUNS, 10_000.0), np.ones(RUNS), np.zeros(RUNS, dtype=np.bool_)
     )
@@ -168,7 +172,8 @@ def _scene_context() -> SceneContext:
     )
 
 
-def _scene(context: SceneContext, tick: int) -> Scene:
+def scene_of(context: SceneContext, tick: int) -> Scene:
+    """Return the scene of ``three_objects`` at a tick: three ego speeds, constant velocities."""
     runs, time = context.runs, tick * context.step
     ego = np.zeros((runs, 7))
     ego[:, EGO_SPEED] = 10.0 + 5.0 * np.arange(runs)

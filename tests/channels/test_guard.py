@@ -39,6 +39,10 @@ def good(**changes: Any) -> ControlCommand:
     return ControlCommand("whatever", **(fields | changes))
 
 
+def repeat(answer: Any) -> Callable[[int], Any]:
+    return lambda _tick: answer
+
+
 def guarded(answer: Callable[[int], Any], *, trusted: bool = False) -> GuardedChannel:
     channel = GuardedChannel(Answering(answer), trusted=trusted)
     channel.reset(channel_context(None, links=(), sensors={}, runs=RUNS))
@@ -150,8 +154,8 @@ def test_failure_of_an_ended_run_is_not_recorded() -> None:
 
 def test_fewer_tracks_are_filled_up_and_more_are_cut() -> None:
     for count in (2, 11):
-        channel = guarded(lambda _, count=count: good(tracks=np.zeros((RUNS, count, 6))))
-        tracks = act(channel, 0).tracks
+        answer = good(tracks=np.zeros((RUNS, count, 6)))
+        tracks = act(guarded(repeat(answer)), 0).tracks
         assert tracks is not None
         assert tracks.shape == (RUNS, 8, 6)
         assert np.isfinite(tracks[0, :, 0]).sum() == min(count, 8)

@@ -36,7 +36,8 @@ def estimate_at(time: float, *, speed: float = 20.0, curvature: float = 0.0) -> 
     s = speed * time / (1.0 - 5.0 * curvature)
     x, y, heading = position(road.segments[0], s, 5.0)
     yaw_rate = curvature * speed / (1.0 - 5.0 * curvature)
-    return ego_estimate(road, np.array([[x, y, heading, speed, 0.0, 0.0, yaw_rate]]))[0]
+    estimates = ego_estimate(road, np.array([[x, y, heading, speed, 0.0, 0.0, yaw_rate]]))
+    return estimates.reshape(-1)
 
 
 def test_pose_is_unknown_before_the_first_sample() -> None:

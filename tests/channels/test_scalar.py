@@ -142,7 +142,7 @@ def test_object_sees_its_own_run_without_empty_rows() -> None:
     ego[:, 1] = 5.25
     objects = np.zeros((RUNS, 2, 5))
     objects[1, 1, 0] = 500.0
-    other = ScriptedChannel([[1.0], [2.0]])
+    other = ScriptedChannel(np.array([[1.0], [2.0]]))
     other.reset(context)
     readings = {
         "front": object_measurement(ego, objects, 0.0, sight=100.0),

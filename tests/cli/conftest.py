@@ -1,7 +1,5 @@
 """Run verbs in this process, in an empty folder, with nothing of the caller's settings."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Sequence

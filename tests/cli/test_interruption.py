@@ -1,7 +1,5 @@
 """SIGTERM becomes an exception, and only while it is asked for."""
 
-from __future__ import annotations
-
 import signal
 import threading
 

@@ -1,7 +1,5 @@
 """What reaches standard output: harmless text, whole tables, strict JSON."""
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import dataclass
@@ -100,12 +98,12 @@ def test_no_verdict_is_told_by_colour_alone(verdict: Verdict | None) -> None:
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (None, "–"),
+        (None, "\N{EN DASH}"),
         (True, "yes"),
         (0.1 + 0.2, "0.3"),
         ((1, "a"), "1, a"),
         ({"a": 1.0}, "a=1"),
-        ([], "–"),
+        ([], "\N{EN DASH}"),
     ],
 )
 def test_values_for_people(value: object, text: str) -> None:
@@ -137,4 +135,8 @@ def test_closed_standard_output_is_no_error(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_short_digest_of_no_run_is_a_dash() -> None:
-    assert (output.short("a" * 64), output.short(""), output.short(None)) == ("a" * 10, "–", "–")
+    assert (output.short("a" * 64), output.short(""), output.short(None)) == (
+        "a" * 10,
+        "\N{EN DASH}",
+        "\N{EN DASH}",
+    )

@@ -1,7 +1,5 @@
 """Rate, remaining time, and who is shown a live line."""
 
-from __future__ import annotations
-
 import io
 import sys
 from dataclasses import dataclass

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -12,6 +11,9 @@ from adeye.signals import RoadMap, SceneContext, Surroundings
 from adeye.spec.architecture import Architecture
 from adeye.spec.scenario import LogicalScenario
 from adeye.trace import ChannelEvent, Layout, Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ARCHITECTURE: dict[str, Any] = {
     "architecture": "two_channels",
@@ -53,7 +55,7 @@ class HandMade:
     size, 40 m ahead of it from bumper to bumper. Nothing fails and nothing is detected.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what a test may say about its runs
         self,
         *,
         rows: int = 21,
@@ -69,7 +71,7 @@ class HandMade:
         self.horizon_rows = rows - 1 - tail_rows
         self.tail_rows = tail_rows
         self.realised = events
-        self.time = np.arange(rows) * step
+        self.time: Any = np.arange(rows) * step
         self.length = np.full(runs, rows)
         self.horizon_row = np.full(runs, self.horizon_rows)
         self.complete = np.ones(runs, dtype=np.bool_)
@@ -233,9 +235,7 @@ def scenario() -> Callable[..., LogicalScenario]:
                 },
                 "environment": {"rain": "0 mm/h", "fog_visibility": "2000 m", "friction": 0.9},
                 "ego": {"lane": 1, "s": "0 m", "speed": "20 m/s"},
-                "actors": {
-                    name: {"kind": "car", "start": start} for name in (actors or ("lead",))
-                },
+                "actors": {name: {"kind": "car", "start": start} for name in (actors or ("lead",))},
                 "horizon": horizon,
                 "tail": tail,
             }

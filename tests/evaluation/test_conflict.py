@@ -11,7 +11,7 @@ from adeye.evaluation.conflict import QUANTITIES
 from adeye.evaluation.series import TraceSeries
 
 
-def measured(made: Any, quantity: str, row: int = 0) -> tuple[float, int]:
+def measured(made: Any, quantity: str, row: int = 0) -> Any:
     values, actors = TraceSeries(made.trace()).conflicts
     column = QUANTITIES.index(quantity)
     return float(values[0, row, column]), int(actors[0, row, column])
@@ -61,7 +61,9 @@ def test_object_in_the_next_lane_is_no_conflict(hand_made: Any) -> None:
 
 
 @pytest.mark.parametrize(("beside", "is_conflict"), [(1.99, True), (2.0, False), (-1.99, True)])
-def test_corridor_is_as_wide_as_the_ego(hand_made: Any, beside: float, *, is_conflict: bool) -> None:
+def test_corridor_is_as_wide_as_the_ego(
+    hand_made: Any, beside: float, *, is_conflict: bool
+) -> None:
     made = hand_made().object("lead", d=5.25 + beside)
     assert (measured(made, "gap")[1] == 0) is is_conflict
 

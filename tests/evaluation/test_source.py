@@ -87,7 +87,9 @@ def test_last_row_has_no_decision(hand_made: Any, name: str) -> None:
 def test_command_of_a_silent_channel_does_not_apply_but_its_status_does(hand_made: Any) -> None:
     made = hand_made().set("status", SILENT, rows=4, at=0)
     source = signals(made)
-    command, state = (source.series(f"channel.nominal.{what}") for what in ("acceleration", "status"))
+    command, state = (
+        source.series(f"channel.nominal.{what}") for what in ("acceleration", "status")
+    )
     assert command.status is not None
     assert state.status is not None
     assert command.status[0, 4] == SampleStatus.NOT_APPLICABLE
@@ -182,9 +184,7 @@ def test_contact_is_no_safe_state(hand_made: Any) -> None:
 def test_odd_is_left_by_speed_or_by_leaving_the_road(
     hand_made: Any, speed: float, d: float, *, planned: bool, inside: bool
 ) -> None:
-    attributes = Attributes.model_validate(
-        {"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}}
-    )
+    attributes = Attributes.model_validate({"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}})
     made = hand_made().ego(speed=speed, d=d)
     found = values(made, "in_odd", inside=np.array([planned]), attributes=attributes)
     assert found.all() == inside == found.any()

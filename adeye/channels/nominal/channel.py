@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from adeye.channels.pose import POSE_WIDTH, clear_pose
 from adeye.channels.sight import Sight
 from adeye.channels.tracks import TRACK_STATE, TRACKS
 from adeye.kernel.jit import compiled
-from adeye.ports import ChannelContext
 from adeye.signals import (
     DEGRADED,
     FAULT,
@@ -27,6 +26,9 @@ from adeye.signals import (
     parameter_record,
 )
 from adeye.spec.architecture import NominalParameters
+
+if TYPE_CHECKING:
+    from adeye.ports import ChannelContext
 
 
 class NominalChannel:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from adeye.channels.safety.supervision import MEMORY_PATH, MEMORY_WIDTH, NO_SWIT
 from adeye.channels.sight import Sight
 from adeye.channels.tracks import TRACK_STATE, TRACKS
 from adeye.kernel.jit import compiled
-from adeye.ports import ChannelContext
 from adeye.signals import (
     DEGRADED,
     FAULT,
@@ -30,6 +29,9 @@ from adeye.signals import (
     parameter_record,
 )
 from adeye.spec.architecture import SafetyParameters
+
+if TYPE_CHECKING:
+    from adeye.ports import ChannelContext
 
 PERCEPTION: Final = {"coast": 0.3, "gate": 4.0, "confirm_hits": 2.0}
 """Coasting [s], gate [m] and confirmation of the channel's own tracks. Two samples give a velocity,

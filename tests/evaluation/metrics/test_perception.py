@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.metrics.perception import measuring_sensors
-from adeye.spec.architecture import Architecture
+
+if TYPE_CHECKING:
+    from adeye.spec.architecture import Architecture
 
 COLUMN = "first_detection_distance_m"
 
 
-def measure(made: Any) -> tuple[float, str, float, int]:
+def measure(made: Any) -> Any:
     found = METRICS[COLUMN].compute(made.trace())
     return float(found.value[0]), found.status[0], float(found.time[0]), found.actor[0]
 

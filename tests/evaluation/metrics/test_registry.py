@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -16,6 +15,9 @@ from adeye.evaluation.outcome import run_alone
 from adeye.evaluation.stl.check import unit_exponents
 from adeye.ports import MetricColumn
 from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 
 @pytest.fixture(autouse=True)
@@ -70,7 +72,9 @@ def test_every_metric_of_an_uneventful_run_is_well_formed(hand_made: Any) -> Non
 
 
 def test_run_alone_has_the_metrics_that_it_has_in_a_batch(hand_made: Any) -> None:
-    made = hand_made(runs=3).object("lead", run=1, speed=3.0, size=(5.0, 2.5)).touch(7, "lead", run=2)
+    made = (
+        hand_made(runs=3).object("lead", run=1, speed=3.0, size=(5.0, 2.5)).touch(7, "lead", run=2)
+    )
     trace = made.trace()
     together = compute_metrics(trace)
     for run in range(3):
@@ -88,7 +92,12 @@ def test_definition_computes_from_a_trace(hand_made: Any) -> None:
 def test_class_becomes_a_metric(hand_made: Any) -> None:
     assert register_metric(Mean) is Mean
     metric = METRICS["mean_speed_mps"]
-    assert (metric.text, metric.scale, metric.cap, metric.settles) == ("Mean speed.", 1.0, None, False)
+    assert (metric.text, metric.scale, metric.cap, metric.settles) == (
+        "Mean speed.",
+        1.0,
+        None,
+        False,
+    )
     assert compute_metrics(hand_made().trace())["mean_speed_mps"].value[0] == pytest.approx(20.0)
 
 
@@ -106,7 +115,7 @@ def test_direction_of_danger_is_one_of_two() -> None:
 
 
 def test_column_belongs_to_one_metric() -> None:
-    with pytest.raises(UsageError, match="adeye:criticality.min_ttc@1"):
+    with pytest.raises(UsageError, match=r"adeye:criticality\.min_ttc@1"):
         register_metric(type("Other", (Mean,), {"column": "min_ttc_s"}))
 
 

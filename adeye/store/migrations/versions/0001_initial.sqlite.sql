@@ -201,11 +201,11 @@ CREATE TABLE campaign_case (
 
 --
 
-CREATE INDEX ix_campaign_case_result_digest ON campaign_case (result_digest)
+CREATE INDEX ix_campaign_case_test_case_digest_campaign_id ON campaign_case (test_case_digest, campaign_id)
 
 --
 
-CREATE INDEX ix_campaign_case_test_case_digest ON campaign_case (test_case_digest)
+CREATE INDEX ix_campaign_case_result_digest ON campaign_case (result_digest)
 
 --
 
@@ -779,6 +779,18 @@ LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
 --
 
 CREATE VIEW v_architecture_pairs AS
+WITH pair AS (
+    SELECT ca.campaign_id AS campaign, ca.ordinal AS ordinal_a, cb.ordinal AS ordinal_b
+    FROM campaign_case ca
+    CROSS JOIN test_case ta ON ta.digest = ca.test_case_digest
+    CROSS JOIN test_case tb ON tb.situation_digest = ta.situation_digest
+        AND tb.fault_entry = ta.fault_entry
+    CROSS JOIN campaign_case cb ON cb.test_case_digest = tb.digest
+        AND cb.campaign_id = ca.campaign_id AND cb.scenario = ca.scenario
+        AND cb.architecture > ca.architecture
+    WHERE NOT EXISTS (
+        SELECT 1 FROM json_each(ca.point) x JOIN json_each(cb.point) y
+            ON y.key = x.key AND y.value IS NOT x.value))
 SELECT a.campaign, a.scenario, a.fault_entry, a.situation, a.parameters, a.replicate,
     a.architecture AS architecture_a, b.architecture AS architecture_b, a.point AS point_a,
     b.point AS point_b, a.run AS run_a, b.run AS run_b, a.outcome AS outcome_a,
@@ -793,13 +805,9 @@ SELECT a.campaign, a.scenario, a.fault_entry, a.situation, a.parameters, a.repli
     a.rss_violation_s AS rss_violation_s_a, b.rss_violation_s AS rss_violation_s_b, b.rss_violation_s - a.rss_violation_s AS rss_violation_s_difference,
     a.fault_to_safe_state_s AS fault_to_safe_state_s_a, b.fault_to_safe_state_s AS fault_to_safe_state_s_b, b.fault_to_safe_state_s - a.fault_to_safe_state_s AS fault_to_safe_state_s_difference,
     a.verdicts AS verdicts_a, b.verdicts AS verdicts_b
-FROM v_runs a
-JOIN v_runs b ON b.campaign = a.campaign AND b.situation = a.situation
-    AND b.fault_entry = a.fault_entry AND b.scenario = a.scenario
-    AND b.architecture > a.architecture
-WHERE NOT EXISTS (
-    SELECT 1 FROM json_each(a.point) x JOIN json_each(b.point) y
-        ON y.key = x.key AND y.value IS NOT x.value)
+FROM pair p
+CROSS JOIN v_runs a ON a.campaign = p.campaign AND a.ordinal = p.ordinal_a
+CROSS JOIN v_runs b ON b.campaign = p.campaign AND b.ordinal = p.ordinal_b
 
 --
 

@@ -1,0 +1,80 @@
+"""The public functions: plan, run, replay, results. The command line calls the same ones."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from adeye.campaign.plan import CampaignPlan, make_plan
+from adeye.campaign.reproduce import Replayed, replay_run
+from adeye.campaign.runner import CampaignSummary, Progress, run_campaign
+from adeye.reporting import find_campaign
+from adeye.store.repository import Repository
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    import pandas as pd
+
+
+def plan(odd: str | Path, *, backend: str = "highway") -> CampaignPlan:
+    """Load an ODD, check everything that can be checked, and count its test cases.
+
+    Args:
+        odd: The ODD's file.
+        backend: Traffic implementation that would execute it.
+
+    Raises:
+        adeye.errors.InputError: Anything is wrong; the message has file, line and column.
+    """
+    return make_plan(odd, backend=backend)
+
+
+def run(
+    odd: str | Path | CampaignPlan,
+    *,
+    db: str | Path | None = None,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+) -> CampaignSummary:
+    """Execute what a plan lacks in the database, judge it and return the verdicts.
+
+    Args:
+        odd: The ODD's file, or a plan of it.
+        db: Database, by default ``.adeye/adeye.db``.
+        workers: Processes; 1 runs in this one.
+        progress: Called after each block of runs.
+
+    Raises:
+        adeye.errors.AdeyeError: Its ``exit_code`` tells of what kind.
+    """
+    checked = odd if isinstance(odd, CampaignPlan) else plan(odd)
+    return run_campaign(checked, db=db, workers=workers, progress=progress)
+
+
+def replay(run: str, *, db: str | Path | None = None) -> Replayed:
+    """Execute a stored run again and compare every bit of its trace.
+
+    Args:
+        run: Beginning of its result digest.
+        db: Database, by default ``.adeye/adeye.db``.
+    """
+    return replay_run(db, run)
+
+
+def results(campaign: str | None = None, *, db: str | Path | None = None) -> pd.DataFrame:
+    """Return the runs of a campaign as a typed table, one row a run.
+
+    Parameters and points are JSON text; a metric without a value is NaN and says why in its
+    ``<metric>_status`` column where the view has one.
+
+    Args:
+        campaign: Id, its beginning or its number; None for the newest.
+        db: Database, by default ``.adeye/adeye.db``.
+    """
+    import pandas as pd
+
+    with Repository.open(db, create=False) as repository:
+        table = repository.results(find_campaign(repository, campaign).id)
+    frame = pd.DataFrame(list(table.rows), columns=list(table.columns))
+    return frame.convert_dtypes()

@@ -1,0 +1,198 @@
+import numpy as np
+import pytest
+
+from adeye.channels.safety.monitors import (
+    EVIDENCE_WIDTH,
+    MONITOR_IDS,
+    SEEN_ACCELERATION,
+    SEEN_AGE,
+    SEEN_CHANNELS,
+    SEEN_D,
+    SEEN_HEARD,
+    SEEN_OFFSET,
+    SEEN_POSE,
+    SEEN_REQUIRED,
+    SEEN_STATUS,
+    SEEN_STEERING,
+    SEEN_TIME,
+    debounce,
+    gather_commands,
+    lane_departure,
+    nominal_implausible,
+    nominal_silent,
+    object_danger,
+    run_monitors,
+)
+from adeye.signals import FAULT, OK, SILENT, Floats, parameter_record
+
+RECORD = parameter_record(
+    {
+        "staleness": [0.2],
+        "max_command": 10.0,
+        "max_steering_angle": 0.6,
+        "danger_threshold": 4.5,
+        "max_lane_offset": 1.0,
+        "lane_width": 3.5,
+        "lanes": 3,
+        "confirm_ticks": 2,
+        "heal_ticks": 3,
+    }
+)[0]
+
+
+def evidence(**changes: float) -> Floats:
+    seen = np.zeros(EVIDENCE_WIDTH)
+    columns = {
+        "channels": SEEN_CHANNELS,
+        "heard": SEEN_HEARD,
+        "time": SEEN_TIME,
+        "status": SEEN_STATUS,
+        "age": SEEN_AGE,
+        "acceleration": SEEN_ACCELERATION,
+        "steering": SEEN_STEERING,
+        "pose": SEEN_POSE,
+        "required": SEEN_REQUIRED,
+        "offset": SEEN_OFFSET,
+        "d": SEEN_D,
+    }
+    defaults = {"channels": 1.0, "heard": 1.0, "time": 1.0, "pose": 1.0, "d": 5.25}
+    for name, value in (defaults | changes).items():
+        seen[columns[name]] = value
+    return seen
+
+
+def test_nothing_fires_in_order() -> None:
+    for monitor in (nominal_silent, nominal_implausible, object_danger, lane_departure):
+        assert not monitor(RECORD, evidence())
+
+
+@pytest.mark.parametrize(
+    ("changes", "fires"),
+    [
+        ({"status": 1.0}, True),
+        ({"age": 0.2}, False),
+        ({"age": 0.21}, True),
+        ({"age": np.nan}, True),
+        ({"heard": 0.0, "time": 0.2}, False),
+        ({"heard": 0.0, "time": 0.25}, True),
+        ({"channels": 0.0, "status": 1.0, "age": 9.0, "heard": 0.0}, False),
+    ],
+)
+def test_silence(changes: dict[str, float], fires: bool) -> None:  # noqa: FBT001 - a test's choice
+    assert nominal_silent(RECORD, evidence(**changes)) is fires
+
+
+@pytest.mark.parametrize(
+    ("changes", "fires"),
+    [
+        ({"acceleration": 10.0}, False),
+        ({"acceleration": 10.1}, True),
+        ({"acceleration": np.nan}, True),
+        ({"acceleration": np.inf}, True),
+        ({"steering": 0.6}, False),
+        ({"steering": 0.61}, True),
+        ({"channels": 0.0, "acceleration": np.nan}, False),
+    ],
+)
+def test_implausible_command(changes: dict[str, float], fires: bool) -> None:  # noqa: FBT001 - a test's choice
+    assert nominal_implausible(RECORD, evidence(**changes)) is fires
+
+
+@pytest.mark.parametrize(
+    ("changes", "fires"),
+    [
+        ({"required": 4.49}, False),
+        ({"required": 4.5}, True),
+        ({"required": np.inf}, True),
+        ({"required": np.nan}, True),
+        ({"required": np.inf, "pose": 0.0}, False),
+    ],
+)
+def test_danger(changes: dict[str, float], fires: bool) -> None:  # noqa: FBT001 - a test's choice
+    assert object_danger(RECORD, evidence(**changes)) is fires
+
+
+@pytest.mark.parametrize(
+    ("changes", "fires"),
+    [
+        ({"offset": 1.0}, False),
+        ({"offset": -1.01}, True),
+        ({"offset": np.nan}, True),
+        ({"d": -0.1}, True),
+        ({"d": 10.6}, True),
+        ({"offset": 2.0, "pose": 0.0}, False),
+    ],
+)
+def test_departure(changes: dict[str, float], fires: bool) -> None:  # noqa: FBT001 - a test's choice
+    assert lane_departure(RECORD, evidence(**changes)) is fires
+
+
+def confirmed_after(pattern: str, confirm: int, heal: int) -> str:
+    """Feed a pattern of x (fires) and . (rests); mark the ticks at which it is confirmed."""
+    state = np.zeros(2, dtype=np.int64)
+    marks = ""
+    for mark in pattern:
+        debounce(state, mark == "x", confirm, heal)
+        marks += "C" if state[1] else "."
+    return marks
+
+
+@pytest.mark.parametrize(
+    ("pattern", "confirm", "heal", "marks"),
+    [
+        ("x", 0, 0, "C"),
+        ("x.", 0, 0, "C."),
+        ("xxxx", 2, 3, "..CC"),
+        ("xx.xx.", 2, 3, "....CC"),
+        ("x.x.x.", 2, 3, "......"),
+        ("xxx....", 2, 3, "..CCCC."),
+        ("xxx..x....", 2, 3, "..CCCCCC.."),
+        ("xxxxxxxxx....", 2, 3, "..CCCCCCCCCC."),
+    ],
+)
+def test_debounce_counts_and_saturates(pattern: str, confirm: int, heal: int, marks: str) -> None:
+    assert confirmed_after(pattern, confirm, heal)[: len(marks)] == marks
+
+
+def test_confirmed_monitor_is_shown_beside_its_raw_state() -> None:
+    states = np.zeros((len(MONITOR_IDS), 2), dtype=np.int64)
+    shown = np.zeros((len(MONITOR_IDS), 2), dtype=np.bool_)
+    danger = MONITOR_IDS.index("object_danger")
+    results = [run_monitors(RECORD, evidence(required=9.0), states, shown) for _ in range(3)]
+    assert results == [False, False, True]
+    assert shown[danger].tolist() == [True, True]
+    assert not run_monitors(RECORD, evidence(), np.zeros_like(states), shown)
+    assert shown[danger].tolist() == [False, False]
+
+
+def gathered(*rows: tuple[float, float, float, int], heard: bool = True) -> Floats:
+    seen = np.zeros(EVIDENCE_WIDTH)
+    gather_commands(
+        1.0,
+        np.array([row[:3] for row in rows], dtype=np.float64).reshape(-1, 3),
+        np.array([row[3] for row in rows], dtype=np.int64),
+        np.full(len(rows), heard),
+        seen,
+    )
+    return seen
+
+
+def test_worst_of_the_linked_channels_counts() -> None:
+    seen = gathered((1.0, 0.1, 0.9, OK), (-3.0, -0.2, 0.6, FAULT))
+    assert seen[[SEEN_CHANNELS, SEEN_STATUS]].tolist() == [2.0, 1.0]
+    assert seen[SEEN_AGE] == pytest.approx(0.4)
+    assert seen[[SEEN_ACCELERATION, SEEN_STEERING]].tolist() == [3.0, 0.2]
+
+
+def test_number_that_is_none_is_not_hidden_by_others() -> None:
+    assert np.isnan(gathered((np.nan, 0.0, 1.0, OK), (9.0, 0.0, 1.0, OK))[SEEN_ACCELERATION])
+    assert np.isnan(gathered((9.0, 0.0, 1.0, OK), (np.nan, 0.0, 1.0, OK))[SEEN_ACCELERATION])
+
+
+def test_channel_without_first_command_is_not_heard() -> None:
+    assert gathered((0.0, 0.0, -1.0, SILENT), heard=False)[SEEN_HEARD] == 0.0
+    assert gathered((0.0, 0.0, 1.0, OK), heard=False)[SEEN_HEARD] == 1.0
+
+
+def test_nothing_linked_is_no_channel() -> None:
+    assert gathered()[SEEN_CHANNELS] == 0.0

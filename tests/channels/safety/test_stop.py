@@ -1,0 +1,41 @@
+import pytest
+
+from adeye.channels.driving import HOLD_DECELERATION
+from adeye.channels.safety.stop import ONSET_JERK, stop_acceleration
+from adeye.signals import parameter_record
+
+STEP = 0.05
+RECORD = parameter_record(
+    {"stop_deceleration": [4.0], "emergency_deceleration": 8.0, "period": STEP}
+)[0]
+
+
+def stop(ticks: int, required: float, *, start: float = 0.0) -> list[float]:
+    accelerations = [start]
+    for _ in range(ticks):
+        accelerations.append(stop_acceleration(RECORD, accelerations[-1], 20.0, required))
+    return accelerations[1:]
+
+
+def test_stop_builds_up_at_the_onset_jerk_to_the_stop_deceleration() -> None:
+    ramp = stop(10, 0.0)
+    assert ramp[:3] == pytest.approx([-ONSET_JERK * STEP * k for k in (1, 2, 3)])
+    assert ramp[-1] == -4.0
+
+
+def test_object_ahead_is_braked_for_at_once_with_a_reserve() -> None:
+    assert stop(1, 5.0)[-1] == pytest.approx(-5.0)
+    assert stop(3, 5.0)[-1] == pytest.approx(-6.0)
+
+
+def test_no_more_than_the_emergency_deceleration_is_asked_for() -> None:
+    assert stop(3, 50.0)[-1] == -8.0
+    assert stop(3, float("inf"))[-1] == -8.0
+
+
+def test_braking_is_not_taken_back_before_standstill() -> None:
+    assert stop_acceleration(RECORD, -7.0, 10.0, 0.0) == -7.0
+
+
+def test_standing_ego_is_held() -> None:
+    assert stop_acceleration(RECORD, -7.0, 0.0, 0.0) == -HOLD_DECELERATION

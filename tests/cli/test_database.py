@@ -1,0 +1,71 @@
+"""``db upgrade|info|verify`` on a real file."""
+
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.store import schema
+from adeye.store.repository import Repository
+from adeye.store.rows import ContentRecord
+
+
+def test_upgrade_makes_then_finds_the_database(adeye: Any) -> None:
+    assert adeye("db", "upgrade").out == f".adeye/adeye.db: schema none → {schema.head()}\n"
+    assert adeye("db", "upgrade").out == f".adeye/adeye.db: schema {schema.head()} already\n"
+
+
+def test_upgrade_json(adeye: Any) -> None:
+    assert adeye("db", "upgrade", "--db", "x.db", "--json").document == {
+        "schema": "adeye/db-upgrade@1",
+        "path": "x.db",
+        "before": None,
+        "after": schema.head(),
+    }
+
+
+@pytest.mark.parametrize("verb", ["info", "verify"])
+def test_reading_makes_no_database(adeye: Any, folder: Path, verb: str) -> None:
+    ended = adeye("db", verb)
+    assert ended.code == 2
+    assert "no such file" in ended.err
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("verb", ["info", "verify", "upgrade"])
+def test_other_file_is_an_environment_error(adeye: Any, folder: Path, verb: str) -> None:
+    (folder / "text.db").write_text("not a database, but long enough to look like one\n" * 99)
+    ended = adeye("db", verb, "--db", "text.db")
+    assert (ended.code, ended.out) == (5, "")
+    assert ended.err.startswith("PlatformError: ")
+
+
+def test_info_counts_rows(adeye: Any, folder: Path) -> None:
+    with Repository.open(folder / "x.db") as repository:
+        repository.save_content("odd", ContentRecord("first", "", {"odd": "first"}))
+    document = adeye("db", "info", "--db", "x.db", "--json").document
+    assert document["schema"] == "adeye/db-info@1"
+    assert document["database_schema"] == schema.head()
+    assert document["rows"]["odd"] == 1
+    assert document["campaigns"] == []
+    assert "odd" in adeye("db", "info", "--db", "x.db").out
+
+
+def test_verify_names_an_altered_row_and_ends_with_4(adeye: Any, folder: Path) -> None:
+    path = folder / "x.db"
+    with Repository.open(path) as repository:
+        repository.save_content("odd", ContentRecord("first", "", {"odd": "first"}))
+    assert adeye("db", "verify", "--db", "x.db").code == 0
+    with sqlite3.connect(path) as connection:
+        for (trigger,) in connection.execute("SELECT name FROM sqlite_master WHERE type='trigger'"):
+            connection.execute(f"DROP TRIGGER {trigger}")
+        connection.execute("UPDATE odd SET id = 'second'")
+    connection.close()
+    ended = adeye("db", "verify", "--db", "x.db")
+    assert ended.code == 4
+    assert any(line.startswith("odd ") for line in ended.out.splitlines())
+    assert "IntegrityError" in ended.err
+    document = adeye("db", "verify", "--db", "x.db", "--json")
+    assert document.code == 4
+    assert "odd" in {finding["table"] for finding in document.document["findings"]}

@@ -1,0 +1,86 @@
+"""``doctor``: what is fine, and that what is not fine is no success."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import adeye.kernel.jit
+from adeye import __version__
+from adeye.cli import doctor
+from adeye.store import schema
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_libraries_are_those_that_the_project_declares() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    declared = [text.partition(">")[0] for text in project["dependencies"]]
+    assert sorted(doctor.LIBRARIES) == sorted(declared)
+
+
+def test_healthy_installation_is_a_success(adeye: Any) -> None:
+    ended = adeye("doctor", "--json")
+    assert ended.code == 0, ended.err
+    checks = {check["name"]: check for check in ended.document["checks"]}
+    assert checks["adeye"]["text"] == __version__
+    assert checks.keys() >= {*doctor.LIBRARIES, "python", "database", "compiled code", "processors"}
+    assert "BAD" not in adeye("doctor").out
+
+
+def test_missing_library_is_an_environment_error(
+    adeye: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "LIBRARIES", ("no-such-library",))
+    ended = adeye("doctor")
+    assert ended.code == 5
+    assert "not installed" in ended.out
+    assert "no-such-library" in ended.err
+
+
+def test_database_that_is_not_there_yet_is_fine(folder: Path) -> None:
+    check = doctor.check_database(None)
+    assert check.is_ok
+    assert "does not exist yet" in check.text
+    assert list(folder.iterdir()) == []
+
+
+def test_database_of_this_release_is_fine(folder: Path) -> None:
+    schema.upgrade(folder / "x.db")
+    check = doctor.check_database(str(folder / "x.db"))
+    assert check.is_ok
+    assert schema.head() in check.text
+
+
+@pytest.mark.parametrize("content", ["", "not a database, but long enough to be one\n" * 99])
+def test_other_file_is_not_fine(folder: Path, content: str) -> None:
+    (folder / "x.db").write_text(content)
+    assert not doctor.check_database(str(folder / "x.db")).is_ok
+
+
+def test_database_of_another_schema_is_not_fine(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    schema.upgrade(folder / "x.db")
+    monkeypatch.setattr(schema, "head", lambda: "9999")
+    check = doctor.check_database(str(folder / "x.db"))
+    assert not check.is_ok
+    assert "adeye db upgrade" in check.text
+
+
+@pytest.mark.parametrize("word", ["warm", "cold"])
+def test_state_of_the_compiled_code(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, word: str
+) -> None:
+    monkeypatch.setattr(adeye.kernel.jit, "is_cache_warm", lambda: word == "warm")
+    monkeypatch.setattr(adeye.kernel.jit, "cache_directory", lambda: tmp_path)
+    check = doctor.check_compiled_code()
+    assert check.is_ok
+    assert word in check.text
+
+
+def test_requirements_are_all_listed(adeye: Any) -> None:
+    document = adeye("doctor", "--requirements", "--json").document
+    assert [item["id"] for item in document["requirements"]] == [f"R{n}" for n in range(1, 24)]
+    assert "R23" in adeye("doctor", "--requirements").out

@@ -1,0 +1,97 @@
+"""``plan`` and ``signals`` on the starter project."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import adeye.campaign.plan
+from adeye.campaign.plan import SignalRow
+from adeye.cli.starter import write_project
+
+
+@pytest.fixture
+def odd(folder: Path) -> str:
+    """Write the starter project."""
+    write_project(folder)
+    return "odd/first.yaml"
+
+
+def test_factors_and_total_are_printed(adeye: Any, odd: str) -> None:
+    ended = adeye("plan", odd)
+    assert ended.code == 0, ended.err
+    assert "3: none, front_camera_out, nominal_silent" in ended.out
+    assert "2 x 3 x 1 x 1 + 2 x 3 x 1 x 1 = 12" in ended.out.replace("\N{MULTIPLICATION SIGN}", "x")
+    assert "Traffic highway" in ended.out
+    assert "driver stepwise" in ended.out
+    assert "gate: camera_radar" in ended.out
+
+
+def test_json_adds_up(adeye: Any, odd: str) -> None:
+    document = adeye("plan", odd, "--json").document
+    assert document["schema"] == "adeye/plan@1"
+    assert document["test_cases"] == 12
+    assert sum(factor["test_cases"] for factor in document["factors"]) == 12
+    assert document["axes"] == {"cut_in": ["gap"], "lead_braking": ["deceleration"]}
+    assert document["engine"]["backend"] == "highway"
+    assert document["driver"] == "stepwise"
+
+
+def test_plan_leaves_no_trace(adeye: Any, odd: str, folder: Path) -> None:
+    adeye("plan", odd)
+    assert not (folder / ".adeye").exists()
+
+
+def test_architectures_that_differ_are_summed(
+    adeye: Any, odd: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = adeye_plan(odd)
+    first = plan.expansion.factors[0]
+    other = replace(first, architecture="b", fault_entries=("none",), test_cases=2)
+    expansion = replace(plan.expansion, factors=(first, other))
+    changed = replace(plan, expansion=expansion, notices=("an axis is dead",))
+    monkeypatch.setattr(adeye_module(), "make_plan", lambda *_a, **_o: changed)
+    ended = adeye("plan", odd)
+    assert "Test cases: 8 = 8" in ended.out
+    assert ended.err == "note: an axis is dead\n"
+
+
+def adeye_module() -> Any:
+    return adeye.campaign.plan
+
+
+def adeye_plan(odd: str) -> Any:
+    return adeye.campaign.plan.make_plan(Path(odd))
+
+
+def test_error_in_the_odd_has_file_and_line(adeye: Any, odd: str) -> None:
+    text = Path(odd).read_text("utf-8").replace("gap: [45 m, 60 m]", "gap: [45 s]")
+    Path(odd).write_text(text, encoding="utf-8")
+    ended = adeye("plan", odd)
+    assert ended.code == 2
+    assert "odd/first.yaml:14:" in ended.err
+    assert "Traceback" not in ended.err
+
+
+def test_signals_have_unit_kind_and_owner(adeye: Any, odd: str) -> None:
+    document = adeye("signals", odd, "--json").document
+    assert document["schema"] == "adeye/signals@1"
+    rows = {row["name"]: row for row in document["signals"]}
+    assert rows["ego.speed"]["unit"] == "m/s"
+    assert rows["contact"]["kind"] == "boolean"
+    assert rows["actor.lead.gap"]["scenarios"] == ["lead_braking"]
+    assert rows["ego.speed"]["architectures"] == ["camera_radar"]
+
+
+def test_signals_table_names_labels_and_who_has_them(
+    adeye: Any, odd: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    row = SignalRow(
+        "switch.reason", "1", "enumeration", 1.0, "why", ("none", "request"), ("cut_in",), ()
+    )
+    monkeypatch.setattr(adeye_module(), "signal_table", lambda _plan: [row])
+    line = adeye("signals", odd).out.splitlines()[-1]
+    assert " ".join(line.split()) == (
+        "switch.reason enumeration 1 why (none, request) cut_in \N{EN DASH}"
+    )

@@ -1,0 +1,88 @@
+"""``query``: formats, saved queries by name, refusals."""
+
+import io
+import sys
+from typing import Any
+
+import pytest
+
+from adeye.cli.queries import SAVED
+from adeye.store import schema
+
+
+@pytest.fixture(autouse=True)
+def database(folder: Any) -> None:
+    """Make an empty database."""
+    assert folder.is_dir()
+    schema.upgrade(".adeye/adeye.db")
+
+
+def test_table(adeye: Any) -> None:
+    lines = adeye("query", "SELECT 1 AS a, NULL AS b, 'x' AS c").out.splitlines()
+    assert [line.split() for line in (lines[0], lines[-1])] == [
+        ["a", "b", "c"],
+        ["1", "\N{EN DASH}", "x"],
+    ]
+
+
+def test_csv(adeye: Any) -> None:
+    assert adeye("query", "SELECT 0.1 AS a, NULL AS b", "--format", "csv").out == "a,b\n0.1,\n"
+
+
+@pytest.mark.parametrize("flags", [("--json",), ("--format", "json")])
+def test_json_keeps_columns_of_one_name_apart(adeye: Any, flags: tuple[str, ...]) -> None:
+    assert adeye("query", "SELECT 1 AS a, 2 AS a", *flags).document == {
+        "schema": "adeye/query@1",
+        "columns": ["a", "a_2"],
+        "rows": [{"a": 1, "a_2": 2}],
+        "is_cut": False,
+    }
+
+
+def test_cut_result_says_so(adeye: Any) -> None:
+    ended = adeye("query", "SELECT 1 AS a UNION SELECT 2", "--max-rows", "1", "--json")
+    assert ended.document["is_cut"] is True
+    assert "only the first 1 rows" in ended.err
+
+
+def test_no_rows_are_said_on_stderr(adeye: Any) -> None:
+    assert "no rows" in adeye("query", "SELECT 1 AS a WHERE 0").err
+
+
+def test_statement_from_standard_input(adeye: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO("SELECT 7 AS a"))
+    assert adeye("query", "-", "--format", "csv").out == "a\n7\n"
+
+
+@pytest.mark.parametrize(
+    ("sql", "part"),
+    [
+        ("DROP TABLE run", "only reading is allowed"),
+        ("SELECT no_such FROM run", "no_such"),
+        ("failing", "Did you mean 'failing-fsrs'?"),
+    ],
+)
+def test_wrong_statement_is_an_input_error(adeye: Any, sql: str, part: str) -> None:
+    ended = adeye("query", sql)
+    assert (ended.code, ended.out) == (2, "")
+    assert part in ended.err
+
+
+@pytest.mark.parametrize("arguments", [(), ("--list",)])
+def test_saved_queries_are_listed(adeye: Any, arguments: tuple[str, ...]) -> None:
+    out = adeye("query", *arguments).out
+    assert all(name in out for name in SAVED)
+
+
+def test_list_as_json_and_csv(adeye: Any) -> None:
+    names = [item["name"] for item in adeye("query", "--list", "--json").document["queries"]]
+    assert names == list(SAVED)
+    assert adeye("query", "--list", "--format", "csv").out.startswith("name,text\n")
+
+
+@pytest.mark.parametrize("name", SAVED)
+def test_saved_query_fits_the_schema(adeye: Any, name: str) -> None:
+    ended = adeye("query", name, "--json")
+    assert ended.code == 0, ended.err
+    assert ended.document["columns"]
+    assert ended.document["rows"] == []

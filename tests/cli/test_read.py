@@ -1,0 +1,124 @@
+"""``show`` and ``replay``: what is printed, and that a different trace is never a success."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import adeye.campaign.reproduce
+import adeye.reporting
+from adeye.campaign.reproduce import Replayed
+from adeye.errors import InputError
+
+DESCRIPTION: dict[str, Any] = {
+    "run": "ab" * 32,
+    "scenario": "cut_in",
+    "architecture": "legacy\x1b_camera",
+    "fault_entry": "none",
+    "parameters": {"gap": 30.0, "rain": 0.0},
+    "outcome": "completed",
+    "metrics": {"min_ttc_s": {"value": None, "status": "no_conflict"}, "contact": {"value": 1.0}},
+    "verdicts": [{"fsr": "FSR-01", "verdict": "FAIL", "margin": None}],
+    "events": [{"time_s": 2.5, "kind": "contact", "subject": "cutter"}],
+    "command": "adeye replay ababababab",
+}
+
+
+REPLAYED = Replayed(
+    run="ab" * 32,
+    scenario="cut_in",
+    architecture="camera_radar",
+    fault_entry="none",
+    stored_digest="11" * 16,
+    trace_digest="11" * 16,
+    identical=True,
+    rows=501,
+    outcome="completed",
+    verdicts={"FSR-01": "PASS"},
+    note="",
+)
+
+
+class Results:
+    """Stands for the stored runs."""
+
+    def __init__(self) -> None:
+        self.replayed = REPLAYED
+        self.calls: list[tuple[Any, ...]] = []
+
+    def describe_run(self, db: str | None, run: str) -> dict[str, Any]:
+        self.calls.append((db, run))
+        if run == "none":
+            raise InputError("run 'none': there is none")
+        return DESCRIPTION
+
+    def replay_run(self, db: str | None, run: str) -> Replayed:
+        self.calls.append((db, run))
+        return self.replayed
+
+    def write_replay(self, db: str | None, run: str, path: Path) -> None:
+        self.calls.append((db, run, path))
+
+
+@pytest.fixture
+def results(monkeypatch: pytest.MonkeyPatch) -> Results:
+    """Put the stand-in behind the verbs."""
+    fake = Results()
+    monkeypatch.setattr(adeye.campaign.reproduce, "describe_run", fake.describe_run)
+    monkeypatch.setattr(adeye.campaign.reproduce, "replay_run", fake.replay_run)
+    monkeypatch.setattr(adeye.reporting, "write_replay", fake.write_replay)
+    return fake
+
+
+def test_show_prints_everything_harmlessly(adeye: Any, results: Results) -> None:
+    ended = adeye("show", "abab", "--db", "x.db")
+    assert (ended.code, results.calls) == (0, [("x.db", "abab")])
+    for part in ("legacy_camera", "gap", "no_conflict", "FSR-01", "contact", "cutter", "2.5"):
+        assert part in ended.out
+    assert "\x1b" not in ended.out
+    assert ended.out.rstrip().endswith("Reproduce it:  adeye replay ababababab")
+
+
+def test_show_json_is_the_description(adeye: Any, results: Results) -> None:
+    assert results.calls == []
+    assert adeye("show", "abab", "--json").document == {"schema": "adeye/show@1", **DESCRIPTION}
+
+
+def test_unknown_run_is_an_input_error(adeye: Any, results: Results) -> None:
+    ended = adeye("show", "none")
+    assert (ended.code, ended.out) == (2, "")
+    assert results.calls == [(None, "none")]
+
+
+def test_identical_replay_is_a_success(adeye: Any, results: Results) -> None:
+    assert results.replayed.identical
+    ended = adeye("replay", "abab")
+    assert ended.code == 0
+    assert "Identical" in ended.out
+
+
+@pytest.mark.parametrize("flags", [(), ("--json",)])
+def test_different_replay_ends_with_4(adeye: Any, results: Results, flags: tuple[str, ...]) -> None:
+    note = "it was made by another version"
+    results.replayed = replace(REPLAYED, trace_digest="22" * 16, identical=False, note=note)
+    ended = adeye("replay", "abab", *flags)
+    assert ended.code == 4
+    assert note in ended.out
+    assert "22" * 16 in ended.out
+
+
+def test_replay_json(adeye: Any, results: Results) -> None:
+    assert results.calls == []
+    document = adeye("replay", "abab", "--json").document
+    assert document["schema"] == "adeye/replay@1"
+    assert document["identical"] is True
+    assert document["verdicts"] == {"FSR-01": "PASS"}
+
+
+def test_replay_page_is_written_also_if_it_differs(adeye: Any, results: Results) -> None:
+    results.replayed = replace(REPLAYED, identical=False)
+    ended = adeye("replay", "abab", "--html", "r.html")
+    assert ended.code == 4
+    assert results.calls[-1] == (None, "abab", Path("r.html"))
+    assert "wrote r.html" in ended.err

@@ -1,0 +1,229 @@
+"""``run`` and ``report``: exit codes, what is printed where, reports, interruption."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import adeye.campaign.plan
+import adeye.campaign.runner
+import adeye.reporting
+from adeye.campaign.runner import CampaignSummary, Progress, VerdictLine
+from adeye.cli.interruption import Terminated
+from adeye.cli.run import executed_text, usable_processors
+from adeye.errors import PlatformError
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.store import schema
+
+LINE = VerdictLine(
+    architecture="camera_radar",
+    is_gate=True,
+    fsr="FSR-01",
+    asil="D",
+    mandatory=True,
+    verdict=Verdict.PASS,
+    exercised=12,
+    runs=12,
+    margin=1.5,
+    unit="m",
+    worst_run="ab" * 32,
+    text="No contact.",
+)
+SUMMARY = CampaignSummary(
+    campaign="c" * 32,
+    planned=12,
+    executed=12,
+    judged=0,
+    reused=0,
+    exit_code=ExitCode.OK,
+    message="Every mandatory requirement passes.",
+    verdicts=(LINE,),
+)
+
+
+class Campaign:
+    """Stands for everything behind ``run``; remembers how it was called."""
+
+    def __init__(self) -> None:
+        self.summary: CampaignSummary | BaseException = SUMMARY
+        self.report_error: Exception | None = None
+        self.plans: list[tuple[Any, dict[str, Any]]] = []
+        self.runs: list[dict[str, Any]] = []
+        self.reports: list[tuple[Any, ...]] = []
+
+    def make_plan(self, path: Path, **options: Any) -> Any:
+        self.plans.append((path, options))
+        return SimpleNamespace(
+            notices=("an\x1b axis is dead",), expansion=SimpleNamespace(count=12)
+        )
+
+    def run_campaign(self, _plan: Any, **options: Any) -> CampaignSummary:
+        self.runs.append(options)
+        options["progress"](Progress("run", 6, 12, 1))
+        if isinstance(self.summary, BaseException):
+            raise self.summary
+        return self.summary
+
+    def write_reports(self, db: str | None, campaign: str | None, **options: Any) -> None:
+        if self.report_error is not None:
+            raise self.report_error
+        options.pop("progress")(Progress("report", 1, 2, 0))
+        asked = {kind: str(path) for kind, path in options.items() if path is not None}
+        self.reports.append((db, campaign, asked))
+
+
+@pytest.fixture
+def campaign(monkeypatch: pytest.MonkeyPatch) -> Campaign:
+    """Put the stand-in behind the verb."""
+    fake = Campaign()
+    monkeypatch.setattr(adeye.campaign.plan, "make_plan", fake.make_plan)
+    monkeypatch.setattr(adeye.campaign.runner, "run_campaign", fake.run_campaign)
+    monkeypatch.setattr(adeye.reporting, "write_reports", fake.write_reports)
+    return fake
+
+
+@pytest.mark.parametrize("code", list(ExitCode))
+def test_exit_code_is_the_summarys(adeye: Any, campaign: Campaign, code: ExitCode) -> None:
+    campaign.summary = replace(SUMMARY, exit_code=code)
+    assert adeye("run", "odd.yaml").code == int(code)
+
+
+def test_options_reach_the_campaign(adeye: Any, campaign: Campaign) -> None:
+    adeye("run", "odd.yaml", "--workers", "3", "--db", "x.db", "--backend", "other")
+    assert campaign.plans == [(Path("odd.yaml"), {"backend": "other"})]
+    assert (campaign.runs[0]["workers"], campaign.runs[0]["db"]) == (3, "x.db")
+
+
+def test_workers_are_the_usable_processors_unless_said(adeye: Any, campaign: Campaign) -> None:
+    adeye("run", "odd.yaml")
+    assert campaign.runs[0]["workers"] == usable_processors() >= 1
+
+
+def test_result_on_stdout_and_talk_on_stderr(adeye: Any, campaign: Campaign) -> None:
+    assert campaign.summary is SUMMARY
+    ended = adeye("run", "odd.yaml")
+    assert "FSR-01" in ended.out
+    assert "Executed 12 of 12 test cases; 0 reused." in ended.out
+    assert "Every mandatory requirement passes." in ended.out
+    assert "note: an axis is dead" in ended.err
+    assert "12 test cases" in ended.err
+    assert "note" not in ended.out
+
+
+def test_quiet_leaves_only_the_result(adeye: Any, campaign: Campaign) -> None:
+    assert campaign.summary is SUMMARY
+    ended = adeye("run", "odd.yaml", "--quiet")
+    assert ended.err == ""
+    assert "FSR-01" in ended.out
+
+
+def test_json_is_one_document(adeye: Any, campaign: Campaign) -> None:
+    assert campaign.summary is SUMMARY
+    document = adeye("run", "odd.yaml", "--json").document
+    assert document["schema"] == "adeye/run@1"
+    assert document["exit_code"] == 0
+    assert document["verdicts"][0]["verdict"] == "PASS"
+    assert document["verdicts"][0]["worst_run"] == "ab" * 32
+
+
+def test_nothing_executed_is_said() -> None:
+    summary = replace(SUMMARY, executed=0, reused=12)
+    assert executed_text(summary) == "Executed nothing, all 12 results were there."
+    assert executed_text(replace(summary, judged=12)).endswith("Judged 12 of them anew.")
+
+
+def test_nothing_planned_is_not_everything_there() -> None:
+    empty = replace(SUMMARY, planned=0, executed=0)
+    assert executed_text(empty) == "Executed 0 of 0 test cases; 0 reused."
+
+
+def test_reports_are_written_and_named(adeye: Any, campaign: Campaign) -> None:
+    ended = adeye(
+        "run", "o.yaml", "--report", "r.html", "--junit", "j.xml", "--report-json", "r.json"
+    )
+    files = {"html": "r.html", "junit": "j.xml", "json": "r.json"}
+    assert campaign.reports == [(None, "c" * 32, files)]
+    for name in ("r.html", "j.xml", "r.json"):
+        assert f"wrote {name}" in ended.err
+
+
+def test_without_report_options_nothing_is_written(adeye: Any, campaign: Campaign) -> None:
+    adeye("run", "odd.yaml")
+    assert campaign.reports == []
+
+
+@pytest.mark.parametrize(
+    ("verdict", "code"), [(ExitCode.OK, 5), (ExitCode.FAILED, 5), (ExitCode.INTEGRITY, 5)]
+)
+def test_report_that_cannot_be_written_still_shows_the_verdicts(
+    adeye: Any, campaign: Campaign, verdict: ExitCode, code: int
+) -> None:
+    campaign.summary = replace(SUMMARY, exit_code=verdict)
+    campaign.report_error = PlatformError("cannot write r.html")
+    ended = adeye("run", "odd.yaml", "--report", "r.html")
+    assert ended.code == code
+    assert "FSR-01" in ended.out
+    assert "cannot write r.html" in ended.err
+
+
+@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (Terminated(), 143)])
+def test_interruption_says_how_to_go_on(
+    adeye: Any, campaign: Campaign, error: BaseException, code: int
+) -> None:
+    campaign.summary = error
+    ended = adeye("run", "my odd.yaml", "--db", "x.db", "--report", "r.html")
+    assert ended.code == code
+    assert "go on with: adeye run 'my odd.yaml' --db x.db" in ended.err
+    assert campaign.reports == []
+
+
+def test_summary_that_was_interrupted_says_how_to_go_on(adeye: Any, campaign: Campaign) -> None:
+    campaign.summary = replace(SUMMARY, exit_code=ExitCode.INTERRUPTED)
+    ended = adeye("run", "odd.yaml", "--report", "r.html")
+    assert ended.code == 130
+    assert "go on with: adeye run odd.yaml" in ended.err
+    assert campaign.reports == []
+
+
+def test_defect_in_the_campaign_is_not_success(adeye: Any, campaign: Campaign) -> None:
+    campaign.summary = ZeroDivisionError("x")
+    ended = adeye("run", "odd.yaml")
+    assert ended.code == 3
+    assert "defect" in ended.err
+
+
+def test_report_of_an_empty_database_is_an_input_error(adeye: Any) -> None:
+    schema.upgrade(".adeye/adeye.db")
+    ended = adeye("report")
+    assert ended.code == 2
+    assert "has no campaign" in ended.err
+    assert not Path("report.html").exists()
+
+
+def test_report_without_a_database_is_an_input_error(adeye: Any) -> None:
+    ended = adeye("report", "-o", "r.html")
+    assert ended.code == 2
+    assert not Path("r.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "asked", "outputs"),
+    [
+        ((), None, {"html": "report.html"}),
+        (("3", "-o", "r.html"), "3", {"html": "r.html"}),
+        (("--junit", "j.xml"), None, {"junit": "j.xml"}),
+        (("--json", "r.json"), None, {"json": "r.json"}),
+    ],
+)
+def test_report_writes_what_is_asked_for(
+    adeye: Any,
+    campaign: Campaign,
+    arguments: tuple[str, ...],
+    asked: str | None,
+    outputs: dict[str, str],
+) -> None:
+    ended = adeye("report", *arguments)
+    assert ended.code == 0, ended.err
+    assert campaign.reports == [(None, asked, outputs)]

@@ -1,0 +1,103 @@
+"""``scenario list|show|lint`` on the shipped catalogue and on broken files."""
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.spec.load import scenario_files, shipped
+
+CUT_IN = scenario_files(shipped("scenarios_db"))["cut_in"]
+
+
+@pytest.fixture
+def cut_in(folder: Path) -> Path:
+    """Copy a scenario to change it."""
+    return Path(shutil.copy(CUT_IN, folder / "my_cut_in.yaml")).relative_to(folder)
+
+
+def replace_in(path: Path, old: str, new: str) -> None:
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_list_shows_the_shipped_catalogue(adeye: Any) -> None:
+    out = adeye("scenario", "list").out
+    assert "cut_in" in out
+    assert "Cut-in of a slower vehicle" in out
+    assert "gap 0 m to 60 m" in out
+
+
+def test_list_json_has_parameters_with_ranges(adeye: Any) -> None:
+    document = adeye("scenario", "list", "--json").document
+    assert document["schema"] == "adeye/scenario-list@1"
+    entries = {entry["id"]: entry for entry in document["scenarios"]}
+    assert entries["cut_in"]["parameters"]["gap"]["range"] == ["0 m", "60 m"]
+    assert entries["cut_in"]["tags"]["r157"] == "4.4.1"
+
+
+def test_list_of_another_catalogue(adeye: Any, cut_in: Path) -> None:
+    document = adeye("scenario", "list", "--catalogue", ".", "--json").document
+    assert [entry["id"] for entry in document["scenarios"]] == [cut_in.stem]
+
+
+def test_show_has_parameters_actors_and_storyboard(adeye: Any) -> None:
+    out = adeye("scenario", "show", "cut_in").out
+    for part in ("gap", "30 m", "cutter", "scripted", "lane_change", "cutter.gap <= gap", "R157"):
+        assert part in out
+
+
+def test_show_json_has_the_content(adeye: Any) -> None:
+    document = adeye("scenario", "show", "cut_in", "--json").document
+    assert document["schema"] == "adeye/scenario-show@1"
+    assert document["content"]["scenario"] == "cut_in"
+
+
+def test_unknown_scenario_is_suggested(adeye: Any) -> None:
+    ended = adeye("scenario", "show", "cut_inn")
+    assert ended.code == 2
+    assert "Did you mean 'cut_in'?" in ended.err
+
+
+def test_shipped_catalogue_lints_clean(adeye: Any) -> None:
+    ended = adeye("scenario", "lint", str(shipped("scenarios_db")))
+    assert (ended.code, ended.out) == (0, "")
+    assert ", 0 findings" in ended.err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "part"),
+    [
+        ("horizon: 12 s", "horizon: 12 m", "horizon"),
+        ("title:", "titel:", "titel"),
+        ("realised: [cut_in]", "realised: [cut_out]", "cut_out"),
+    ],
+)
+def test_finding_has_file_line_column_and_code_2(
+    adeye: Any, cut_in: Path, old: str, new: str, part: str
+) -> None:
+    replace_in(cut_in, old, new)
+    ended = adeye("scenario", "lint", str(cut_in))
+    assert ended.code == 2
+    line = next(line for line in ended.out.splitlines() if part in line)
+    assert line.split(": ")[0].endswith("Error")
+    assert line.split(": ")[1].startswith("my_cut_in.yaml:")
+
+
+def test_one_broken_file_does_not_hide_another(adeye: Any, cut_in: Path) -> None:
+    other = Path(shutil.copy(cut_in, "other.yaml"))
+    replace_in(cut_in, "realised: [cut_in]", "realised: [cut_out]")
+    other.write_text("a: [", encoding="utf-8")
+    ended = adeye("scenario", "lint", ".", "--json")
+    assert ended.code == 2
+    document = ended.document
+    assert document["schema"] == "adeye/scenario-lint@1"
+    assert document["files"] == ["my_cut_in.yaml", "other.yaml"]
+    assert {finding["where"]["path"] for finding in document["findings"]} == set(document["files"])
+
+
+def test_folder_without_scenarios_is_an_error(adeye: Any, folder: Path) -> None:
+    (folder / "empty").mkdir()
+    assert adeye("scenario", "lint", "empty").code == 2

@@ -1,0 +1,92 @@
+"""The verdict table: order, margins, the hint to the worst run."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from adeye.campaign.runner import CampaignSummary, VerdictLine
+from adeye.cli.verdicts import WORST_FIRST, margin_text, ordered, print_verdicts
+from adeye.evaluation.verdict import ExitCode, Verdict, fold_fsrs
+
+LINE = VerdictLine(
+    architecture="a",
+    is_gate=False,
+    fsr="FSR-01",
+    asil="D",
+    mandatory=True,
+    verdict=Verdict.PASS,
+    exercised=3,
+    runs=4,
+    margin=None,
+    unit="",
+    worst_run="",
+    text="text",
+)
+
+
+def summary(*lines: VerdictLine) -> CampaignSummary:
+    return CampaignSummary("c", 4, 4, 0, 0, ExitCode.FAILED, "m", lines)
+
+
+def test_order_of_verdicts_is_that_of_folding() -> None:
+    for worse, better in pairwise(word for word in WORST_FIRST if word is not None):
+        assert fold_fsrs([Verdict(better), Verdict(worse)]) is Verdict(worse)
+    assert {word for word in WORST_FIRST if word} == {verdict.value for verdict in Verdict}
+
+
+def test_gate_then_mandatory_then_worst_first() -> None:
+    lines = [
+        replace(LINE, fsr="1", architecture="a"),
+        replace(LINE, fsr="2", architecture="z", is_gate=True),
+        replace(LINE, fsr="3", architecture="z", is_gate=True, verdict=Verdict.FAIL),
+        replace(
+            LINE, fsr="4", architecture="z", is_gate=True, verdict=Verdict.FAIL, mandatory=False
+        ),
+        replace(LINE, fsr="5", architecture="a", verdict=None),
+        replace(LINE, fsr="6", architecture="a", verdict=Verdict.ERROR),
+    ]
+    assert [line.fsr for line in ordered(lines)] == ["3", "2", "4", "6", "1", "5"]
+
+
+@pytest.mark.parametrize(
+    ("margin", "unit", "text"),
+    [
+        (-0.8, "m", "\N{MINUS SIGN}0.80 m"),
+        (1.35, "m/s^2", "+1.35 m/s²"),
+        (2.0, "", "+2.00"),
+        (None, "m", "\N{EN DASH}"),
+        (float("inf"), "m", "\N{EN DASH}"),
+        (float("nan"), "m", "\N{EN DASH}"),
+    ],
+)
+def test_margin_has_sign_and_unit(margin: float | None, unit: str, text: str) -> None:
+    assert margin_text(replace(LINE, margin=margin, unit=unit)) == text
+
+
+def test_failure_leads_to_its_worst_run(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
+    failed = replace(LINE, verdict=Verdict.FAIL, worst_run="ab" * 32, margin=-1.0, unit="m")
+    print_verdicts(summary(LINE, failed))
+    text = capsys.readouterr().out
+    assert "3 of 4" in text
+    assert "adeye show ababababab" in text
+    assert "adeye replay ababababab" in text
+
+
+def test_all_green_has_no_hint(capsys: pytest.CaptureFixture[str]) -> None:
+    print_verdicts(summary(replace(LINE, worst_run="ab" * 32)))
+    assert "replay" not in capsys.readouterr().out
+
+
+def test_texts_are_harmless_and_short(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
+    print_verdicts(summary(replace(LINE, architecture="[red]a\x1b[2J", text="long\n" * 100)))
+    text = capsys.readouterr().out
+    assert "[red]a[2J" in text
+    assert "\x1b" not in text
+    assert "…" in text

@@ -1,0 +1,376 @@
+"""Verdicts of FSRs on hand-made runs: every way not to be a PASS."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.evaluation.judge import Evaluation, judge
+from adeye.evaluation.metrics import METRICS
+from adeye.evaluation.outcome import run_alone
+from adeye.evaluation.requirements import compile_requirement
+from adeye.evaluation.verdict import Verdict
+from adeye.signals import SILENT
+from adeye.spec.concept import Requirement
+from adeye.spec.odd import Attributes
+
+PASS, FAIL, INCONCLUSIVE, VACUOUS, INVALID, ERROR, _ = Verdict
+TAKEOVER = (
+    "always(channel.nominal.status == silent implies eventually[0 s, 0.3 s](authority.safety))"
+)
+CLOSE = {"metric": "min_distance_m", "at_least": 10.0}
+
+
+def fsr(name: str = "FSR-01", **item: Any) -> Requirement:
+    shared = {
+        "goals": ["SG"],
+        "text": "t",
+        "threshold_source": "s",
+        "asil": "QM",
+        "allocation": ["e"],
+    }
+    return Requirement.model_validate({"id": name, **shared, **item})
+
+
+def evaluated(made: Any, *requirements: Requirement, **options: Any) -> Evaluation:
+    inside = options.pop("inside", np.ones(made.runs, dtype=bool))
+    compiled = [compile_requirement(item) for item in requirements]
+    return judge(made.trace(), compiled, inside, **options)
+
+
+def judged(made: Any, item: Requirement, **options: Any) -> Any:
+    (found,) = evaluated(made, item, **options).judgements[0]
+    return found
+
+
+# --- formulas
+
+
+def test_kept_formula_passes_with_its_margin_and_binding_predicate(hand_made: Any) -> None:
+    made = hand_made().object("lead", s=20.0 * np.arange(21) * 0.1 + 44.0 - np.arange(21))
+    found = judged(made, fsr(formula="always(gap >= 10 m)"))
+    assert (found.verdict, found.is_exercised) == (PASS, True)
+    # The obligations end with the horizon at row 15.
+    assert found.margin == pytest.approx(15.0)
+    assert found.robustness_low == found.robustness_high == pytest.approx(1.5)
+    assert (found.unit, found.signal, found.predicate) == ("m", "gap", "gap >= 10 m")
+    assert (found.time_s, found.actor) == (pytest.approx(1.5), "lead")
+    assert (found.value, found.threshold, found.detail) == (pytest.approx(25.0), 10.0, None)
+
+
+def test_broken_formula_fails_with_a_negative_margin(hand_made: Any) -> None:
+    found = judged(hand_made(), fsr(formula="always(time_gap >= 2.5 s)"))
+    assert (found.verdict, found.margin) == (FAIL, pytest.approx(-0.5))
+    assert found.robustness_high is not None
+    assert found.robustness_high < 0.0
+
+
+def test_truth_value_is_reported_in_words(hand_made: Any) -> None:
+    found = judged(hand_made().touch(6, "lead"), fsr(formula="always(not contact)"))
+    assert found.verdict is FAIL
+    assert (found.value, found.threshold, found.margin) == (1.0, 1.0, None)
+    assert (found.detail, found.actor, found.time_s) == (
+        "contact is true",
+        "lead",
+        pytest.approx(0.6),
+    )
+
+
+def test_label_is_reported_in_words(hand_made: Any) -> None:
+    found = judged(hand_made(), fsr(formula="always(switch.reason == request)"))
+    assert (found.verdict, found.value) == (FAIL, None)
+    assert found.detail == "switch.reason is default"
+
+
+def test_no_conflict_passes_with_the_cap_as_margin(hand_made: Any) -> None:
+    found = judged(hand_made(objects=()), fsr(formula="always(ttc >= 1.5 s)"))
+    assert (found.verdict, found.margin, found.value) == (PASS, 10.0, None)
+    assert (found.detail, found.actor) == ("no conflict", None)
+
+
+def test_precondition_that_never_holds_is_vacuous(hand_made: Any) -> None:
+    found = judged(hand_made(), fsr(formula=TAKEOVER))
+    assert (found.verdict, found.is_exercised) == (VACUOUS, False)
+    assert "the precondition never held" in str(found.detail)
+
+
+@pytest.mark.parametrize(("takeover", "verdict"), [(8, PASS), (9, FAIL)])
+def test_mastered_failure_of_a_channel_passes(
+    hand_made: Any, takeover: int, verdict: Verdict
+) -> None:
+    made = hand_made().set("status", SILENT, rows=slice(5, None), at=0)
+    made.set("authority", 1, rows=slice(takeover, None))
+    found = judged(made, fsr(formula=TAKEOVER))
+    assert (found.verdict, found.is_exercised) == (verdict, True)
+
+
+def test_missing_answer_to_an_obligation_near_the_end_is_inconclusive(hand_made: Any) -> None:
+    made = hand_made(tail_rows=2).set("monitors", value=True, rows=slice(17, None))
+    item = fsr(formula="always(monitor.danger.raw implies eventually[0 s, 0.5 s](standstill))")
+    found = judged(made, item)
+    assert found.verdict is INCONCLUSIVE
+    assert "an obligation is open where the trace ends" in str(found.detail)
+
+
+def test_signal_that_does_not_apply_decides_nothing(hand_made: Any) -> None:
+    made = hand_made().set("status", SILENT, rows=4, at=0)
+    found = judged(made, fsr(formula="always(channel.nominal.acceleration <= 1 m/s^2)"))
+    assert found.verdict is INCONCLUSIVE
+    assert "does not apply" in str(found.detail)
+
+
+@pytest.mark.parametrize("formula", ["always(ego.speed <= 30 m/s)", "always(gap > 1 m)"])
+def test_nan_is_an_error_even_if_everything_else_is_safe(hand_made: Any, formula: str) -> None:
+    made = hand_made(runs=2)
+    made.columns["ego"][0, 7, 3] = np.nan
+    first, second = evaluated(made, fsr(formula=formula)).judgements
+    assert (first[0].verdict, first[0].robustness_low, first[0].margin) == (ERROR, None, None)
+    assert not first[0].is_exercised
+    assert second[0].verdict is PASS
+
+
+# --- contact
+
+
+def test_contact_leaves_what_was_still_to_come_open(hand_made: Any) -> None:
+    found = judged(hand_made().touch(6, "lead"), fsr(formula="always(ego.speed <= 30 m/s)"))
+    assert found.verdict is INCONCLUSIVE
+    assert str(found.detail).startswith("ended by contact")
+
+
+def test_open_obligation_fails_if_the_fsr_says_so(hand_made: Any) -> None:
+    item = fsr(formula="always(ego.speed <= 30 m/s)", on_contact="fail")
+    found = judged(hand_made().touch(6, "lead"), item)
+    assert found.verdict is FAIL
+    assert str(found.detail).startswith("ended by contact")
+
+
+def test_what_was_broken_before_the_contact_fails(hand_made: Any) -> None:
+    found = judged(hand_made().touch(6, "lead"), fsr(formula="always(ego.speed <= 10 m/s)"))
+    assert (found.verdict, found.detail) == (FAIL, None)
+
+
+def test_contact_in_the_tail_is_not_overlooked(hand_made: Any) -> None:
+    found = judged(hand_made().touch(18, "lead"), fsr(formula="always(not contact)"))
+    assert (found.verdict, found.time_s) == (FAIL, pytest.approx(1.8))
+
+
+def test_satisfied_eventuality_survives_the_contact(hand_made: Any) -> None:
+    found = judged(hand_made().touch(6, "lead"), fsr(formula="eventually(ego.speed > 10 m/s)"))
+    assert found.verdict is PASS
+
+
+def test_precondition_that_a_contact_forestalled_is_not_vacuous(hand_made: Any) -> None:
+    found = judged(hand_made().touch(6, "lead"), fsr(formula=TAKEOVER))
+    assert found.verdict is INCONCLUSIVE
+
+
+# --- invalid runs
+
+
+@pytest.mark.parametrize("bound", [False, True])
+def test_contact_from_the_start_is_invalid(hand_made: Any, *, bound: bool) -> None:
+    item = fsr(bound=CLOSE) if bound else fsr(formula="always(not contact)", on_contact="fail")
+    found = judged(hand_made().touch(0, "lead"), item)
+    assert (found.verdict, found.is_exercised) == (INVALID, False)
+    assert "from the start" in str(found.detail)
+
+
+def test_run_that_did_not_come_about_is_invalid(hand_made: Any) -> None:
+    found = judged(hand_made(events=("cut_in",)), fsr(formula="always(not contact)"))
+    assert found.verdict is INVALID
+    assert "cut_in" in str(found.detail)
+
+
+def test_other_traffic_that_collided_first_makes_it_invalid(hand_made: Any) -> None:
+    made = hand_made().set("foreign_contact", value=True, rows=slice(4, None)).touch(9, "lead")
+    assert judged(made, fsr(formula="always(not contact)")).verdict is INVALID
+
+
+# --- bounds
+
+
+@pytest.mark.parametrize(
+    ("bound", "verdict", "margin"),
+    [
+        ({"metric": "min_distance_m", "at_least": 30.0}, PASS, 10.0),
+        ({"metric": "min_distance_m", "at_least": 40.5}, FAIL, -0.5),
+        ({"metric": "max_lane_offset_m", "at_most": 0.4}, PASS, 0.4),
+        ({"metric": "max_lane_offset_m", "at_most": 0}, PASS, 0.0),
+        ({"metric": "contact", "at_most": 0}, PASS, 0.0),
+    ],
+)
+def test_bound_on_a_value(
+    hand_made: Any, bound: dict[str, Any], verdict: Verdict, margin: float
+) -> None:
+    found = judged(hand_made(), fsr(bound=bound))
+    assert (found.verdict, found.is_exercised) == (verdict, True)
+    assert found.margin == pytest.approx(margin)
+    metric = METRICS[bound["metric"]]
+    assert found.robustness_low == found.robustness_high == pytest.approx(margin / metric.scale)
+    assert (found.signal, found.unit) == (metric.column, metric.unit)
+
+
+def test_bound_names_time_actor_value_and_threshold(hand_made: Any) -> None:
+    found = judged(hand_made(), fsr(bound=CLOSE))
+    assert (found.time_s, found.actor) == (0.0, "lead")
+    assert (found.value, found.threshold) == (pytest.approx(40.0), 10.0)
+    assert found.predicate == "min_distance_m >= 10 m"
+
+
+def test_no_conflict_satisfies_a_lower_bound_with_its_cap(hand_made: Any) -> None:
+    found = judged(hand_made(objects=()), fsr(bound={"metric": "min_ttc_s", "at_least": 1.5}))
+    assert (found.verdict, found.margin, found.value) == (PASS, 10.0, None)
+    assert (found.detail, found.is_exercised) == ("no conflict", True)
+
+
+def test_no_conflict_is_no_demand_under_an_upper_bound(hand_made: Any) -> None:
+    found = judged(hand_made(objects=()), fsr(bound={"metric": "max_drac_mps2", "at_most": 3.0}))
+    assert (found.verdict, found.margin) == (PASS, 3.0)
+
+
+def test_metric_that_does_not_apply_is_vacuous(hand_made: Any) -> None:
+    item = fsr(bound={"metric": "takeover_time_s", "at_most": 0.5})
+    found = judged(hand_made(), item)
+    assert (found.verdict, found.is_exercised, found.robustness_low) == (VACUOUS, False, None)
+
+
+def test_metric_that_does_not_apply_before_a_contact_is_open(hand_made: Any) -> None:
+    item = fsr(bound={"metric": "takeover_time_s", "at_most": 0.5})
+    assert judged(hand_made().touch(6, "lead"), item).verdict is INCONCLUSIVE
+
+
+def test_metric_that_is_incomplete_is_inconclusive(hand_made: Any) -> None:
+    made = hand_made().set("fault_active", value=True, rows=slice(5, None), at=0)
+    found = judged(made, fsr(bound={"metric": "takeover_time_s", "at_most": 0.5}))
+    assert (found.verdict, found.is_exercised) == (INCONCLUSIVE, True)
+    assert found.detail == "the run ended before the metric was complete"
+    assert (found.robustness_low, found.robustness_high) == (-math.inf, math.inf)
+
+
+def test_metric_that_is_undefined_is_inconclusive(hand_made: Any) -> None:
+    made = hand_made(rows=1, tail_rows=0)
+    found = judged(made, fsr(bound={"metric": "max_jerk_mps3", "at_most": 5.0}))
+    assert found.verdict is INCONCLUSIVE
+
+
+def test_metric_in_error_is_an_error(hand_made: Any) -> None:
+    made = hand_made()
+    made.columns["objects"][0, 9, 0, 3] = np.nan
+    found = judged(made, fsr(bound=CLOSE))
+    assert (found.verdict, found.margin, found.robustness_low) == (ERROR, None, None)
+    assert found.detail == "the metric has no finite value"
+
+
+def test_bound_that_holds_up_to_a_contact_is_open(hand_made: Any) -> None:
+    item = fsr(bound={"metric": "max_lane_offset_m", "at_most": 0.4})
+    found = judged(hand_made().touch(6, "lead"), item)
+    assert (found.verdict, found.margin) == (INCONCLUSIVE, pytest.approx(0.4))
+    assert found.robustness_low == -math.inf
+    assert str(found.detail).startswith("ended by contact")
+    strict = fsr(bound={"metric": "max_lane_offset_m", "at_most": 0.4}, on_contact="fail")
+    assert judged(hand_made().touch(6, "lead"), strict).verdict is FAIL
+
+
+def test_bound_that_a_contact_breaks_fails(hand_made: Any) -> None:
+    found = judged(hand_made().touch(6, "lead"), fsr(bound=CLOSE))
+    assert (found.verdict, found.margin) == (FAIL, -10.0)
+
+
+def test_settled_metric_is_not_opened_by_a_contact(hand_made: Any) -> None:
+    made = hand_made().set("fault_active", value=True, rows=slice(2, None), at=0)
+    made.set("authority", 1, rows=slice(4, None)).touch(9, "lead")
+    found = judged(made, fsr(bound={"metric": "takeover_time_s", "at_most": 0.5}))
+    assert (found.verdict, found.margin) == (PASS, pytest.approx(0.3))
+
+
+# --- uncertainty, scope, applicability
+
+
+@pytest.mark.parametrize(
+    ("uncertainty", "verdict"), [(0.0, PASS), (0.5, PASS), (0.51, INCONCLUSIVE)]
+)
+@pytest.mark.parametrize("bound", [False, True])
+def test_margin_below_the_numeric_uncertainty_is_inconclusive(
+    hand_made: Any, uncertainty: float, verdict: Verdict, *, bound: bool
+) -> None:
+    item = (
+        fsr(bound={"metric": "min_distance_m", "at_least": 39.5})
+        if bound
+        else fsr(formula="always(distance >= 39.5 m)")
+    )
+    made = hand_made().ego(s=0.0).object("lead", s=44.0)
+    assert judged(made, item, uncertainty={"FSR-01": uncertainty}).verdict is verdict
+
+
+def test_uncertainty_does_not_soften_a_failure(hand_made: Any) -> None:
+    item = fsr(formula="always(distance >= 40.1 m)")
+    assert judged(hand_made(), item, uncertainty={"FSR-01": 5.0}).verdict is FAIL
+
+
+def test_fsr_is_not_judged_in_other_scenarios(hand_made: Any) -> None:
+    there = fsr("A", formula="always(not contact)", scenarios=["follow"])
+    elsewhere = fsr("B", formula="always(not contact)", scenarios=["overtake"])
+    (found,) = evaluated(hand_made(), there, elsewhere).judgements
+    assert [item.fsr_id for item in found] == ["A"]
+
+
+def test_run_outside_the_odd_is_evidence_only_where_asked(hand_made: Any) -> None:
+    items = [
+        fsr(applies, formula="always(not contact)", applies=applies)
+        for applies in ("inside", "outside", "everywhere")
+    ]
+    inside, outside = evaluated(
+        hand_made(runs=2), *items, inside=np.array([True, False])
+    ).judgements
+    assert [item.fsr_id for item in inside] == ["inside", "everywhere"]
+    assert [item.fsr_id for item in outside] == ["outside", "everywhere"]
+
+
+def test_leaving_the_odd_during_a_run_can_be_named(hand_made: Any) -> None:
+    attributes = Attributes.model_validate({"dynamic_elements": {"ego_speed": {"max": "15 m/s"}}})
+    item = fsr(formula="always(in_odd)")
+    assert judged(hand_made(), item).verdict is PASS
+    assert judged(hand_made(), item, attributes=attributes).verdict is FAIL
+
+
+def test_signal_that_the_runs_lack_is_listed_and_not_judged(hand_made: Any) -> None:
+    found = evaluated(
+        hand_made(),
+        fsr("A", formula="always(not authority.third)"),
+        fsr("B", formula="always(not contact)"),
+    )
+    assert found.not_applicable == {"A": "the runs have no signal authority.third"}
+    assert [item.fsr_id for item in found.judgements[0]] == ["B"]
+
+
+def test_fault_of_another_entry_leaves_the_fsr_unexercised(hand_made: Any) -> None:
+    item = fsr(formula="always(fault.brake_loss.active implies standstill)")
+    found = judged(hand_made(faults=()), item, faults=["brake_loss"])
+    assert found.verdict is VACUOUS
+
+
+def test_evaluation_holds_metrics_and_outcomes_of_every_run(hand_made: Any) -> None:
+    found = evaluated(hand_made(runs=2).touch(6, "lead", run=1), fsr(bound=CLOSE))
+    assert set(found.metrics) == set(METRICS)
+    assert [item.end_reason for item in found.outcomes] == ["horizon", "contact"]
+    assert found.judgements[0][0].fsr_digest == compile_requirement(fsr(bound=CLOSE)).digest
+
+
+def test_plug_in_metric_without_a_finite_margin_is_an_error(
+    hand_made: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("adeye.evaluation.requirements.Bound.margin", lambda *_, **__: math.nan)
+    assert judged(hand_made(), fsr(bound=CLOSE)).verdict is ERROR
+
+
+def test_run_is_judged_alone_as_in_a_batch(hand_made: Any) -> None:
+    made = hand_made(runs=3).object("lead", run=1, speed=3.0).touch(7, "lead", run=2)
+    items = [compile_requirement(fsr(formula=TAKEOVER)), compile_requirement(fsr(bound=CLOSE))]
+    together = judge(made.trace(), items, np.ones(3, dtype=bool)).judgements
+    for run in range(3):
+        alone = judge(run_alone(made.trace(), run), items, np.ones(1, dtype=bool))
+        assert alone.judgements[0] == together[run]

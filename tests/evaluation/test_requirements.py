@@ -1,0 +1,299 @@
+"""FSRs against a plan: what is refused before anything runs, and where the message points."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from adeye.errors import ExpressionError, InputErrors, SourceLocation, SpecError
+from adeye.evaluation.requirements import (
+    Bound,
+    CheckedRequirement,
+    JudgedPlan,
+    check_requirements,
+    compile_requirement,
+    last_decision,
+)
+from adeye.evaluation.stl.formula import parse_formula
+from adeye.spec.concept import Concept, Requirement
+
+Check = Callable[..., CheckedRequirement]
+
+
+def concept(*requirements: dict[str, Any]) -> Concept:
+    shared = {
+        "goals": ["SG"],
+        "text": "Stay clear.",
+        "threshold_source": "made for a test",
+        "asil": "QM",
+        "allocation": ["element"],
+    }
+    event = {
+        "id": "HE",
+        "function": "f",
+        "malfunction": "m",
+        "situation": "s",
+        "severity": "S0",
+        "exposure": "E0",
+        "controllability": "C0",
+        "severity_rationale": "r",
+        "exposure_rationale": "r",
+        "controllability_rationale": "r",
+    }
+    return Concept.model_validate(
+        {
+            "concept": "made",
+            "title": "Made",
+            "hazardous_events": [event],
+            "safety_goals": [
+                {
+                    "id": "SG",
+                    "text": "t",
+                    "hazardous_events": ["HE"],
+                    "safe_state": "s",
+                    "ftti": "1 s",
+                    "ftti_rationale": "r",
+                }
+            ],
+            "elements": [{"id": "element", "kind": "other", "text": "t", "asil_capability": "D"}],
+            "requirements": [
+                {"id": f"FSR-{number}", **shared, **item}
+                for number, item in enumerate(requirements)
+            ],
+        }
+    )
+
+
+@pytest.fixture
+def plan(scenario: Any, architecture: Any) -> JudgedPlan:
+    """Two scenarios and two architectures, of which one has no safety channel."""
+    alone = {"policy": "stuck", "priority": ["nominal"], "default": "nominal"}
+    nominal = {"kind": "nominal", "links": ["camera"], "rate": "10 Hz"}
+    return JudgedPlan(
+        scenarios={"follow": scenario(), "overtake": scenario("lead", "other", tail="2 s")},
+        architectures={
+            "two_channels": architecture(),
+            "one_channel": architecture(channels={"nominal": nominal}, switch=alone),
+        },
+        gate=("two_channels",),
+        step=0.1,
+        faults=("camera_out",),
+        monitors={"two_channels": ("danger",)},
+    )
+
+
+@pytest.fixture
+def check(plan: JudgedPlan) -> Check:
+    """Check one FSR, located by its place in the concept."""
+
+    def run(**item: Any) -> CheckedRequirement:
+        return check_requirements(concept(item), plan, locate)[0]
+
+    return run
+
+
+def locate(loc: tuple[str | int, ...]) -> SourceLocation:
+    return SourceLocation("concept.yaml/" + "/".join(map(str, loc)), 1, 1)
+
+
+def test_formula_is_parsed_and_applies_everywhere(check: Check) -> None:
+    checked = check(formula="always(not contact)")
+    assert checked.formula is not None
+    assert checked.formula.names == ("contact",)
+    assert checked.bound is None
+    assert checked.not_applicable == {}
+
+
+def test_bound_is_found_in_the_registry(check: Check) -> None:
+    checked = check(bound={"metric": "min_ttc_s", "at_least": 1.5})
+    assert checked.formula is None
+    assert checked.bound == Bound("min_ttc_s", 1.5, is_lower=True)
+    assert checked.bound.text == "min_ttc_s >= 1.5 s"
+    assert Bound("contact", 0.0, is_lower=False).text == "contact <= 0"
+
+
+def test_checked_requirement_travels_to_other_processes(check: Check) -> None:
+    for checked in (
+        check(formula="always(authority.safety implies eventually[0 s, 1 s](standstill))",
+              scenarios=["overtake"]),
+        check(bound={"metric": "min_ttc_s", "at_least": 1.5}),
+    ):  # fmt: skip
+        assert pickle.loads(pickle.dumps(checked)) == checked  # noqa: S301 - what we just wrote
+
+
+def test_digest_covers_what_is_judged_and_nothing_else(check: Check) -> None:
+    base = check(bound={"metric": "min_ttc_s", "at_least": 1.5}).digest
+    assert check(bound={"metric": "min_ttc_s", "at_least": 1.5}, text="Other.").digest == base
+    assert check(bound={"metric": "min_ttc_s", "at_least": 1.6}).digest != base
+    assert check(bound={"metric": "min_ttc_s", "at_least": 1.5}, on_contact="fail").digest != base
+
+
+def test_unknown_metric_is_refused_with_a_suggestion(check: Check) -> None:
+    with pytest.raises(SpecError, match=r"bound/metric:1:1.*'min_tcc_s'.*Did you mean 'min_ttc_s'"):
+        check(bound={"metric": "min_tcc_s", "at_least": 1.5})
+
+
+@pytest.mark.parametrize("limit", [math.inf, math.nan])
+def test_bound_is_finite(limit: float) -> None:
+    requirement = concept({"bound": {"metric": "min_ttc_s", "at_least": 1.0}}).requirements[0]
+    assert requirement.bound is not None
+    broken = requirement.model_copy(
+        update={"bound": requirement.bound.model_copy(update={"at_least": limit})}
+    )
+    with pytest.raises(SpecError, match="finite"):
+        compile_requirement(broken)
+
+
+def test_requirement_without_any_measure_is_refused() -> None:
+    requirement = concept({"formula": "always(not contact)"}).requirements[0]
+    broken: Requirement = requirement.model_copy(update={"formula": None})
+    with pytest.raises(SpecError, match="no metric"):
+        compile_requirement(broken)
+
+
+def test_signal_that_nothing_has_is_refused_with_a_suggestion(check: Check) -> None:
+    with pytest.raises(SpecError, match=r"0/formula:1:1.*'time_headwy'.*'time_headway'"):
+        check(formula="always(time_headwy > 1 s)")
+
+
+def test_signal_that_resembles_nothing_points_to_the_list(check: Check) -> None:
+    with pytest.raises(SpecError, match="adeye signals"):
+        check(formula="always(qqqq)")
+
+
+def test_actor_that_one_scenario_lacks_is_refused(check: Check) -> None:
+    with pytest.raises(SpecError, match=r"'follow' has no signal.*scenarios: \[overtake\]"):
+        check(formula="always(actor.other.gap > 1 m)")
+    assert check(formula="always(actor.other.gap > 1 m)", scenarios=["overtake"]).formula
+
+
+def test_signal_that_one_architecture_lacks_is_not_applicable_there(check: Check) -> None:
+    checked = check(formula="always(authority.safety implies standstill)")
+    assert checked.not_applicable == {"one_channel": "it has no signal authority.safety"}
+
+
+def test_architecture_in_the_gate_must_have_every_signal(plan: JudgedPlan) -> None:
+    strict = JudgedPlan(**{**vars(plan), "gate": ("two_channels", "one_channel")})
+    with pytest.raises(SpecError, match="'one_channel' is in the gate, but it has no signal"):
+        check_requirements(concept({"formula": "always(not authority.safety)"}), strict)
+
+
+@pytest.mark.parametrize(
+    "name", ["fault.camera_out.active", "monitor.danger.raw", "sensor.camera.detects.lead"]
+)
+def test_faults_monitors_and_detections_are_known_to_the_plan(check: Check, name: str) -> None:
+    assert check(formula=f"always(not {name})").formula is not None
+
+
+def test_wrong_dimension_is_refused(check: Check) -> None:
+    with pytest.raises(ExpressionError, match=r"concept\.yaml"):
+        check(formula="always(gap > 2 s)")
+
+
+def test_text_that_is_no_formula_is_refused(check: Check) -> None:
+    with pytest.raises(ExpressionError, match=r"concept\.yaml"):
+        check(formula="always(gap >")
+
+
+def test_scenario_that_the_odd_lacks_is_refused(check: Check) -> None:
+    with pytest.raises(SpecError, match=r"scenarios/0:1:1.*'folow'.*'follow'"):
+        check(formula="always(not contact)", scenarios=["folow"])
+
+
+@pytest.mark.parametrize(
+    ("formula", "needed"),
+    [
+        ("always(contact implies eventually[0 s, 0.6 s](standstill))", "0.6 s"),
+        ("always(contact implies eventually[0 s, 0.5 s](authority.safety))", "0.6 s"),
+        ("always(rise(authority.safety) implies eventually[0 s, 0.6 s](standstill))", "0.6 s"),
+        ("eventually[0 s, 2.1 s](standstill)", "0.6 s"),
+    ],
+)
+def test_window_beyond_the_tail_names_the_tail_needed(
+    check: Check, formula: str, needed: str
+) -> None:
+    with pytest.raises(SpecError, match=f"'follow' has a tail of 0.5 s. Give .* tail of {needed}"):
+        check(formula=formula)
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "always(contact implies eventually[0 s, 0.5 s](standstill))",
+        "always(rise(authority.safety) implies eventually[0 s, 0.5 s](standstill))",
+        "always(contact implies eventually[0 s, 0.4 s](authority.safety))",
+        "eventually[0 s, 2 s](standstill)",
+        "always(not authority.safety) and eventually(standstill)",
+    ],
+)
+def test_window_within_the_tail_is_accepted(check: Check, formula: str) -> None:
+    assert check(formula=formula).formula is not None
+
+
+def test_decision_needs_a_row_after_the_horizon(scenario: Any, plan: JudgedPlan) -> None:
+    bare = JudgedPlan(**{**vars(plan), "scenarios": {"follow": scenario(tail="0 s")}})
+    with pytest.raises(SpecError, match=r"tail of 0\.1 s"):
+        check_requirements(concept({"formula": "always(not authority.safety)"}), bare)
+
+
+def test_operator_without_a_window_below_another_is_refused(check: Check) -> None:
+    with pytest.raises(SpecError, match="no window"):
+        check(formula="always(contact implies eventually(standstill))")
+
+
+def test_window_between_two_rows_is_refused(check: Check) -> None:
+    with pytest.raises(ExpressionError, match="no row"):
+        check(formula="always(contact implies eventually[0.12 s, 0.18 s](standstill))")
+
+
+def test_all_errors_come_together(plan: JudgedPlan) -> None:
+    broken = concept({"formula": "always(qqqq)"}, {"bound": {"metric": "no", "at_most": 1.0}})
+    with pytest.raises(InputErrors) as caught:
+        check_requirements(broken, plan)
+    assert len(caught.value.errors) == 2
+
+
+@pytest.mark.parametrize(
+    ("formula", "last"),
+    [
+        ("always(gap > 1 m)", -math.inf),
+        ("authority.safety", 0.0),
+        ("always(authority.safety)", 10.0),
+        ("always(contact implies eventually[1 s, 3 s](authority.safety))", 13.0),
+        ("contact until[0 s, 2 s] authority.safety", 2.0),
+    ],
+)
+def test_last_decision_that_a_formula_reads(formula: str, last: float) -> None:
+    assert last_decision(parse_formula(formula).root, 10.0) == last
+
+
+@pytest.mark.parametrize(
+    ("applies", "inside", "outside"),
+    [("inside", True, False), ("outside", False, True), ("everywhere", True, True)],
+)
+def test_evidence_counts_where_the_fsr_applies(
+    check: Check, applies: str, *, inside: bool, outside: bool
+) -> None:
+    checked = check(formula="always(not contact)", applies=applies, scenarios=["follow"])
+    assert checked.concerns("follow", is_inside=True) is inside
+    assert checked.concerns("follow", is_inside=False) is outside
+    assert not checked.concerns("overtake", is_inside=True)
+
+
+@pytest.mark.parametrize(
+    ("bound", "value", "is_free", "margin"),
+    [
+        (Bound("min_ttc_s", 1.5, is_lower=True), 2.0, False, 0.5),
+        (Bound("min_ttc_s", 1.5, is_lower=True), math.nan, True, 10.0),
+        (Bound("min_ttc_s", 1.5, is_lower=False), math.nan, True, -10.0),
+        (Bound("max_drac_mps2", 3.0, is_lower=False), 4.0, False, -1.0),
+        (Bound("max_drac_mps2", 3.0, is_lower=False), math.nan, True, 3.0),
+        (Bound("impact_speed_mps", 3.0, is_lower=True), math.nan, True, -3.0),
+    ],
+)
+def test_margin_of_a_bound(bound: Bound, value: float, *, is_free: bool, margin: float) -> None:
+    assert bound.margin(value, is_free=is_free) == margin

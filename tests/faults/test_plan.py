@@ -1,0 +1,255 @@
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from adeye.errors import SpecError
+from adeye.faults import FaultPlan
+from adeye.signals import OK, SILENT, ControlCommand, Measurement, Scene, SceneContext
+from adeye.spec.architecture import Architecture
+from adeye.spec.fault import Fault
+from adeye.spec.odd import Attributes
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.testing.sensors import scene_of, three_objects
+
+STEP = 0.05
+CAMERA_OUT: dict[str, Any] = {
+    "id": "camera_out",
+    "target": "sensors.front",
+    "model": "drop_out",
+    "onset": {"at": "0.2 s"},
+    "duration": "0.15 s",
+}
+NOMINAL_SILENT: dict[str, Any] = {
+    "id": "nominal_silent",
+    "target": "channels.nominal",
+    "model": "silent",
+    "onset": {"when": "lead.gap < 30 m"},
+}
+SCENARIO = LogicalScenario.model_validate(
+    {
+        "scenario": "three",
+        "title": "Three objects",
+        "provenance": {"source": "made for a test"},
+        "parameters": {"delay": {"default": "1 s"}},
+        "world": {
+            "road": {
+                "length": "2000 m",
+                "lanes": 3,
+                "lane_width": "3.5 m",
+                "shoulder": "2.5 m",
+                "speed_limit": "130 km/h",
+            },
+            "objects": {
+                "wall": {
+                    "kind": "barrier",
+                    "s": "70 m",
+                    "offset": "1.75 m",
+                    "length": "3 m",
+                    "width": "1 m",
+                    "height": "1 m",
+                }
+            },
+        },
+        "environment": {"rain": "0 mm/h", "fog_visibility": "2000 m", "friction": 0.9},
+        "ego": {"lane": 1, "s": "0 m", "speed": "20 m/s"},
+        "actors": {
+            name: {"kind": "car", "start": {"lane": 1, "s": "40 m", "speed": "8 m/s"}}
+            for name in ("lead", "neighbour")
+        },
+        "horizon": "5 s",
+    }
+)
+ARCHITECTURE = Architecture.model_validate(
+    {
+        "architecture": "bare",
+        "title": "Two parts that can fail",
+        "vehicle": {
+            "length": "4.5 m",
+            "width": "1.8 m",
+            "height": "1.5 m",
+            "wheelbase": "2.7 m",
+            "max_acceleration": "3 m/s^2",
+            "max_deceleration": "9 m/s^2",
+            "max_steering_angle": "0.6 rad",
+            "max_steering_rate": "0.8 rad/s",
+            "acceleration_lag": "0.2 s",
+            "steering_lag": "0.1 s",
+        },
+        "sensors": {
+            "front": {"kind": "ground_truth", "rate": "20 Hz"},
+            "rear": {"kind": "ground_truth", "rate": "20 Hz"},
+        },
+        "channels": {name: {"kind": name, "links": ["front"]} for name in ("nominal", "safety")},
+        "switch": {
+            "policy": "fixed_priority",
+            "priority": ["safety", "nominal"],
+            "default": "nominal",
+        },
+    }
+)
+CONTEXT: SceneContext = three_objects()
+"""Three runs in which the ego drives 10, 15 and 20 m/s, and the lead 40 m ahead 8 m/s."""
+
+
+def case(*faults: Mapping[str, Any], delay: float = 1.0) -> TestCase:
+    return TestCase(
+        scenario_id="three",
+        scenario=SCENARIO,
+        parameters={"delay": delay},
+        architecture=ARCHITECTURE,
+        faults=tuple(Fault.model_validate(fault) for fault in faults),
+        fault_entry="+".join(fault["id"] for fault in faults) or "none",
+        replicate=0,
+        seed=1,
+        step=STEP,
+        point={},
+        inside_odd=True,
+        attributes=Attributes.model_construct(),
+    )
+
+
+def scenes(ticks: int) -> list[Scene]:
+    return [scene_of(CONTEXT, tick) for tick in range(ticks)]
+
+
+def activity(cases: Sequence[TestCase], ticks: int) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """(T, B, F)."""
+    plan = FaultPlan(cases, CONTEXT)
+    return np.array([plan.update(scene) for scene in scenes(ticks)])
+
+
+def reading(time: float) -> Measurement:
+    return Measurement(
+        np.full(3, time),
+        np.ones(3, dtype=np.bool_),
+        np.ones(3, dtype=np.bool_),
+        np.ones((3, 2), dtype=np.bool_),
+        np.full((3, 2, 7), time),
+        np.zeros((3, 2), dtype=np.int64),
+    )
+
+
+def command(channel: str, time: float) -> ControlCommand:
+    status = np.full(3, OK, dtype=np.int64)
+    return ControlCommand(channel, np.full(3, time), np.zeros(3), np.full(3, time), status)
+
+
+def test_fault_is_present_from_its_onset_for_its_duration() -> None:
+    active = activity([case(CAMERA_OUT)] * 3, 10)
+    assert np.flatnonzero(active[:, 0, 0]).tolist() == [4, 5, 6]
+
+
+def test_fault_without_duration_lasts_to_the_end() -> None:
+    active = activity([case({**CAMERA_OUT, "duration": None})] * 3, 30)
+    assert np.flatnonzero(active[:, 0, 0]).tolist() == list(range(4, 30))
+
+
+def test_times_vary_from_run_to_run() -> None:
+    late = {**CAMERA_OUT, "onset": {"at": "0.3 s"}, "duration": "0.05 s"}
+    active = activity([case(CAMERA_OUT), case(late), case(CAMERA_OUT)], 10)
+    assert np.flatnonzero(active[:, 1, 0]).tolist() == [6]
+    assert np.flatnonzero(active[:, 2, 0]).tolist() == [4, 5, 6]
+
+
+def test_condition_begins_a_fault_in_each_run_when_it_first_holds_there() -> None:
+    active = activity([case(NOMINAL_SILENT)] * 3, 60)
+    first = [int(np.argmax(active[:, run, 0])) for run in range(3)]
+    for speed, tick in zip((10.0, 15.0, 20.0), first, strict=True):
+        before, at = (35.5 - (speed - 8.0) * STEP * when for when in (tick - 1, tick))
+        assert before >= 30.0 > at
+    assert active[first[0] :, 0, 0].all()
+
+
+def test_condition_may_use_a_parameter_of_the_scenario() -> None:
+    fault = {**NOMINAL_SILENT, "onset": {"when": "time >= delay"}}
+    cases = [case(fault, delay=delay) for delay in (0.1, 0.2, 9.0)]
+    active = activity(cases, 10)
+    assert [int(active[:, run, 0].sum()) for run in range(3)] == [8, 6, 0]
+
+
+def test_duration_counts_from_when_the_condition_held() -> None:
+    fault = {**NOMINAL_SILENT, "onset": {"when": "time >= 0.2 s"}, "duration": "0.1 s"}
+    assert np.flatnonzero(activity([case(fault)] * 3, 10)[:, 0, 0]).tolist() == [4, 5]
+
+
+def test_ended_run_has_no_active_fault() -> None:
+    plan = FaultPlan([case(CAMERA_OUT)] * 3, CONTEXT)
+    scene = scene_of(CONTEXT, 5)
+    scene.running[1] = False
+    assert plan.update(scene)[:, 0].tolist() == [True, False, True]
+
+
+def test_no_fault_is_the_identity() -> None:
+    plan = FaultPlan([case()] * 3, CONTEXT)
+    active = plan.update(scene_of(CONTEXT, 0))
+    front, nominal = reading(0.0), command("nominal", 0.0)
+    assert active.shape == (3, 0)
+    assert plan.on_readings({"front": front}, active)["front"] is front
+    assert plan.on_commands([nominal], active)[0] is nominal
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    at=st.floats(0.0, 2.0),
+    duration=st.sampled_from(["0 s", None]),
+    model=st.sampled_from([CAMERA_OUT, NOMINAL_SILENT]),
+)
+def test_zero_duration_and_onset_after_the_end_are_identities(
+    at: float, duration: str | None, model: dict[str, Any]
+) -> None:
+    onset = at if duration == "0 s" else at + 2.0
+    fault = {**model, "onset": {"at": f"{onset} s"}, "duration": duration}
+    plan = FaultPlan([case(fault)] * 3, CONTEXT)
+    for scene in scenes(40):
+        active = plan.update(scene)
+        front, nominal = reading(scene.time), command("nominal", scene.time)
+        assert not active.any()
+        assert plan.on_readings({"front": front}, active)["front"] is front
+        assert plan.on_commands([nominal], active)[0] is nominal
+
+
+def test_only_the_target_is_touched() -> None:
+    plan = FaultPlan([case(CAMERA_OUT, NOMINAL_SILENT)] * 3, CONTEXT)
+    active = np.ones((3, 2), dtype=np.bool_)
+    rear, safety = reading(1.0), command("safety", 1.0)
+    readings = plan.on_readings({"front": reading(1.0), "rear": rear}, active)
+    commands = plan.on_commands([command("nominal", 1.0), safety], active)
+    assert readings["rear"] is rear
+    assert not readings["front"].alive.any()
+    assert commands[1] is safety
+    assert commands[0].status.tolist() == [SILENT] * 3
+
+
+def test_removed_fault_returns_the_signal() -> None:
+    plan = FaultPlan([case(CAMERA_OUT)] * 3, CONTEXT)
+    seen = []
+    for scene in scenes(10):
+        given_reading = reading(scene.time)
+        faulty = plan.on_readings({"front": given_reading}, plan.update(scene))["front"]
+        seen.append(faulty is given_reading)
+    assert seen == [True] * 4 + [False] * 3 + [True] * 3
+
+
+def test_two_faults_of_one_target_are_one_outage() -> None:
+    other = {**CAMERA_OUT, "id": "again", "onset": {"at": "0.3 s"}}
+    plan = FaultPlan([case(CAMERA_OUT, other)] * 3, CONTEXT)
+    alive = [
+        bool(plan.on_readings({"front": reading(s.time)}, plan.update(s))["front"].alive.all())
+        for s in scenes(10)
+    ]
+    assert alive == [True] * 4 + [False] * 5 + [True]
+
+
+def test_unknown_target_is_refused() -> None:
+    with pytest.raises(SpecError, match=r"no sensors\.side"):
+        FaultPlan([case({**CAMERA_OUT, "target": "sensors.side"})] * 3, CONTEXT)
+
+
+def test_different_faults_in_one_batch_are_refused() -> None:
+    with pytest.raises(SpecError, match="different faults"):
+        FaultPlan([case(CAMERA_OUT), case(CAMERA_OUT), case()], CONTEXT)
