@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from adeye.api import plan, replay, results, run
 
-__version__ = "0.1.0"
+from adeye.version import __version__
+
 __all__ = ["__version__", "plan", "replay", "results", "run"]
 
 

@@ -7,7 +7,7 @@ only. Rows beyond a run's length are zero and never read.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -141,7 +141,7 @@ class Trace:
         """Keep some runs, for instance to draw one of them."""
         chosen = np.asarray(runs, dtype=np.int64)
         return Trace(
-            layout=self.layout,
+            layout=replace(self.layout, context=_context_of(self.layout.context, chosen)),
             time=self.time,
             length=self.length[chosen],
             horizon_row=self.horizon_row[chosen],
@@ -150,3 +150,29 @@ class Trace:
             channel_events=tuple(self.channel_events[run] for run in runs),
             case_digests=tuple(self.case_digests[run] for run in runs),
         )
+
+
+def _context_of(context: SceneContext, runs: Ints) -> SceneContext:
+    """Keep the sizes, roads, surroundings and seeds of some runs."""
+    road, around = context.road, context.surroundings
+    return replace(
+        context,
+        object_sizes=context.object_sizes[runs],
+        object_reflectivity=context.object_reflectivity[runs],
+        ego_size=context.ego_size[runs],
+        stream_seeds=context.stream_seeds[runs],
+        road=replace(
+            road,
+            segments=road.segments[runs],
+            lane_width=road.lane_width[runs],
+            shoulder=road.shoulder[runs],
+            speed_limit=road.speed_limit[runs],
+        ),
+        surroundings=replace(
+            around,
+            rain=around.rain[runs],
+            fog_visibility=around.fog_visibility[runs],
+            friction=around.friction[runs],
+            night=around.night[runs],
+        ),
+    )

@@ -8,7 +8,7 @@ import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
-from adeye import __version__
+from adeye.version import __version__
 
 if TYPE_CHECKING:
     from pathlib import Path

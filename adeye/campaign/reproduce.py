@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from adeye import engine
 from adeye.campaign.content import recreate
 from adeye.campaign.work import evaluate, signals_of
+from adeye.engine import identity
+from adeye.engine import run as run_batch
 from adeye.errors import InputError
 from adeye.identity import digest
 from adeye.spec.concept import Concept
@@ -103,7 +104,7 @@ def rerun(repository: Repository, run: RunRef) -> Execution:
         odd["odd"],
         inside_odd=run.inside_odd,
     )
-    trace = engine.run(
+    trace = run_batch(
         [case],
         backend=str(stored.row["backend"]),
         base_dirs={case.architecture.architecture: folder},
@@ -133,7 +134,7 @@ def replay_run(db: str | Path | None, run: str) -> Replayed:
         done = rerun(repository, repository.find_run(run))
     row = done.stored.row
     trace_digest = done.trace.digests()[0]
-    now = engine.identity(str(row["backend"]))
+    now = identity(str(row["backend"]))
     note = ""
     if (row["variant"], row["numerics_version"]) != (now.variant, now.numerics_version):
         note = (

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye import engine
 from adeye.campaign.happenings import events_of
+from adeye.engine import run as run_batch
 from adeye.errors import AdeyeError
 from adeye.evaluation.judge import Evaluation, Judgement, evaluate_trace
 from adeye.evaluation.requirements import CheckedRequirement, compile_requirement
@@ -106,7 +106,7 @@ def _execute(task: BatchTask) -> BatchResult:
     cases = [*task.execute, *(case for case, _, _ in task.judge)]
     if not cases:
         return BatchResult()
-    trace = engine.run(cases, backend=task.context.backend, base_dirs=task.context.folders)
+    trace = run_batch(cases, backend=task.context.backend, base_dirs=task.context.folders)
     evaluation = evaluate(trace, cases, task.context.requirements, task.context.faults)
     runs = tuple(
         describe(trace, run, evaluation, task.context.engines[case.architecture.architecture])

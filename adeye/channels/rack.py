@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from adeye.channels.clock import ClockedChannel
 from adeye.channels.factory import BUILT_IN, make_channel
 from adeye.channels.links import observe
@@ -13,6 +11,7 @@ from adeye.ports import ChannelContext, ControlChannel
 from adeye.sensors.rig import mounts
 from adeye.signals import Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.spec.clock import period_ticks, ticks
+from adeye.world.compile import ego_desired_speeds
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -35,8 +34,9 @@ class ChannelRack:
         """
         architecture = cases[0].architecture
         poses = mounts(cases)
+        self._runs = len(cases)
         kinds = {name: sensor.kind for name, sensor in architecture.sensors.items()}
-        desired = desired_speeds(cases)
+        desired = ego_desired_speeds(cases)
         self._links: dict[str, tuple[str, ...]] = {}
         self._clocked: dict[str, ClockedChannel] = {}
         self._inner: dict[str, ControlChannel] = {}
@@ -75,12 +75,10 @@ class ChannelRack:
     @property
     def events(self) -> list[ChannelEvent | None]:
         """First failure of any channel in each run."""
-        merged: list[ChannelEvent | None] = []
+        merged: list[ChannelEvent | None] = [None] * self._runs
         for channel in self._inner.values():
-            own: list[ChannelEvent | None] = getattr(channel, "events", [])
-            if not merged:
-                merged = list(own)
-            merged = [_earlier(a, b) for a, b in zip(merged, own, strict=True)] if own else merged
+            own = getattr(channel, "events", merged)
+            merged = [_earlier(a, b) for a, b in zip(merged, own, strict=True)]
         return merged
 
     def act(self, scene: Scene, readings: Mapping[str, Measurement]) -> list[ControlCommand]:
@@ -105,16 +103,6 @@ class ChannelRack:
         """Keep what linked channels will see at the next tick: commands after faults, authority."""
         self._commands = {proposal.channel: proposal for proposal in proposals}
         self._authority = Authority(authority.channel.copy(), authority.reason.copy())
-
-
-def desired_speeds(cases: Sequence[TestCase]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Speed that the ego is asked to drive in each run (B,) [m/s]: its own, or its start speed."""
-    speeds = []
-    for case in cases:
-        ego = case.scenario.ego
-        formula = ego.desired_speed if ego.desired_speed is not None else ego.speed
-        speeds.append(float(formula.evaluate(dict(case.parameters))))
-    return np.array(speeds)
 
 
 def _earlier(one: ChannelEvent | None, other: ChannelEvent | None) -> ChannelEvent | None:

@@ -42,7 +42,7 @@ app = typer.Typer(
 
 def _print_version(value: bool) -> None:
     if value:
-        from adeye import __version__
+        from adeye.version import __version__
 
         emit(f"adeye {__version__}")
         raise typer.Exit

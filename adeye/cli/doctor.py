@@ -87,7 +87,7 @@ def check_versions() -> list[Check]:
     """Look up the versions of adeye, Python and every library that it needs."""
     from importlib.metadata import PackageNotFoundError, version
 
-    from adeye import __version__
+    from adeye.version import __version__
 
     checks = [
         Check("adeye", True, __version__),

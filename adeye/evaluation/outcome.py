@@ -5,7 +5,7 @@ None of it says anything about an FSR, but it decides whether and how far an FSR
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -124,38 +124,6 @@ def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
             reason = f"not realised: {', '.join(missing)} did not begin within the horizon"
         reasons.append(reason)
     return tuple(reasons)
-
-
-def run_alone(trace: Trace, run: int) -> Trace:
-    """Keep one run of a trace, with its own sizes, road and surroundings."""
-    chosen = trace.select([run])
-    context = chosen.layout.context
-    if context.runs == 1:
-        return chosen
-    one = slice(run, run + 1)
-    road, around = context.road, context.surroundings
-    context = replace(
-        context,
-        object_sizes=context.object_sizes[one],
-        object_reflectivity=context.object_reflectivity[one],
-        ego_size=context.ego_size[one],
-        stream_seeds=context.stream_seeds[one],
-        road=replace(
-            road,
-            segments=road.segments[one],
-            lane_width=road.lane_width[one],
-            shoulder=road.shoulder[one],
-            speed_limit=road.speed_limit[one],
-        ),
-        surroundings=replace(
-            around,
-            rain=around.rain[one],
-            fog_visibility=around.fog_visibility[one],
-            friction=around.friction[one],
-            night=around.night[one],
-        ),
-    )
-    return replace(chosen, layout=replace(chosen.layout, context=context))
 
 
 def _first(flags: Bools, never: int) -> Ints:

@@ -12,7 +12,7 @@ from adeye.store.rows import ContentRecord
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Table
 
-    from adeye.spec.concept import Concept, MetricBound, Requirement
+    from adeye.spec.concept import Concept, Requirement
 
 CONTENT_TABLES: Final = {
     "odd": tables.odd,
@@ -89,7 +89,6 @@ def _safety_goals(key: str, concept: Concept) -> list[Row]:
 
 
 def _fsr(key: str, item: Requirement) -> Row:
-    measure = item.formula or _bound_text(item.bound)
     return row(
         tables.fsr,
         (
@@ -99,16 +98,17 @@ def _fsr(key: str, item: Requirement) -> Row:
             item.mandatory,
             item.min_exercised,
             item.text,
-            measure,
+            _measure(item),
             item.threshold_source,
             json_text(item.model_dump(mode="json")),
         ),
     )
 
 
-def _bound_text(bound: MetricBound | None) -> str:
+def _measure(item: Requirement) -> str:
+    bound = item.bound
     if bound is None:
-        return ""
+        return item.formula or ""
     if bound.at_most is not None:
         return f"{bound.metric} <= {bound.at_most}"
     return f"{bound.metric} >= {bound.at_least}"

@@ -110,6 +110,19 @@ def test_unseen_track_coasts_and_is_then_forgotten() -> None:
     assert tracks[0, TRACK_HITS] == 0.0
 
 
+def test_object_too_near_to_be_seen_is_kept_while_the_ego_is_slow() -> None:
+    tracks, pose = track(TRUTH, 10), ego_pose()
+    tracks[0, [TRACK_X, TRACK_Y, TRACK_VX]] = 5.0, 0.0, 0.2
+    pose[POSE_SPEED] = 0.0
+    for tick in range(10, 100):
+        predict_tracks(tracks, pose, tick * STEP, STEP, 0.5)
+    assert tracks[0, TRACK_HITS] > 0.0
+    assert tracks[0, TRACK_X] == pytest.approx(5.0, abs=0.15)
+    pose[POSE_SPEED] = 5.0
+    predict_tracks(tracks, pose, 100 * STEP, STEP, 0.5)
+    assert tracks[0, TRACK_HITS] == 0.0
+
+
 def test_tentative_track_is_dropped_sooner_than_a_confirmed_one() -> None:
     tracks = track(TRUTH, 2)
     drop_tentative(tracks, 1 * STEP + 0.25, 3.0)

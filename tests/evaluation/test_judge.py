@@ -10,7 +10,6 @@ import pytest
 
 from adeye.evaluation.judge import Evaluation, judge
 from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.outcome import run_alone
 from adeye.evaluation.requirements import compile_requirement
 from adeye.evaluation.verdict import Verdict
 from adeye.signals import SILENT
@@ -372,5 +371,5 @@ def test_run_is_judged_alone_as_in_a_batch(hand_made: Any) -> None:
     items = [compile_requirement(fsr(formula=TAKEOVER)), compile_requirement(fsr(bound=CLOSE))]
     together = judge(made.trace(), items, np.ones(3, dtype=bool)).judgements
     for run in range(3):
-        alone = judge(run_alone(made.trace(), run), items, np.ones(1, dtype=bool))
+        alone = judge(made.trace().select([run]), items, np.ones(1, dtype=bool))
         assert alone.judgements[0] == together[run]

@@ -12,7 +12,6 @@ from adeye.evaluation.outcome import (
     missing_events,
     obligation_rows,
     outcome,
-    run_alone,
 )
 from adeye.evaluation.verdict import Outcome
 from adeye.trace import ChannelEvent
@@ -20,10 +19,10 @@ from adeye.trace import ChannelEvent
 
 def test_run_alone_keeps_its_own_sizes(hand_made: Any) -> None:
     made = hand_made(runs=3).object("lead", run=1, size=(12.0, 2.5))
-    alone = run_alone(made.trace(), 1)
+    alone = made.trace().select([1])
     assert alone.runs == alone.layout.context.runs == 1
     assert alone.layout.context.object_sizes[0, 0, 0] == 12.0
-    assert run_alone(alone, 0).layout.context.runs == 1
+    assert alone.select([0]).layout.context.runs == 1
 
 
 def begun(made: Any, at: float, *, row: int = -1) -> Any:

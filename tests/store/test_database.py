@@ -2,6 +2,7 @@ import os
 import sqlite3
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -175,3 +176,40 @@ def test_every_cause_has_its_exit_code(name: str, kind: type[Exception]) -> None
         error.sqlite_errorname = name
     with pytest.raises(kind, match="details"), errors_in_words(Path("a.db")):
         raise error
+
+
+def test_connections_of_another_process_are_not_used(database: Database) -> None:
+    with database.read() as before:
+        parents = before.connection.dbapi_connection
+    database._pid = -1
+    with database.read() as after:
+        assert after.connection.dbapi_connection is not parents
+    assert database._pid == os.getpid()
+
+
+class BusyConnection:
+    """Answers that the database is locked, a number of times."""
+
+    def __init__(self, times: int) -> None:
+        self.times = times
+
+    def execute(self, _sql: str) -> sqlite3.Cursor:
+        if self.times > 0:
+            self.times -= 1
+            error = sqlite3.OperationalError("database is locked")
+            error.sqlite_errorname = "SQLITE_BUSY"
+            raise error
+        return sqlite3.connect(":memory:").execute("SELECT 'wal'")
+
+
+def test_first_switch_to_wal_waits_for_the_lock() -> None:
+    connection: Any = BusyConnection(3)
+    database_module._enter_wal(connection)
+    assert connection.times == 0
+
+
+def test_first_switch_to_wal_does_not_wait_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(database_module, "BUSY_TIMEOUT_S", 0.0)
+    connection: Any = BusyConnection(1000)
+    with pytest.raises(sqlite3.OperationalError, match="locked"):
+        database_module._enter_wal(connection)

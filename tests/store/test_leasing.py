@@ -192,6 +192,22 @@ def test_failing_block_is_halved_down_to_the_bad_case(repository: Repository, ex
     assert repository.verify() == ()
 
 
+def test_late_failure_of_a_block_that_failed_before_changes_nothing(
+    repository: Repository, example: Any
+) -> None:
+    plan = repository.plan_campaign(example.record(), example.cases(4), block_size=4)
+    for _ in range(leasing.MAX_FAILURES - 1):
+        block = repository.claim_block(campaign=plan.campaign)
+        assert block is not None
+        assert repository.fail_block(block, "worker died") == "pending"
+    late = repository.claim_block(lease_s=-1.0, campaign=plan.campaign)
+    assert late is not None
+    again = repository.claim_block(campaign=plan.campaign)
+    assert again is not None
+    assert repository.fail_block(late, "worker died") is None
+    assert repository.complete_block(again, example.runs(again))
+
+
 def claim_all(path: Path, outbox: "multiprocessing.Queue[list[int]]") -> None:
     found: list[int] = []
     with Repository.open(path) as repository:

@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -52,6 +53,17 @@ def test_without_proc_the_pid_alone_tells(monkeypatch: pytest.MonkeyPatch, tmp_p
     child.kill()
     child.communicate()
     assert [there.is_dead] == [True]
+
+
+def test_without_proc_the_process_of_another_user_is_alive(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def forbid(_pid: int, _signal: int) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(owner_module, "_PROC", tmp_path / "none")
+    monkeypatch.setattr(os, "kill", forbid)
+    assert not Owner.current().is_dead
 
 
 def _started(pid: int) -> str:

@@ -11,12 +11,14 @@ from adeye.store.rows import MetricValue
 COMFORT = {"sway_m": MetricValue(0.5, "value", 2.0), "nausea": MetricValue(None, "undefined")}
 
 
-def complete(repository: Repository, example: Any, metrics: Any, *, plugin: str = "comfort") -> str:
+def complete(
+    repository: Repository, example: Any, metrics: Any, *, plugin: str = "comfort", **changes: Any
+) -> str:
     """Complete a campaign whose runs, new or judged again, carry metrics of a plug-in."""
     plan = repository.plan_campaign(example.record(), example.cases(2))
     block = repository.claim_block(campaign=plan.campaign)
     assert block is not None
-    runs = [example.run(case, plugin_metrics={plugin: metrics}) for case in block.cases]
+    runs = [example.run(case, plugin_metrics={plugin: metrics}, **changes) for case in block.cases]
     assert repository.complete_block(block, runs)
     return str(runs[0].result_digest)
 
@@ -57,6 +59,18 @@ def test_same_metrics_again_are_kept_once_and_others_are_an_error(
     changed = {**COMFORT, "sway_m": replace(COMFORT["sway_m"], value=0.6)}
     with pytest.raises(IntegrityError, match="measured something else"):
         complete(repository, example, changed)
+
+
+def test_machine_dependent_result_keeps_its_first_metrics(
+    repository: Repository, example: Any
+) -> None:
+    complete(repository, example, COMFORT, is_machine_dependent=True)
+    example.thresholds["FSR1"] = "3 m"
+    changed = {**COMFORT, "sway_m": replace(COMFORT["sway_m"], value=0.6)}
+    result = complete(repository, example, changed, trace_digest="f" * 32)
+    stored = repository.run_row(result)
+    assert stored is not None
+    assert list(stored.plugin_metrics.values()) == [COMFORT]
 
 
 def test_rows_of_plugins_are_protected_and_verified(

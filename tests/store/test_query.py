@@ -2,12 +2,12 @@ import sqlite3
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
 from adeye.errors import AdeyeError, InputError, PlatformError
-from adeye.store.query import run_query
+from adeye.store.query import _Guard, run_query
 from adeye.store.repository import Repository
 
 ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
@@ -212,6 +212,22 @@ def test_path_with_marks_of_a_url_is_only_a_path(tmp_path: Path, example: Any) -
         example.campaign(repository, 1)
     assert run_query(path, "SELECT count(*) FROM run").rows == ((1,),)
     assert {item.name.partition(".db")[0] for item in tmp_path.iterdir()} == {"a b?mode=rwc#50%"}
+
+
+class Configurable(sqlite3.Connection):
+    """A connection as Python 3.12 has it."""
+
+    settings: ClassVar[list[tuple[int, bool]]] = []
+
+    def setconfig(self, setting: int, enable: bool = True, /) -> None:  # noqa: FBT001, FBT002
+        self.settings.append((setting, enable))
+
+
+def test_connection_is_defensive_where_python_can_ask_for_it() -> None:
+    connection = sqlite3.connect(":memory:", factory=Configurable)
+    _Guard(1.0).close_in(connection)
+    assert Configurable.settings == [(1010, True)]
+    connection.close()
 
 
 def test_hostile_view_in_the_database_gains_nothing(path: Path, raw: sqlite3.Connection) -> None:

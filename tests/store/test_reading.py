@@ -97,6 +97,11 @@ def test_run_name_that_is_no_prefix_is_refused(
         repository.find_run(name)
 
 
+def test_ordinal_beyond_the_plan_is_an_input_error(repository: Repository, campaign: str) -> None:
+    with pytest.raises(InputError, match="run '99999'"):
+        repository.find_run("99999", campaign=campaign)
+
+
 def test_run_of_another_campaign_is_not_found(
     repository: Repository, example: Any, campaign: str
 ) -> None:

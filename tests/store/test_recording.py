@@ -59,6 +59,17 @@ def test_two_different_traces_in_one_block_are_an_integrity_error(
     assert repository.info().rows["run"] == 0
 
 
+def test_first_of_two_machine_dependent_results_in_one_block_is_kept(
+    repository: Repository, example: Any
+) -> None:
+    block = claimed(repository, example, 1)
+    run = example.run(block.cases[0], is_machine_dependent=True)
+    assert repository.complete_block(block, [run, replace(run, trace_digest="f" * 32)])
+    stored = repository.run_row(run.result_digest)
+    assert stored is not None
+    assert stored.trace_digest == run.trace_digest
+
+
 def test_same_result_again_is_kept_once(repository: Repository, example: Any) -> None:
     example.campaign(repository, 4)
     example.thresholds["FSR1"] = "3 m"

@@ -91,6 +91,18 @@ def test_older_database_is_refused_until_it_is_upgraded(
         Repository.open(path)
 
 
+def test_older_database_is_upgraded_by_its_migrations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.db"
+    schema.upgrade(path)
+    migrated: list[Any] = []
+    monkeypatch.setattr(schema, "_HEAD", "0002")
+    monkeypatch.setattr(schema, "_migrate", migrated.append)
+    schema.upgrade(path)
+    assert len(migrated) == 1
+
+
 def test_database_of_someone_else_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "a.db"
     connection = sqlite3.connect(path)

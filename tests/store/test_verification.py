@@ -138,7 +138,7 @@ def test_text_that_is_not_unicode_is_a_finding_not_a_crash(
     assert campaign
     with tampering(raw):
         raw.execute("UPDATE event SET text = CAST(x'ff41' AS TEXT) WHERE seq = 0")
-        raw.execute("UPDATE run SET end_reason = x'ff41'")
+        raw.execute("UPDATE run SET end_reason = x'ff41', variant = x'ff41'")
     named = {item.table for item in repository.verify()}
     assert named >= {"event", "run"}
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 import numpy as np
 
 from adeye.errors import UsageError
-from adeye.evaluation.outcome import run_alone
 from adeye.evaluation.series import Samples, TraceSeries
 from adeye.evaluation.stl.series import SampleStatus
 from adeye.ports import MetricColumn
@@ -194,7 +193,7 @@ def _one_by_one(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
     runs = series.trace.runs
     if runs == 1:
         return MetricColumn(np.array([np.nan]), (ERROR,), np.array([np.nan]), (-1,))
-    alone = [_checked(metric, TraceSeries(run_alone(series.trace, run))) for run in range(runs)]
+    alone = [_checked(metric, TraceSeries(series.trace.select([run]))) for run in range(runs)]
     return MetricColumn(
         np.concatenate([column.value for column in alone]),
         tuple(column.status[0] for column in alone),

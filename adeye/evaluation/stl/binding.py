@@ -11,6 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+import numpy as np
+
 from adeye.evaluation.stl.predicates import predicate_margins, term_values
 from adeye.evaluation.stl.semantics import (
     TRUTH_HIGH,
@@ -182,13 +184,20 @@ class _Search:
 
     def _temporal(self, node: Temporal, place: _Place, *, is_start: bool) -> _Place:
         rows = self._rows(node, place, is_start=is_start)
-        choose = min if node.operator == "always" else max
-        obligations = is_start and node.window is None
-        places = (
-            _Place(node.operand, row, place.bound, row if obligations else place.obligation)
-            for row in rows
-        )
-        return choose(places, key=self._key)
+        # One look at all rows: a key per row would evaluate the operand as often.
+        state = self._semantics.at_every_row(node.operand)[:, 0]
+        known = slice(rows.start, min(rows.stop, self._length))
+        truth = (state[TRUTH_LOW] + state[TRUTH_HIGH])[known]
+        value = state[place.bound][known]
+        if rows.stop > self._length:
+            truth = np.append(truth, UNKNOWN[TRUTH_LOW] + UNKNOWN[TRUTH_HIGH])
+            value = np.append(value, UNKNOWN[place.bound])
+        sign = 1.0 if node.operator == "always" else -1.0
+        truth, value = sign * truth, sign * value
+        decisive = np.flatnonzero(truth == truth.min())
+        row = rows.start + int(decisive[value[decisive].argmin()])
+        obligation = row if is_start and node.window is None else place.obligation
+        return _Place(node.operand, row, place.bound, obligation)
 
     def _until(self, node: Until, place: _Place, *, is_start: bool) -> _Place:
         rows = self._rows(node, place, is_start=is_start)

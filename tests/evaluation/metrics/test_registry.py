@@ -11,7 +11,6 @@ import pytest
 from adeye.errors import UsageError
 from adeye.evaluation.metrics import METRICS, compute_metrics, register_metric
 from adeye.evaluation.metrics.registry import STATUSES
-from adeye.evaluation.outcome import run_alone
 from adeye.evaluation.stl.check import unit_exponents
 from adeye.ports import MetricColumn
 from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
@@ -78,7 +77,7 @@ def test_run_alone_has_the_metrics_that_it_has_in_a_batch(hand_made: Any) -> Non
     trace = made.trace()
     together = compute_metrics(trace)
     for run in range(3):
-        for name, column in compute_metrics(run_alone(trace, run)).items():
+        for name, column in compute_metrics(trace.select([run])).items():
             np.testing.assert_array_equal(column.value[0], together[name].value[run])
             assert column.status[0] == together[name].status[run]
             assert column.actor[0] == together[name].actor[run]

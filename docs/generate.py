@@ -1,0 +1,279 @@
+"""Write the generated references of ``docs/reference``; ``--check`` fails when one is stale.
+
+    python docs/generate.py            write
+    python docs/generate.py --check    compare
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Any, Final
+
+REFERENCE: Final = Path(__file__).resolve().parent / "reference"
+ROOT: Final = REFERENCE.parent.parent
+NOTE: Final = "<!-- Made by docs/generate.py; do not edit. -->"
+
+sys.path.insert(0, str(ROOT))
+
+
+def table(headers: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Write a Markdown table."""
+    lines = [headers, ["---"] * len(headers), *rows]
+    return "\n".join(f"| {' | '.join(_cell(item) for item in line)} |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def _page(title: str, lead: str, *parts: str) -> str:
+    return "\n\n".join([NOTE, f"# {title}", lead, *parts]) + "\n"
+
+
+# --- command line ---------------------------------------------------------------------------------
+
+
+def commands() -> dict[str, Any]:
+    """List every command by the words that call it, such as ``db info``."""
+    import typer
+
+    from adeye.cli.app import app
+
+    return dict(_commands(typer.main.get_command(app), ""))
+
+
+def _commands(group: Any, prefix: str) -> Iterator[tuple[str, Any]]:
+    for name, command in group.commands.items():
+        words = f"{prefix} {name}".strip()
+        if hasattr(command, "commands"):
+            yield from _commands(command, words)
+        else:
+            yield words, command
+
+
+def cli_page() -> str:
+    """Write the reference of the command line."""
+    parts = [_command(words, command) for words, command in commands().items()]
+    lead = (
+        "Results go to standard output, everything else to standard error. Each option is also an "
+        "environment variable; the command line wins. `--debug` (`ADEYE_DEBUG`) before the verb "
+        "prints tracebacks. Exit codes are listed in the [README](../../README.md#exit-codes)."
+    )
+    return _page("Command line", lead, *parts)
+
+
+def _command(words: str, command: Any) -> str:
+    options = [item for item in command.params if item.param_type_name == "option"]
+    arguments = [item for item in command.params if item.param_type_name == "argument"]
+    names = [_argument(item) for item in arguments]
+    parts = [f"## adeye {words}", f"`{' '.join(['adeye', words, *names, '[OPTIONS]'])}`"]
+    parts.append("\n\n".join(" ".join(text.split()) for text in command.help.split("\n\n")))
+    if arguments:
+        rows = [[f"`{_argument(item)}`", item.help or ""] for item in arguments]
+        parts.append(table(["Argument", "Meaning"], rows))
+    shown = [item for item in options if item.name != "help"]
+    if shown:
+        rows = [[_option(item), _default(item), _variable(item), item.help] for item in shown]
+        parts.append(table(["Option", "Default", "Variable", "Meaning"], rows))
+    examples = [line.strip() for line in (command.epilog or "").splitlines()[1:]]
+    if examples:
+        parts.append("\n".join(["```sh", *examples, "```"]))
+    return "\n\n".join(parts)
+
+
+def _argument(item: Any) -> str:
+    return str(item.metavar or item.name.upper())
+
+
+def _option(item: Any) -> str:
+    value = f" {item.metavar}" if item.metavar else ""
+    if isinstance(item.default, Enum):
+        value = " " + "\\|".join(str(word.value) for word in type(item.default))
+    return f"`{', '.join(item.opts)}{value}`".replace("\\|", "/")
+
+
+def _default(item: Any) -> str:
+    default = item.default.value if isinstance(item.default, Enum) else item.default
+    return "" if default in (None, False, ()) else f"`{default}`"
+
+
+def _variable(item: Any) -> str:
+    return f"`{item.envvar}`" if item.envvar else ""
+
+
+# --- metrics --------------------------------------------------------------------------------------
+
+
+def metrics_page() -> str:
+    """Write the table of metrics and of metric series."""
+    from adeye.evaluation.metrics import METRICS
+    from adeye.evaluation.series import SERIES
+
+    metrics = [
+        [
+            f"`{item.column}`",
+            _unit(item.unit),
+            item.worse,
+            item.text,
+            "" if item.cap is None else f"{item.cap:g}",
+            item.source,
+            f"`{item.uid}`",
+        ]
+        for item in METRICS.values()
+        if item.uid.startswith("adeye:")
+    ]
+    series = [
+        [
+            f"`{item.name}`",
+            _unit(item.type.unit),
+            item.worse,
+            item.type.text,
+            "" if item.type.cap is None else f"{item.type.cap:g}",
+            item.source,
+            f"`{item.uid}`",
+        ]
+        for item in SERIES.values()
+    ]
+    return _page(
+        "Metrics",
+        "One number per run over the horizon and the tail, with its status, its time and its "
+        "actor. *Worse* is the direction of danger. *Cap* is the margin that \"no conflict\" counts "
+        "with. How they are used is in the [guide](../guide/metrics.md).",
+        table(["Metric", "Unit", "Worse", "Meaning", "Cap", "Source", "Definition"], metrics),
+        "## Metric series",
+        "The same quantities at every row of a run; a formula names them like any other signal.",
+        table(["Series", "Unit", "Worse", "Meaning", "Cap", "Source", "Definition"], series),
+    )
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else unit
+
+
+# --- signals --------------------------------------------------------------------------------------
+
+
+def signals_page() -> str:
+    """Write the dictionary of signals, with placeholders for the names that users choose."""
+    from adeye.evaluation.series import series_signals
+    from adeye.signals import architecture_signals, scene_signals
+
+    scene = scene_signals(("ACTOR",), 1)
+    scene["ego.lane"] = type(scene["ego.lane"])(
+        "1", 1.0, "number", "lane, 0 at the right; -1 off the lanes"
+    )
+    parts = {
+        "Scene": scene,
+        "Sensors, channels, switch, monitors and faults": architecture_signals(
+            ("SENSOR",), ("CHANNEL",), ("MONITOR",), ("FAULT",), ("ACTOR",)
+        ),
+        "Metric series": series_signals(),
+    }
+    return _page(
+        "Signals",
+        "What a formula may name. Words in capitals stand for ids of your files; "
+        "`adeye signals ODD` lists the signals of an ODD by their real names. *Scale* is how much "
+        "of the signal is one unit of robustness.",
+        *(f"## {title}\n\n{_signals(found)}" for title, found in parts.items()),
+    )
+
+
+def _signals(found: Mapping[str, Any]) -> str:
+    rows = [
+        [
+            f"`{name}`",
+            _unit(kind.unit),
+            kind.kind,
+            f"{kind.scale:g}" if kind.kind == "number" else "",
+            kind.text + (f": {', '.join(f'`{word}`' for word in kind.labels)}" * bool(kind.labels)),
+        ]
+        for name, kind in found.items()
+    ]
+    return table(["Signal", "Unit", "Kind", "Scale", "Meaning"], rows)
+
+
+# --- database -------------------------------------------------------------------------------------
+
+
+def database_page() -> str:
+    """Write the columns of every view and table of a new database."""
+    from adeye.store import schema
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "new.db"
+        schema.upgrade(path)
+        connection = sqlite3.connect(path)
+        try:
+            found = connection.execute(
+                "SELECT type, name FROM sqlite_master WHERE type IN ('table', 'view') "
+                "AND name NOT LIKE 'sqlite%' AND name <> 'alembic_version' ORDER BY name"
+            ).fetchall()
+            columns = {
+                name: connection.execute(f"PRAGMA table_info({name})").fetchall()
+                for _, name in found
+            }
+        finally:
+            connection.close()
+    parts = []
+    for kind, title in (("view", "Views"), ("table", "Tables")):
+        rows = [[f"`{name}`", _columns(columns[name])] for type_, name in found if type_ == kind]
+        parts.append(f"## {title}\n\n{table([title[:-1], 'Columns'], rows)}")
+    return _page(
+        "Database",
+        "Columns as SQLite lists them. Views are the stable interface; `v_runs_<scenario>` is made "
+        "when a plan with the scenario is stored and has one column per parameter. "
+        "`_status`, `_time_s` and `_actor` belong to the metric before them. What they mean is in "
+        "the [guide](../guide/results-and-sql.md).",
+        *parts,
+    )
+
+
+def _columns(found: Sequence[Sequence[Any]]) -> str:
+    from adeye.store.tables import METRIC_IDS
+
+    names = [str(item[1]) for item in found]
+    parts = {f"{metric}{end}" for metric in METRIC_IDS for end in ("_status", "_time_s", "_actor")}
+    shown = [name for name in names if name not in parts]
+    return ", ".join(
+        f"`{name}`" + (" (and 3)" if f"{name}_status" in names else "") for name in shown
+    )
+
+
+PAGES: Final[Mapping[str, Callable[[], str]]] = {
+    "cli.md": cli_page,
+    "metrics.md": metrics_page,
+    "signals.md": signals_page,
+    "database.md": database_page,
+}
+"""Generated pages by file name."""
+
+
+def stale() -> list[str]:
+    """List the generated pages that are not what the code says now."""
+    return [
+        name
+        for name, page in PAGES.items()
+        if not (REFERENCE / name).is_file() or (REFERENCE / name).read_text("utf-8") != page()
+    ]
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Write or check the pages; returns the exit code."""
+    if "--check" in arguments:
+        old = stale()
+        for name in old:
+            sys.stderr.write(f"docs/reference/{name} is stale; run python docs/generate.py\n")
+        return 1 if old else 0
+    REFERENCE.mkdir(parents=True, exist_ok=True)
+    for name, page in PAGES.items():
+        (REFERENCE / name).write_text(page(), "utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

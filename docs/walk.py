@@ -1,0 +1,246 @@
+"""Execute the console blocks of pages in a scratch project; compare what they print, or renew it.
+
+    python docs/walk.py README.md docs/guide/*.md             compare
+    python docs/walk.py --update README.md docs/guide/*.md    write what was printed into the pages
+
+In a block, a line that begins with ``$`` is a command, ``>`` continues it, and what follows is its
+output. A line ``…`` stands for lines left out. Pages are walked in the order given, in one project
+that begins as a copy of ``odd/`` and ``scenarios_db/``. Digests, dates and versions are compared as
+digests, dates and versions, everything else character by character.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+COPIED = ("odd", "scenarios_db")
+LEFT_OUT = "…"
+TIMEOUT_S = 600.0
+
+_BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_MARK = "\x1e"
+_MASKS = (
+    (re.compile(r"\b[0-9a-f]{10,64}\b"), "#"),
+    (re.compile(r"\d{4}-\d\d-\d\dT[\d:.]+(?:\+00:00)?"), "DATE"),
+    (re.compile(r"highway-env-[\d.]+"), "highway-env"),
+    (re.compile(r"\b\d+(?:\.\d+)? [kM]B\b"), "SIZE"),
+)
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command with the output that the page shows.
+
+    Attributes:
+        lines: As written, without the prompt.
+        shown: Lines of output on the page.
+        printed: Lines that it printed when it was executed.
+    """
+
+    lines: tuple[str, ...]
+    shown: tuple[str, ...]
+    printed: tuple[str, ...] = field(default=())
+
+    @property
+    def text(self) -> str:
+        """What the shell is given."""
+        return "\n".join(self.lines)
+
+    def differs(self) -> str:
+        """Say how the printed lines differ from the shown ones; empty if they do not."""
+        rest = [_masked(line) for line in self.printed]
+        parts = [[_masked(line) for line in part] for part in _parts(self.shown)]
+        for number, part in enumerate(parts):
+            is_last = number == len(parts) - 1
+            places = range(len(rest) - len(part) + 1)
+            if number == 0:
+                places = places[:1]
+            if is_last:
+                places = places[-1:] if number else places[: int(len(rest) == len(part))]
+            place = next((k for k in places if rest[k : k + len(part)] == part), None)
+            if place is None:
+                printed = "\n".join(self.printed)
+                return f"$ {self.text}\nis shown with\n{_joined(part)}\nbut printed\n{printed}"
+            rest = rest[place + len(part) :]
+        return ""
+
+    def renewed(self) -> Iterator[str]:
+        """Write the command with what it printed, leaving out as many lines as before."""
+        yield f"$ {self.lines[0]}"
+        yield from (f"> {line}" for line in self.lines[1:])
+        parts = _parts(self.shown)
+        if len(parts) == 1 or sum(map(len, parts)) >= len(self.printed):
+            yield from self.printed
+            return
+        yield from self.printed[: len(parts[0])]
+        yield LEFT_OUT
+        yield from self.printed[len(self.printed) - len(parts[-1]) :]
+
+
+def commands_of(text: str) -> list[list[Command]]:
+    """Read the console blocks of a page."""
+    return [_commands(match[1].splitlines()) for match in _BLOCK.finditer(text)]
+
+
+def _commands(lines: Sequence[str]) -> list[Command]:
+    found: list[tuple[list[str], list[str]]] = []
+    for line in lines:
+        if line.startswith("$ "):
+            found.append(([line[2:]], []))
+        elif line.startswith("> ") and found and not found[-1][1]:
+            found[-1][0].append(line[2:])
+        elif found:
+            found[-1][1].append(line.rstrip())
+        else:
+            msg = f"a console block begins with {line!r}, not with a command"
+            raise ValueError(msg)
+    return [Command(tuple(command), tuple(shown)) for command, shown in found]
+
+
+def _parts(shown: Sequence[str]) -> list[list[str]]:
+    parts: list[list[str]] = [[]]
+    for line in shown:
+        if line == LEFT_OUT:
+            parts.append([])
+        else:
+            parts[-1].append(line)
+    return parts
+
+
+def _masked(line: str) -> str:
+    for pattern, word in _MASKS:
+        line = pattern.sub(word, line)
+    return line.rstrip()
+
+
+def _joined(lines: Sequence[str]) -> str:
+    return "\n".join(lines)
+
+
+class Walk:
+    """A scratch project with ``adeye`` on its path."""
+
+    def __init__(self, folder: Path) -> None:
+        """Make the project.
+
+        Args:
+            folder: An empty folder.
+        """
+        self.project = folder / "project"
+        for name in COPIED:
+            shutil.copytree(ROOT / name, self.project / name)
+        self._bin = folder / "bin"
+        self._bin.mkdir()
+        program = self._bin / "adeye"
+        program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m adeye "$@"\n')
+        program.chmod(0o755)
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """What the commands see: no settings of the caller, no colours, lines of any length."""
+        kept = {
+            name: value
+            for name, value in os.environ.items()
+            if not name.startswith("ADEYE_") and name not in {"COLUMNS", "PYTHONPATH"}
+        }
+        return kept | {
+            "PATH": f"{self._bin}{os.pathsep}{kept.get('PATH', '')}",
+            "PYTHONPATH": str(ROOT),
+            "TERM": "dumb",
+            "NO_COLOR": "1",
+        }
+
+    def execute(self, blocks: Sequence[Sequence[Command]]) -> list[list[Command]]:
+        """Execute the blocks of one page in one shell and return them with what they printed."""
+        flat = [command for block in blocks for command in block]
+        # Each command sees the exit status of the one before.
+        script = "".join(
+            f"__code=$?; printf '{_MARK}\\n'; (exit $__code)\n{command.text}\n" for command in flat
+        )
+        done = subprocess.run(  # noqa: S603 - our own pages
+            ["/bin/bash"],
+            input=script,
+            capture_output=True,
+            text=True,
+            cwd=self.project,
+            env=self.environment,
+            timeout=TIMEOUT_S,
+            check=False,
+        )
+        pieces = done.stdout.split(f"{_MARK}\n")[1:]
+        if len(pieces) != len(flat):
+            msg = f"{len(flat)} commands printed {len(pieces)} outputs:\n{done.stderr}"
+            raise RuntimeError(msg)
+        printed = iter(pieces)
+        return [
+            [
+                replace(item, printed=tuple(x.rstrip() for x in next(printed).splitlines()))
+                for item in block
+            ]
+            for block in blocks
+        ]
+
+    def python(self, source: str) -> str:
+        """Execute a Python block in the project and return what it printed."""
+        done = subprocess.run(  # noqa: S603 - our own pages
+            [sys.executable, "-W", "error", "-"],
+            input=source,
+            capture_output=True,
+            text=True,
+            cwd=self.project,
+            env=self.environment,
+            timeout=TIMEOUT_S,
+            check=False,
+        )
+        if done.returncode:
+            msg = f"the block ended with {done.returncode}:\n{source}\n{done.stderr}"
+            raise RuntimeError(msg)
+        return done.stdout
+
+
+def renewed(text: str, blocks: Sequence[Sequence[Command]]) -> str:
+    """Write a page with what its commands printed."""
+    made = iter(blocks)
+
+    def block(_: re.Match[str]) -> str:
+        lines = [line for command in next(made) for line in command.renewed()]
+        return "\n".join(["```console", *lines, "```"])
+
+    return _BLOCK.sub(block, text)
+
+
+def walk(pages: Sequence[Path], folder: Path) -> Mapping[Path, list[list[Command]]]:
+    """Execute the console blocks of pages, one after the other, in one project."""
+    scratch = Walk(folder)
+    return {page: scratch.execute(commands_of(page.read_text("utf-8"))) for page in pages}
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Compare or renew pages; returns the exit code."""
+    pages = [Path(name) for name in arguments if not name.startswith("-")]
+    with tempfile.TemporaryDirectory(prefix="adeye-walk-") as folder:
+        walked = walk(pages, Path(folder))
+    code = 0
+    for page, blocks in walked.items():
+        if "--update" in arguments:
+            page.write_text(renewed(page.read_text("utf-8"), blocks), "utf-8")
+            continue
+        for difference in (command.differs() for block in blocks for command in block):
+            if difference:
+                sys.stderr.write(f"{page}: {difference}\n")
+                code = 1
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
