@@ -169,7 +169,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     sys.modules[label] = module
     try:
         exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[label]
         raise _import_error(name, str(path), error) from error
     return module
@@ -185,7 +185,7 @@ def _from_module(name: str, source: str, attribute: str) -> Part:
             f"{name}: there is no module {error.name!r}",
             remedy="Install its package, or name a file as ./file.py:Class.",
         ) from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise _import_error(name, source, error) from error
     digest = _module_digest(name, module)
     known = _CACHE.get((source, attribute, digest))

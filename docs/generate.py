@@ -1,4 +1,4 @@
-"""Write the generated references of ``docs/reference``; ``--check`` fails when one is stale.
+"""Write ``docs/reference`` and the README's status table; ``--check`` fails when one is stale.
 
     python docs/generate.py            write
     python docs/generate.py --check    compare
@@ -253,12 +253,73 @@ PAGES: Final[Mapping[str, Callable[[], str]]] = {
 """Generated pages by file name."""
 
 
+# --- status of the capabilities -------------------------------------------------------------------
+
+README: Final = ROOT / "README.md"
+NOTES: Final = {
+    "R1": "worlds and scenarios from YAML; no OpenSCENARIO, OpenDRIVE, OpenStreetMap, CommonRoad",
+    "R2": "one command runs every scenario of an ODD and resumes; parametric roads, no maps",
+    "R3": "`adeye run` and `adeye.run` take the same file",
+    "R4": "a nominal and a safety channel in the package, replaceable by name",
+    "R5": "channels, sensors and metrics of others by name; no faults, no executors",
+    "R6": "bicycle with actuator lag and friction circle, occlusion, weather; no other road physics",
+    "R7": "by dotted path",
+    "R8": "camera, radar and lidar as object lists; no GNSS, IMU or ultrasonic model",
+    "R9": "to linked channels and to the trace; no export",
+    "R10": "closed loop at every tick of the master clock",
+    "R11": "scripted actors of every kind, reactive vehicles; pedestrians are scripted only",
+    "R12": "shadow commands of every channel, recorded with tracks and monitors",
+    "R13": "fixed priority with debounce, latch and staleness watchdog",
+    "R14": "acceleration and steering angle, checked for every channel",
+    "R15": "by channel id in trace and signals",
+    "R16": "a second name",
+    "R17": "parametric roads, `extends:` and overrides; no map editor",
+    "R18": "a scenario cannot name a sensor or a channel",
+    "R19": "the `links` of a channel; a design over whole link lists is not there",
+    "R20": "sensor drop-out and silent channel; no faults of links, actuators or switch",
+    "R21": "the `faults` of an ODD, with their axes",
+    "R22": "nothing yet",
+    "R23": "pure Python, no GPU; equal bits across processors are intended, and not shown",
+}
+"""What is there of each capability and what is missing, beside its proof."""
+
+_BEGIN: Final = "<!-- capabilities -->\n"
+_END: Final = "<!-- /capabilities -->\n"
+
+
+def readme() -> str:
+    """Write the README with the status of every capability as the program tells it."""
+    from adeye.cli.capabilities import CAPABILITIES
+
+    rows = [
+        [item.id, item.text, item.status.value, NOTES[item.id], _proof(item.proof)]
+        for item in CAPABILITIES
+    ]
+    made = table(["", "Capability", "Status", "What is there", "Proof"], rows)
+    text = README.read_text("utf-8")
+    head, _, rest = text.partition(_BEGIN)
+    _, _, tail = rest.partition(_END)
+    return f"{head}{_BEGIN}\n{made}\n\n{_END}{tail}"
+
+
+def _proof(path: str) -> str:
+    return f"[{Path(path).name}]({path})" if path else ""
+
+
+# --- all of them ----------------------------------------------------------------------------------
+
+
+def pages() -> dict[Path, str]:
+    """Make every generated page, by file."""
+    return {REFERENCE / name: page() for name, page in PAGES.items()} | {README: readme()}
+
+
 def stale() -> list[str]:
     """List the generated pages that are not what the code says now."""
     return [
-        name
-        for name, page in PAGES.items()
-        if not (REFERENCE / name).is_file() or (REFERENCE / name).read_text("utf-8") != page()
+        path.relative_to(ROOT).as_posix()
+        for path, text in pages().items()
+        if not path.is_file() or path.read_text("utf-8") != text
     ]
 
 
@@ -267,11 +328,11 @@ def main(arguments: Sequence[str]) -> int:
     if "--check" in arguments:
         old = stale()
         for name in old:
-            sys.stderr.write(f"docs/reference/{name} is stale; run python docs/generate.py\n")
+            sys.stderr.write(f"{name} is stale; run python docs/generate.py\n")
         return 1 if old else 0
     REFERENCE.mkdir(parents=True, exist_ok=True)
-    for name, page in PAGES.items():
-        (REFERENCE / name).write_text(page(), "utf-8")
+    for path, text in pages().items():
+        path.write_text(text, "utf-8")
     return 0
 
 

@@ -3,10 +3,14 @@
     python docs/walk.py README.md docs/guide/*.md             compare
     python docs/walk.py --update README.md docs/guide/*.md    write what was printed into the pages
 
-In a block, a line that begins with ``$`` is a command, ``>`` continues it, and what follows is its
-output. A line ``…`` stands for lines left out. Pages are walked in the order given, in one project
-that begins as a copy of ``odd/`` and ``scenarios_db/``. Digests, dates and versions are compared as
-digests, dates and versions, everything else character by character.
+In a console block, a line that begins with ``$`` is a command, ``>`` continues it, and what follows
+is its output. A line ``…`` stands for lines left out. A Python block is executed, too, and a text
+block right after it is what it prints. A block after ``<!-- file PATH -->`` is that file.
+
+Pages are walked in the order given, in one project that begins as a copy of ``odd/`` and
+``scenarios_db/``. Of a page, first the files are written, then the console blocks are executed, then
+the Python blocks. Digests, dates, sizes and versions of highway-env are not compared, everything else
+character by character.
 """
 
 from __future__ import annotations
@@ -28,6 +32,10 @@ LEFT_OUT = "…"
 TIMEOUT_S = 600.0
 
 _BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_FILE = re.compile(r"^<!-- file (\S+) -->\n```\w+\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_PYTHON = re.compile(
+    r"^```python\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", re.MULTILINE | re.DOTALL
+)
 _MARK = "\x1e"
 _MASKS = (
     (re.compile(r"\b[0-9a-f]{10,64}\b"), "#"),
@@ -190,6 +198,13 @@ class Walk:
             for block in blocks
         ]
 
+    def write(self, files: Mapping[str, str]) -> None:
+        """Write files into the project."""
+        for name, content in files.items():
+            path = self.project / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content, "utf-8")
+
     def python(self, source: str) -> str:
         """Execute a Python block in the project and return what it printed."""
         done = subprocess.run(  # noqa: S603 - our own pages
@@ -208,21 +223,78 @@ class Walk:
         return done.stdout
 
 
-def renewed(text: str, blocks: Sequence[Sequence[Command]]) -> str:
-    """Write a page with what its commands printed."""
-    made = iter(blocks)
+@dataclass(frozen=True)
+class Walked:
+    """A page with what its blocks printed.
 
-    def block(_: re.Match[str]) -> str:
-        lines = [line for command in next(made) for line in command.renewed()]
-        return "\n".join(["```console", *lines, "```"])
+    Attributes:
+        page: Its file.
+        blocks: Console blocks.
+        scripts: Python blocks.
+    """
 
-    return _BLOCK.sub(block, text)
+    page: Path
+    blocks: Sequence[Sequence[Command]]
+    scripts: Sequence[Command]
+
+    def differences(self) -> Iterator[str]:
+        """Say where the page shows what was not printed."""
+        for command in (*(item for block in self.blocks for item in block), *self.scripts):
+            difference = command.differs()
+            if difference:
+                yield difference
+
+    def renewed(self) -> str:
+        """Write the page with what was printed."""
+        blocks, scripts = iter(self.blocks), iter(self.scripts)
+
+        def console(_: re.Match[str]) -> str:
+            lines = [line for command in next(blocks) for line in command.renewed()]
+            return _joined(["```console", *lines, "```"])
+
+        def python(match: re.Match[str]) -> str:
+            if _is_file(match):
+                return match[0]
+            script = next(scripts)
+            shown = [] if match[2] is None else ["", "```text", *script.printed, "```"]
+            return _joined(["```python", *script.lines, "```", *shown])
+
+        text = self.page.read_text("utf-8")
+        return _PYTHON.sub(python, _BLOCK.sub(console, text))
 
 
-def walk(pages: Sequence[Path], folder: Path) -> Mapping[Path, list[list[Command]]]:
-    """Execute the console blocks of pages, one after the other, in one project."""
+def files_of(text: str) -> dict[str, str]:
+    """Read the files that a page writes, by path."""
+    return {match[1]: match[2] for match in _FILE.finditer(text)}
+
+
+def scripts_of(text: str) -> list[Command]:
+    """Read the Python blocks of a page that are executed."""
+    return [
+        Command(tuple(match[1].splitlines()), tuple((match[2] or "").splitlines()))
+        for match in _PYTHON.finditer(text)
+        if not _is_file(match)
+    ]
+
+
+def _is_file(match: re.Match[str]) -> bool:
+    return match.string[: match.start()].endswith(" -->\n")
+
+
+def walk(pages: Sequence[Path], folder: Path) -> list[Walked]:
+    """Execute the blocks of pages, one page after the other, in one project."""
     scratch = Walk(folder)
-    return {page: scratch.execute(commands_of(page.read_text("utf-8"))) for page in pages}
+    walked: list[Walked] = []
+    for page in pages:
+        text = page.read_text("utf-8")
+        scratch.write(files_of(text))
+        blocks = scratch.execute(commands_of(text))
+        scripts = [
+            replace(item, printed=tuple(scratch.python(item.text + "\n").splitlines()))
+            for item in scripts_of(text)
+        ]
+        walked.append(Walked(page, blocks, scripts))
+    return walked
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -231,14 +303,13 @@ def main(arguments: Sequence[str]) -> int:
     with tempfile.TemporaryDirectory(prefix="adeye-walk-") as folder:
         walked = walk(pages, Path(folder))
     code = 0
-    for page, blocks in walked.items():
+    for item in walked:
         if "--update" in arguments:
-            page.write_text(renewed(page.read_text("utf-8"), blocks), "utf-8")
+            item.page.write_text(item.renewed(), "utf-8")
             continue
-        for difference in (command.differs() for block in blocks for command in block):
-            if difference:
-                sys.stderr.write(f"{page}: {difference}\n")
-                code = 1
+        for difference in item.differences():
+            sys.stderr.write(f"{item.page}: {difference}\n")
+            code = 1
     return code
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ from adeye.errors import SpecError
 from adeye.registry import Part, load_part, plugins_digest, require, validate_parameters
 from adeye.sensors.rig import BUILT_IN as BUILT_IN_SENSORS
 from adeye.spec.architecture import Architecture, PluginChannel, PluginSensor
+from adeye.spec.quantity import IDENTIFIER
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from adeye.spec.load import Loaded
@@ -56,6 +59,12 @@ def load_parts(loaded: Loaded[Architecture]) -> Parts:
             plugins.append(part)
             made = plugin_channel(part)
         for monitor in made.monitor_ids:
+            if not isinstance(monitor, str) or re.fullmatch(IDENTIFIER, monitor) is None:
+                raise SpecError(
+                    f"channel {name}: {shown(monitor)} cannot name a monitor",
+                    where=loaded.locate(("channels", name, "kind")),
+                    remedy="Use lower case letters, digits and underscores after a letter.",
+                )
             if monitor in monitors:
                 raise SpecError(
                     f"channel {name}: monitor {monitor!r} is declared by another channel, too",

@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye.channels.pose import POSE_ALIGN, POSE_D, POSE_HEADING, POSE_S, POSE_SPEED, POSE_X, POSE_Y
 from adeye.channels.tracks import (
+    TRACK_BRAKING,
     TRACK_HITS,
     TRACK_LENGTH,
     TRACK_VAR_VX,
@@ -50,6 +51,10 @@ MIN_LATERAL_SPEED: Final = 0.3
 """Lateral speed below which an object is taken to keep its lane [m/s], beside one standard
 deviation of the track's own. Swaying in the lane reaches 0.3 m/s; a lane change peaks at 0.8 m/s
 and more. Our choice."""
+
+_LEAST_BRAKING: Final = 1.5
+_MOST_BRAKING: Final = 10.0
+"""Deceleration of an object ahead that counts as braking, and the most that is believed [m/s²]."""
 
 MAX_SPEED_VARIANCE: Final = 36.0
 """Variance of a track's speed above which it does not count yet [m²/s²]: one that has just begun
@@ -110,8 +115,11 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         # Oncoming: to stop before the place is what the ego can do about it.
         ahead = max(0.0, forward)
+        braking = max(-_MOST_BRAKING, track[TRACK_BRAKING])
+        if ahead <= 0.0 or braking > -_LEAST_BRAKING:
+            braking = 0.0
         path[PATH_REQUIRED] = max(
-            path[PATH_REQUIRED], required_deceleration(gap, speed, ahead, 0.0)
+            path[PATH_REQUIRED], required_deceleration(gap, speed, ahead, braking)
         )
         if gap < path[PATH_GAP]:
             path[PATH_GAP] = gap

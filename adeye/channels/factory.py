@@ -59,6 +59,10 @@ def plugin_channel(part: Part) -> ControlChannel:
         SpecError: The class has no ``act``.
     """
     require(part, "channel", ("act",))
+    if not isinstance(getattr(part.obj, "monitor_ids", ()), tuple | list):
+        raise SpecError(
+            f"{part.name}.monitor_ids is no tuple of names", remedy="Write monitor_ids = ()."
+        )
     if hasattr(part.obj, "reset"):
         return PluginChannel(part, GuardedChannel(_LateChannel(part)))
     return PluginChannel(part, ScalarChannel(part.obj))

@@ -15,10 +15,12 @@ import numpy as np
 
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED, POSE_YAW_RATE
 from adeye.channels.tracks import (
+    TRACK_BRAKING,
     TRACK_CLASS,
     TRACK_COV_X,
     TRACK_COV_Y,
     TRACK_HITS,
+    TRACK_LAST_VX,
     TRACK_LENGTH,
     TRACK_SEEN,
     TRACK_VAR_VX,
@@ -79,6 +81,13 @@ _SLOW: Final = 3.0
 """Where a track outlives coasting: centre ahead and aside [m], ego speed [m/s]. Our choice: at 8 m
 to its centre the rear of a car of 2 m reaches 16 degrees to each side of a sensor in the grille."""
 
+_SURE_SPEED: Final = 1.0
+"""Variance of the speed from which its change is an acceleration, not noise [m²/s²]: ground truth
+and radar get there, a camera alone does not. Our choice."""
+
+_SMOOTHING: Final = 0.3
+"""Time constant of the smoothed acceleration [s]. Our choice: a brake needs about that long."""
+
 _PRIOR_PLACE: Final = 100.0
 """Standard deviation of its place before its first detection [m]: nothing is known."""
 
@@ -110,16 +119,31 @@ def predict_tracks(tracks: Floats, pose: Floats, time: float, period: float, coa
             pose,
             period,
         )
+        _smooth_braking(track, period)
         vx, vy = track[TRACK_VX], track[TRACK_VY]
         track[TRACK_VX] = cosine * vx + sine * vy
         track[TRACK_VY] = -sine * vx + cosine * vy
+        track[TRACK_LAST_VX] = track[TRACK_VX]
         _grow(track, TRACK_VAR_X, period, _FREEDOM_X)
         _grow(track, TRACK_VAR_Y, period, _FREEDOM_Y)
         if time - track[TRACK_SEEN] > coast + 1e-9:
             if _is_hidden_near(track, pose):
                 track[TRACK_VX] = track[TRACK_VY] = 0.0
+                track[TRACK_COV_X] = track[TRACK_COV_Y] = 0.0
+                track[TRACK_VAR_VX] = track[TRACK_VAR_VY] = 1.0
             else:
                 track[TRACK_HITS] = 0.0
+
+
+@compiled
+def _smooth_braking(track: Floats, period: float) -> None:
+    """Take the change of speed since the previous tick into the smoothed acceleration."""
+    if track[TRACK_VAR_VX] > _SURE_SPEED:
+        track[TRACK_BRAKING] = 0.0
+        return
+    change = (track[TRACK_VX] - track[TRACK_LAST_VX]) / period
+    share = period / (period + _SMOOTHING)
+    track[TRACK_BRAKING] += share * (change - track[TRACK_BRAKING])
 
 
 @compiled

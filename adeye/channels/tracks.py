@@ -32,8 +32,10 @@ TRACKS: Final = 8
     TRACK_CLASS,
     TRACK_HITS,  # detections so far; 0 marks a free place
     TRACK_SEEN,  # time of the newest sample that has it [s]
-) = range(15)
-TRACK_STATE: Final = 15
+    TRACK_BRAKING,  # acceleration along x, smoothed; 0 while the speed is not sure [m/s²]
+    TRACK_LAST_VX,  # speed along x at the previous tick [m/s]
+) = range(17)
+TRACK_STATE: Final = 17
 
 _GATE_GROWTH: Final = 0.08
 """Growth of the gate along the line of sight with distance, for cameras. Our choice."""

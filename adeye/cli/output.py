@@ -243,13 +243,18 @@ def _text(value: object) -> Text:
     return value if isinstance(value, Text) else Text(format_value(value))
 
 
-def _rendered(renderable: Any) -> str:
-    """Render for standard output; where nobody looks, nothing is wrapped or cut."""
+def width() -> int:
+    """Return how many columns a line may have; where nobody looks, nothing is wrapped or cut."""
     from rich.console import Console
 
     is_seen = sys.stdout is not None and sys.stdout.isatty()
-    width = None if is_seen or "COLUMNS" in os.environ else _UNBOUNDED
-    console = Console(width=width, highlight=False)
+    return Console().width if is_seen or "COLUMNS" in os.environ else _UNBOUNDED
+
+
+def _rendered(renderable: Any) -> str:
+    from rich.console import Console
+
+    console = Console(width=width(), highlight=False)
     with console.capture() as capture:
         console.print(renderable)
     lines = (line.rstrip() for line in capture.get().splitlines())

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import groupby
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.cli.output import NONE, clean, emit, emit_table, short, verdict_cell
+from adeye.cli.output import NONE, clean, emit, emit_table, short, verdict_cell, width
 
 if TYPE_CHECKING:
     from adeye.campaign.runner import CampaignSummary, VerdictLine
@@ -23,6 +23,7 @@ WORST_FIRST: Final = (
     None,
 )
 _SHOWN_TEXT: Final = 60
+_WIDE: Final = 145
 
 
 def ordered(lines: Sequence[VerdictLine]) -> list[VerdictLine]:
@@ -48,35 +49,9 @@ def margin_text(line: VerdictLine) -> str:
 def print_verdicts(summary: CampaignSummary) -> None:
     """Print the verdict of every FSR for every architecture, and how to see the worst run."""
     lines = ordered(summary.verdicts)
-    rows = [
-        [
-            line.architecture + (" (gate)" if line.is_gate else ""),
-            line.fsr + ("" if line.mandatory else " (optional)"),
-            line.asil,
-            verdict_cell(line.verdict),
-            f"{line.exercised} of {line.runs}",
-            margin_text(line),
-            short(line.worst_run),
-            _cut(line.text),
-        ]
-        for line in lines
-    ]
-    headers = (
-        "Architecture",
-        "FSR",
-        "ASIL",
-        "Verdict",
-        "Exercised",
-        "Worst margin",
-        "Worst run",
-        "Requirement",
-    )
-    ends = {
-        number
-        for number, (line, after) in enumerate(pairwise(lines))
-        if line.architecture != after.architecture
-    }
-    emit_table(headers, rows, right=("Exercised", "Worst margin"), sections=ends)
+    for (name, is_gate), group in groupby(lines, lambda line: (line.architecture, line.is_gate)):
+        emit(f"\n{clean(name)}{' (gate)' if is_gate else ''}")
+        _print_architecture(list(group))
     shown = next((line for line in lines if line.worst_run and str(line.verdict) == "FAIL"), None)
     if shown is not None:
         emit(
@@ -84,6 +59,26 @@ def print_verdicts(summary: CampaignSummary) -> None:
             f"  adeye show {short(shown.worst_run)}\n"
             f"  adeye replay {short(shown.worst_run)} --html replay.html"
         )
+
+
+def _print_architecture(lines: Sequence[VerdictLine]) -> None:
+    # On a narrow screen the text would push everything else out of shape.
+    has_texts = width() >= _WIDE
+    headers = ["FSR", "ASIL", "Verdict", "Exercised", "Worst margin", "Worst run"]
+    rows = [
+        [
+            line.fsr + ("" if line.mandatory else " opt."),
+            line.asil,
+            verdict_cell(line.verdict),
+            f"{line.exercised} of {line.runs}",
+            margin_text(line),
+            short(line.worst_run),
+            *([_cut(line.text)] if has_texts else []),
+        ]
+        for line in lines
+    ]
+    headers += ["Requirement"] if has_texts else []
+    emit_table(headers, rows, right=("Exercised", "Worst margin"))
 
 
 def _cut(text: str) -> str:

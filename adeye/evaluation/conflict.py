@@ -64,6 +64,10 @@ QUANTITIES: Final = (
 """Columns of the result; the decelerations are worse when larger, the others when smaller."""
 DISTANCE, GAP, TTC, TIME_GAP, TIME_HEADWAY, DRAC, REQUIRED, RSS_MARGIN = range(8)
 
+LARGEST_DEMAND: Final = 100.0
+"""Deceleration that a demand is limited to [m/s²], ten times what tyres can do: just before contact
+it grows without bound, and its size says nothing any more."""
+
 # Columns of a body's motion on the road.
 _S, _D, _ALONG, _ACROSS, _HALF_LENGTH, _HALF_WIDTH = range(6)
 
@@ -301,11 +305,18 @@ def _measure_ahead(  # noqa: PLR0913, PLR0917 - a kernel
     _keep_least(worst, who, TIME_GAP, time_gap(gap, speed), thing)
     headway = time_headway(gap, 2.0 * other[_HALF_LENGTH], speed)
     _keep_least(worst, who, TIME_HEADWAY, headway, thing)
-    drac = deceleration_rate_to_avoid_crash(gap, closing)
+    drac = limited_demand(deceleration_rate_to_avoid_crash(gap, closing))
     _keep_largest(worst, who, DRAC, drac, thing)
     # The closed form is for a lead that goes the same way; of oncoming ones the speed counts.
     needed = drac if lead < 0.0 else required_deceleration(gap, speed, lead, acceleration)
+    needed = limited_demand(needed)
     _keep_largest(worst, who, REQUIRED, needed, thing)
+
+
+@compiled
+def limited_demand(demand: float) -> float:
+    """Limit a deceleration demand; what is not finite stays as it is and is told apart later."""
+    return LARGEST_DEMAND if LARGEST_DEMAND < demand < math.inf else demand
 
 
 @compiled

@@ -6,10 +6,12 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, StringConstraints, model_validator
 
+from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
     Acceleration,
     Angle,
     AngularRate,
+    ById,
     Duration,
     Frequency,
     Identifier,
@@ -224,9 +226,15 @@ class Switch(Record):
 
     @model_validator(mode="after")
     def _default_is_listed(self) -> Self:
+        found: list[tuple[Loc, str]] = [
+            (("priority", at), f"channel {self.priority[at]!r} occurs twice")
+            for at in repeated(self.priority)
+        ]
         if self.default not in self.priority:
-            msg = f"default {self.default!r} is not in priority {list(self.priority)}"
-            raise ValueError(msg)
+            text = f"{self.default!r} is not in priority: {', '.join(self.priority)}"
+            found.append((("default",), text))
+        if found:
+            raise misplaced(found)
         return self
 
 
@@ -237,29 +245,29 @@ class Architecture(Record):
     title: Text
     text: str = ""
     vehicle: Vehicle
-    sensors: Annotated[dict[Identifier, Sensor], Field(min_length=1)]
-    channels: Annotated[dict[Identifier, Channel], Field(min_length=1)]
+    sensors: Annotated[ById[Sensor], Field(min_length=1)]
+    channels: Annotated[ById[Channel], Field(min_length=1)]
     switch: Switch
     cost: Annotated[Number, Field(ge=0.0)] = 0.0
 
     @model_validator(mode="after")
     def _links_exist(self) -> Self:
+        known = [*self.sensors, *(f"channels.{name}" for name in self.channels), "switch"]
+        found: list[tuple[Loc, str]] = []
         for name, channel in self.channels.items():
-            for link in channel.links:
-                if link == "switch" or link in self.sensors:
-                    continue
-                if link.startswith("channels.") and link[9:] in self.channels:
-                    continue
-                known = [*self.sensors, *(f"channels.{c}" for c in self.channels), "switch"]
-                msg = f"channel {name!r} links {link!r}, which is none of {', '.join(known)}"
-                raise ValueError(msg)
-        for name in self.switch.priority:
+            for at, link in enumerate(channel.links):
+                loc = ("channels", name, "links", at)
+                if link not in known:
+                    text = f"channel {name!r} links {link!r}, which is none of {', '.join(known)}"
+                    found.append((loc, text))
+                elif at in repeated(channel.links):
+                    found.append((loc, f"channel {name!r} links {link!r} twice"))
+        for at, name in enumerate(self.switch.priority):
             if name not in self.channels:
-                msg = f"switch.priority names {name!r}, not a channel: {', '.join(self.channels)}"
-                raise ValueError(msg)
-        if len(set(self.switch.priority)) != len(self.switch.priority):
-            msg = f"switch.priority names a channel twice: {list(self.switch.priority)}"
-            raise ValueError(msg)
+                text = f"{name!r} is no channel of this architecture: {', '.join(self.channels)}"
+                found.append((("switch", "priority", at), text))
+        if found:
+            raise misplaced(found)
         return self
 
     def executable(self) -> dict[str, object]:

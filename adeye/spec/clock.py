@@ -10,6 +10,10 @@ TOLERANCE = 1e-6
 """Relative distance from a whole number of ticks that is taken for rounding."""
 
 
+MAX_TICKS = 1_000_000
+"""Most ticks of a run, and so of every time within it."""
+
+
 def ticks(duration: float, step: float, what: str) -> int:
     """Express a duration in ticks.
 
@@ -19,12 +23,14 @@ def ticks(duration: float, step: float, what: str) -> int:
         what: Name of the quantity, for the message.
 
     Raises:
-        SpecError: It is no whole number of ticks; the message names the nearest that are.
+        SpecError: It is no whole number of ticks, or too many; the message names the nearest.
 
     >>> ticks(0.15, 0.05, "latency")
     3
     """
     count = duration / step
+    if count > MAX_TICKS:
+        raise _too_long(what, f"{duration:g} s", step)
     nearest = round(count)
     if abs(count - nearest) > TOLERANCE * max(1.0, abs(count)):
         low, high = math.floor(count) * step, math.ceil(count) * step
@@ -49,6 +55,8 @@ def period_ticks(rate: float, step: float, what: str) -> int:
     >>> period_ticks(10.0, 0.05, "rate")
     2
     """
+    if rate * step < 1.0 / MAX_TICKS:
+        raise _too_long(what, f"a period of {1.0 / rate:g} s", step)
     count = 1.0 / (rate * step)
     nearest = round(count)
     if nearest < 1 or abs(count - nearest) > TOLERANCE * max(1.0, count):
@@ -59,3 +67,10 @@ def period_ticks(rate: float, step: float, what: str) -> int:
             remedy="The nearest that do are " + " and ".join(f"{r:g} Hz" for r in rates) + ".",
         )
     return nearest
+
+
+def _too_long(what: str, duration: str, step: float) -> SpecError:
+    return SpecError(
+        f"{what}: {duration} is more than {MAX_TICKS:,} steps of {step:g} s",
+        remedy="Take a shorter time or a longer step.",
+    )

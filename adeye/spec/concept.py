@@ -6,11 +6,14 @@ The ASIL of a hazardous event is derived from severity, exposure and controllabi
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from datetime import date
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, model_validator
 
+from adeye.errors import suggest
+from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import Duration, Identifier, Many, Record, Text
 
 Asil = Literal["QM", "A", "B", "C", "D"]
@@ -178,17 +181,28 @@ class Concept(Record):
 
     @model_validator(mode="after")
     def _references_resolve(self) -> Self:
-        events = _unique("hazardous_events", [event.id for event in self.hazardous_events])
-        goals = _unique("safety_goals", [goal.id for goal in self.safety_goals])
-        elements = _unique("elements", [element.id for element in self.elements])
-        requirements = _unique("requirements", [item.id for item in self.requirements])
-        for goal in self.safety_goals:
-            _known(f"safety goal {goal.id}", goal.hazardous_events, events)
-        for item in self.requirements:
-            _known(f"requirement {item.id}", item.goals, goals)
-            _known(f"requirement {item.id}", item.allocation, elements)
-        for waiver in self.waivers:
-            _known("a waiver", [waiver.requirement], requirements)
+        ids = {
+            part: [item.id for item in getattr(self, part)]
+            for part in ("hazardous_events", "safety_goals", "elements", "requirements")
+        }
+        found: list[tuple[Loc, str]] = []
+        for part, names in ids.items():
+            found += [
+                ((part, at, "id"), f"{names[at]!r} is defined twice") for at in repeated(names)
+            ]
+        for at, goal in enumerate(self.safety_goals):
+            loc: Loc = ("safety_goals", at, "hazardous_events")
+            found += _unknown(loc, goal.hazardous_events, ids["hazardous_events"])
+        for at, item in enumerate(self.requirements):
+            found += _unknown(("requirements", at, "goals"), item.goals, ids["safety_goals"])
+            found += _unknown(("requirements", at, "allocation"), item.allocation, ids["elements"])
+        for at, waiver in enumerate(self.waivers):
+            if waiver.requirement not in ids["requirements"]:
+                text = f"there is no requirement {waiver.requirement!r}. "
+                text += suggest(waiver.requirement, ids["requirements"])
+                found.append((("waivers", at, "requirement"), text))
+        if found:
+            raise misplaced(found)
         return self
 
     def goal_asil(self, goal_id: str) -> Asil:
@@ -198,16 +212,7 @@ class Concept(Record):
         return max((asil or "QM" for asil in asils), key=ASIL_ORDER.index)
 
 
-def _unique(where: str, ids: list[str]) -> list[str]:
-    for name in ids:
-        if ids.count(name) > 1:
-            msg = f"{where}: {name!r} is defined twice"
-            raise ValueError(msg)
-    return ids
-
-
-def _known(who: str, names: tuple[str, ...] | list[str], known: list[str]) -> None:
-    for name in names:
+def _unknown(loc: Loc, names: Sequence[str], known: Sequence[str]) -> Iterator[tuple[Loc, str]]:
+    for at, name in enumerate(names):
         if name not in known:
-            msg = f"{who} names {name!r}, which is none of {', '.join(known)}"
-            raise ValueError(msg)
+            yield (*loc, at), f"{name!r} is none of {', '.join(known)}"

@@ -23,7 +23,7 @@ from adeye.kernel.postfix import (
 )
 from adeye.spec.columns import Value, evaluated
 from adeye.spec.dimensions import measured
-from adeye.spec.grammar import MAX_DEPTH, MAX_LENGTH, POPS, Step, read_steps
+from adeye.spec.grammar import COMPARISONS, MAX_DEPTH, MAX_LENGTH, POPS, Step, read_steps
 from adeye.units import Dimension, shown
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["MAX_DEPTH", "MAX_LENGTH", "Expression", "Program", "Value", "parse", "to_program"]
 
+_TRUTHS = frozenset({*COMPARISONS, "found", "and", "or", "not"})
 _CODES = {**OPERATOR_CODES, **FUNCTION_CODES, "number": PUSH_NUMBER, "name": PUSH_VARIABLE}
 
 
@@ -74,6 +75,14 @@ class Expression:
     def is_constant(self) -> bool:
         """Whether it uses no name."""
         return not self.names
+
+    @property
+    def is_truth(self) -> bool:
+        """Whether it is true or false: a comparison, a membership, their joints, ``x.begun``."""
+        last = self.steps[-1]
+        if self.text.strip() in {"true", "false"}:
+            return True
+        return last.word in _TRUTHS or (last.word == "name" and last.text.endswith(".begun"))
 
     def evaluate(self, columns: Mapping[str, Value]) -> Any:
         """Evaluate over whole columns.

@@ -14,7 +14,7 @@ Target = Annotated[str, StringConstraints(pattern=r"^(sensors|channels)\.[a-z][a
 class Onset(Record):
     """When the fault begins: at a time, or when a condition over the scene first holds."""
 
-    at: Duration | None = None
+    at: Annotated[Duration, Field(ge=0.0)] | None = None
     when: Condition | None = None
 
     @model_validator(mode="after")

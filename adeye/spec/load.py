@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -15,6 +15,7 @@ from adeye.spec.document import Document, load_document, validate
 from adeye.spec.odd import Odd
 from adeye.spec.quantity import Record
 from adeye.spec.scenario import LogicalScenario
+from adeye.units import shown
 
 Spec = TypeVar("Spec", bound=Record)
 Loc = tuple[str | int, ...]
@@ -79,7 +80,14 @@ def load_odd(path: str | Path) -> OddFiles:
     scenarios: dict[str, Loaded[LogicalScenario]] = {}
     for number, use in enumerate(odd.spec.scenarios):
         where = odd.locate(("scenarios", number, "use"))
-        scenarios[use.name] = load_scenario(_find_scenario(use.use, catalogue, where))
+        scenario = load_scenario(_find_scenario(use.use, catalogue, where))
+        if scenario.spec.scenario != use.use:
+            raise SpecError(
+                f"the scenario is named {scenario.spec.scenario!r}, its file {use.use!r}",
+                where=scenario.locate(("scenario",)),
+                remedy=f"Write `scenario: {use.use}`, or rename the file.",
+            )
+        scenarios[use.name] = scenario
     architectures: dict[str, Loaded[Architecture]] = {}
     for number, name in enumerate(odd.spec.architectures):
         where = odd.locate(("architectures", number))
@@ -122,11 +130,11 @@ def shipped(folder: str) -> Path:
 
 def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
     documents = _with_bases(path)
-    content: Any = {}
-    for document in reversed(documents):
-        content = merge(content, document.value)
+    content = documents[-1].value
     if len(documents) == 1:
         return Loaded(validate(documents[0], model), content, path, documents)
+    for document in reversed(documents[:-1]):
+        content = merge(content, document.value)
     merged = _Merged(content, documents)
     return Loaded(validate(merged, model), content, path, documents)
 
@@ -158,7 +166,11 @@ def _with_bases(path: Path) -> tuple[Document, ...]:
             base = document.value.pop("extends")
             where = document.locate(("extends",))
             if not isinstance(base, str):
-                raise SpecError(f"extends: {base!r} is not a file or an id", where=where)
+                raise SpecError(
+                    f"extends: {shown(base)} is no name",
+                    where=where,
+                    remedy="Write a file, or the id of one in the same folder.",
+                )
             name = base if base.endswith((".yaml", ".yml")) else f"{base}.yaml"
             current = _beside(path, name, where)
             if current.resolve() in seen:
@@ -172,12 +184,15 @@ def _with_bases(path: Path) -> tuple[Document, ...]:
 def merge(base: Any, override: Any) -> Any:
     """Lay one content over another: mappings merge key by key, null removes a key.
 
+    Source:
+        RFC 7386, "JSON Merge Patch".
+
     >>> merge({"a": 1, "b": {"c": 2, "d": 3}}, {"b": {"c": 4, "d": None}})
     {'a': 1, 'b': {'c': 4}}
     """
-    if not isinstance(base, Mapping) or not isinstance(override, Mapping):
+    if not isinstance(override, Mapping):
         return override
-    merged = dict(base)
+    merged = dict(base) if isinstance(base, Mapping) else {}
     for key, value in override.items():
         if value is None:
             merged.pop(key, None)
@@ -206,21 +221,31 @@ def _has(value: Any, loc: Loc) -> bool:
 
 def _beside(path: Path, name: str, where: SourceLocation) -> Path:
     found = path.parent / name
-    if not found.is_file():
+    if not _is(Path.is_file, found):
         raise SpecError(
-            f"{name!r} is not a file", where=where, remedy=f"Looked for {found}; check the path."
+            f"{shown(name)} is not a file",
+            where=where,
+            remedy=f"Looked for {shown(str(found))}; check the path.",
         )
     return found
+
+
+def _is(kind: Callable[[Path], bool], path: Path) -> bool:
+    """Ask the file system, for which a name can be too long or not a name at all."""
+    try:
+        return kind(path)
+    except (OSError, ValueError):
+        return False
 
 
 def _catalogue(odd: Loaded[Odd]) -> Path:
     if odd.spec.catalogue is not None:
         folder = odd.path.parent / odd.spec.catalogue
-        if not folder.is_dir():
+        if not _is(Path.is_dir, folder):
             raise SpecError(
-                f"catalogue {odd.spec.catalogue!r} is not a folder",
+                f"catalogue {shown(odd.spec.catalogue)} is not a folder",
                 where=odd.locate(("catalogue",)),
-                remedy=f"Looked for {folder}.",
+                remedy=f"Looked for {shown(str(folder))}; check the path.",
             )
         return folder
     for folder in (odd.path.parent.parent / "scenarios_db", odd.path.parent / "scenarios_db"):
@@ -239,7 +264,9 @@ def scenario_files(catalogue: Path) -> dict[str, Path]:
     for path in sorted(catalogue.rglob("*.yaml")):
         if path.stem in found:
             raise SpecError(
-                f"scenario {path.stem!r} is in two files: {found[path.stem]} and {path}"
+                f"scenario {path.stem!r} is in another file, too: {found[path.stem]}",
+                where=SourceLocation(str(path), 1, 1),
+                remedy="Rename one of them.",
             )
         found[path.stem] = path
     return found

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from adeye.errors import suggest
 from adeye.spec.fault import Fault
+from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
     Condition,
     Duration,
@@ -20,7 +23,7 @@ from adeye.spec.quantity import (
     Speed,
     Text,
 )
-from adeye.spec.scenario import Value
+from adeye.spec.scenario import ActorKind, Value
 
 
 class LaneLimits(Record):
@@ -28,6 +31,13 @@ class LaneLimits(Record):
 
     min: Annotated[int, Field(ge=1)] = 1
     max: Annotated[int, Field(ge=1)] = 8
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> Self:
+        if self.min > self.max:
+            msg = f"from {self.min} to {self.max} lanes is empty"
+            raise ValueError(msg)
+        return self
 
 
 class Scenery(Record):
@@ -75,7 +85,7 @@ class DynamicElements(Record):
     """Attributes of the ego and other participants (ISO 34503)."""
 
     ego_speed: SpeedLimits | None = None
-    actors: Many[str] = ()
+    actors: Many[ActorKind] = ()
     """Kinds of actor that may occur; empty: all."""
 
 
@@ -112,10 +122,10 @@ class Sweep(Record):
     @model_validator(mode="after")
     def _fits_design(self) -> Self:
         if (self.design == "list") != bool(self.points):
-            msg = "points belong to design: list, and only to it"
+            msg = f"design: list takes points, no other does; this is design: {self.design}"
             raise ValueError(msg)
         if (self.design == "random") != (self.samples is not None):
-            msg = "samples belong to design: random, and only to it"
+            msg = f"design: random takes samples, no other does; this is design: {self.design}"
             raise ValueError(msg)
         if self.design == "list" and self.parameters:
             msg = "design: list takes points, no parameters"
@@ -163,7 +173,7 @@ class Odd(Record):
     concept: Text
     gate: Gate | None = None
     step: Annotated[Duration, Field(gt=0.0, le=1.0)] = 0.05
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
     replicates: Annotated[int, Field(ge=1)] = 1
     max_test_cases: Annotated[int, Field(ge=1)] = 100_000
     outside: Literal["refuse", "robustness"] = "refuse"
@@ -176,19 +186,32 @@ class Odd(Record):
     def _names_resolve(self) -> Self:
         names = [use.name for use in self.scenarios]
         faults = [fault.id for fault in self.faults]
-        for kind, ids in (("scenario", names), ("fault", faults)):
-            for name in ids:
-                if ids.count(name) > 1:
-                    msg = f"{kind} {name!r} occurs twice"
-                    raise ValueError(msg)
-        if "none" in faults:
-            msg = "'none' is the fault-free entry and cannot name a fault"
-            raise ValueError(msg)
-        for use in self.scenarios:
-            for entry in use.faults or ():
-                for name in (entry,) if isinstance(entry, str) else entry:
-                    if name != "none" and name not in faults:
-                        known = ", ".join(["none", *faults])
-                        msg = f"scenario {use.name!r} names fault {name!r}, none of {known}"
-                        raise ValueError(msg)
+        found: list[tuple[Loc, str]] = []
+        for at in repeated(names):
+            text = f"scenario {names[at]!r} occurs twice. Give one of them another id with `as:`"
+            found.append((("scenarios", at, "use"), text))
+        found += [
+            (("faults", at, "id"), f"fault {faults[at]!r} occurs twice") for at in repeated(faults)
+        ]
+        for at, name in enumerate(faults):
+            if name == "none":
+                text = "'none' is the fault-free entry and cannot name a fault"
+                found.append((("faults", at, "id"), text))
+        for at, use in enumerate(self.scenarios):
+            found += [(("scenarios", at, *loc), text) for loc, text in _entries(use, faults)]
+        if found:
+            raise misplaced(found)
         return self
+
+
+def _entries(use: ScenarioUse, faults: list[str]) -> Iterator[tuple[Loc, str]]:
+    """Find what is wrong with the fault entries of a scenario."""
+    for number, entry in enumerate(use.faults or ()):
+        loc: Loc = ("faults", number)
+        ids = (entry,) if isinstance(entry, str) else entry
+        for name in ids:
+            if name not in faults and (name != "none" or len(ids) > 1):
+                hint = suggest(name, ["none", *faults] if len(ids) == 1 else faults)
+                yield loc, f"scenario {use.name!r} names fault {name!r}, which is not there. {hint}"
+        if repeated(ids):
+            yield loc, f"a fault occurs twice in {list(ids)}"

@@ -11,7 +11,9 @@ from pydantic import BaseModel, ValidationError
 from pydantic.errors import PydanticInvalidForJsonSchema
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
-from adeye.units import shown
+from adeye.spec.expression import parse
+from adeye.spec.quantity import IDENTIFIER
+from adeye.units import format_quantity, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,6 +25,27 @@ Loc = tuple[str | int, ...]
 Model = TypeVar("Model", bound=BaseModel)
 
 _KEY: Final = "[key]"
+_MAPPING: Final = "must be a mapping, like {key: value}"
+_LIST: Final = "must be a list, like [a, b]"
+_WANTED: Final = {
+    "bool_type": "must be true or false",
+    "dict_type": _MAPPING,
+    "float_type": "must be a number",
+    "quantity_type": "must be a quantity, like 60 km/h, or a number",
+    "int_from_float": "must be a whole number",
+    "int_type": "must be a whole number",
+    "list_type": _LIST,
+    "model_type": _MAPPING,
+    "string_type": "must be text",
+    "tuple_type": _LIST,
+}
+_SCALARS: Final = {"string_type", "int_type", "float_type"}
+_LIMITS: Final = {
+    "greater_than": ("more than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
 _OF_ANOTHER_KIND: Final = frozenset(
     {
         "literal_error",
@@ -61,13 +84,33 @@ def validate(document: Located, model: type[Model]) -> Model:
     try:
         return model.model_validate(document.value)
     except ValidationError as error:
-        items = _of_best_members(document.value, error.errors(include_url=False))
+        items = _of_best_members(document.value, _without_echoes(error.errors(include_url=False)))
         problems = [_problem(document, item, model) for item in items[:MAX_LISTED]]
         unique = sorted({str(problem): problem for problem in problems}.values(), key=_order)
         if len(unique) == 1 and len(items) <= MAX_LISTED:
             raise unique[0] from error
         unlisted = max(0, len(items) - MAX_LISTED)
         raise InputErrors(unique, unlisted=unlisted) from error
+
+
+def _without_echoes(items: list[Any]) -> list[Any]:
+    """Drop what only repeats another problem.
+
+    A list whose only members are not valid is not also empty, and what is neither text nor one of
+    the kinds of number is no quantity.
+    """
+    kinds: dict[Loc, set[str]] = {}
+    for item in items:
+        kinds.setdefault(item["loc"][:-1], set()).add(item["type"])
+    joined: list[Any] = []
+    for item in items:
+        if kinds[item["loc"][:-1]] != _SCALARS:
+            joined.append(item)
+        elif item["type"] == "string_type":
+            joined.append({**item, "type": "quantity_type", "loc": item["loc"][:-1]})
+    items = joined
+    above = {item["loc"][:depth] for item in items for depth in range(len(item["loc"]))}
+    return [item for item in items if item["type"] != "too_short" or item["loc"] not in above]
 
 
 def _of_best_members(value: Any, items: list[Any]) -> list[Any]:
@@ -127,7 +170,7 @@ def _problem(document: Located, item: Any, model: type[BaseModel]) -> InputError
         )
     if item["loc"] and item["loc"][-1] == _KEY:
         return SpecError(
-            f"{name}: {_inner(item['msg'])} (key {shown(item['input'])})",
+            f"{name}: {_worded(item)} (key {shown(item['input'])})",
             where=document.locate_key(loc),
         )
     if kind in {"union_tag_invalid", "union_tag_not_found"}:
@@ -181,11 +224,43 @@ def _near(word: str, expected: str) -> str:
 
 def _said(item: Mapping[str, Any]) -> str:
     """Repeat a validator's message, with the offending value if it is not in there."""
-    message = _inner(item["msg"])
+    message = _worded(item)
     value = item["input"]
-    if isinstance(value, Mapping | list) or repr(value) in message:
+    if (
+        item["type"] == "misplaced"
+        or isinstance(value, Mapping | list | tuple)
+        or repr(value) in message
+    ):
         return message
     return f"{message.rstrip('.')} ({shown(value)})"
+
+
+def _worded(item: Mapping[str, Any]) -> str:
+    """Say what a validator wants in the words of YAML and in the user's units."""
+    kind, context = item["type"], item.get("ctx", {})
+    if kind in _WANTED:
+        return _WANTED[kind]
+    if kind in {"too_short", "too_long"}:
+        word, key = ("least", "min_length") if kind == "too_short" else ("most", "max_length")
+        return f"the list has {context['actual_length']} of at {word} {context[key]} items"
+    if kind in _LIMITS:
+        word, key = _LIMITS[kind]
+        return f"must be {word} {_in_units_of(item['input'], float(context[key]))}"
+    if kind == "string_pattern_mismatch" and context["pattern"] == IDENTIFIER:
+        return "must be lower case letters, digits and underscores after a letter"
+    return _inner(item["msg"])
+
+
+def _in_units_of(value: Any, limit: float) -> str:
+    """Write a limit in SI as the value is written."""
+    if isinstance(value, str):
+        try:
+            dimension = parse(value).dimension({})
+        except InputError:
+            dimension = None
+        if dimension is not None:
+            return format_quantity(limit, dimension)
+    return f"{limit:g}"
 
 
 def _inner(message: str) -> str:

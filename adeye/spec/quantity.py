@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -28,9 +29,10 @@ from pydantic_core import CoreSchema, core_schema
 
 from adeye.errors import ExpressionError, InputError
 from adeye.spec.expression import Expression, parse
-from adeye.units import Dimension, parse_quantity
+from adeye.units import Dimension, parse_quantity, shown
 
-Identifier = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
+IDENTIFIER: Final = r"^[a-z][a-z0-9_]*$"
+Identifier = Annotated[str, StringConstraints(pattern=IDENTIFIER, max_length=64)]
 """A name that users refer to: lower case letters, digits and underscores."""
 
 Text = Annotated[str, StringConstraints(min_length=1, max_length=4000)]
@@ -160,9 +162,13 @@ def _read_expression(value: Any) -> Expression:
         msg = f"{value!r} is not an expression"
         raise ValueError(msg)
     try:
-        return parse(value)
+        expression = parse(value)
     except InputError as error:
         raise ValueError(str(error)) from error
+    if not expression.is_truth:
+        msg = f"{shown(value)} is neither true nor false. Compare it with something, as in 'a > b'"
+        raise ValueError(msg)
+    return expression
 
 
 Condition = Annotated[
@@ -177,3 +183,11 @@ T = TypeVar("T")
 
 Many = Annotated[tuple[T, ...], Strict(strict=False)]
 """A list in YAML, a tuple in the frozen record."""
+
+
+def _in_order(parts: dict[str, T]) -> dict[str, T]:
+    return dict(sorted(parts.items()))
+
+
+ById = Annotated[dict[Identifier, T], AfterValidator(_in_order)]
+"""Named parts in the order of their names: what a file lists first must not change a run."""

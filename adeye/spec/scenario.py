@@ -10,9 +10,13 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from adeye.errors import InputError
+from adeye.spec.expression import parse
+from adeye.spec.misplaced import Loc, misplaced
 from adeye.spec.quantity import (
     AccelerationFormula,
     AngleFormula,
+    ById,
     Condition,
     Duration,
     Identifier,
@@ -25,6 +29,7 @@ from adeye.spec.quantity import (
     SpeedFormula,
     Text,
 )
+from adeye.units import Dimension, shown
 
 ActorKind = Literal["car", "van", "truck", "bus", "motorcycle", "cyclist", "pedestrian"]
 ObjectKind = Literal["parked_truck", "parked_car", "barrier", "building"]
@@ -40,6 +45,39 @@ class Parameter(Record):
     default: Value
     range: Annotated[Many[Value], Field(min_length=2, max_length=2)] | None = None
     text: str = ""
+
+    @model_validator(mode="after")
+    def _default_in_range(self) -> Self:
+        default, dimension = _quantity(self.default, ("default",))
+        if self.range is None:
+            return self
+        ends: list[float] = []
+        for at, text in enumerate(self.range):
+            end, found = _quantity(text, ("range", at))
+            if found.exponents != dimension.exponents:
+                what = f"{text!r} is {found.label}, the default {self.default!r} is "
+                raise misplaced([(("range", at), what + dimension.label)])
+            ends.append(end)
+        if not ends[0] <= ends[1]:
+            low, high = self.range
+            raise misplaced([(("range",), f"the range from {low} to {high} is empty")])
+        if not ends[0] <= default <= ends[1]:
+            low, high = self.range
+            what = f"{self.default} is outside the range [{low}, {high}]"
+            raise misplaced([(("default",), what)])
+        return self
+
+
+def _quantity(text: Value, loc: Loc) -> tuple[float, Dimension]:
+    """Read a constant as SI with its dimension."""
+    try:
+        expression = parse(str(text))
+        dimension = expression.dimension({}) if isinstance(text, str) else Dimension.NONE
+        if dimension is not None and expression.is_constant:
+            return float(expression.evaluate({})), dimension
+    except (InputError, TypeError, ValueError) as error:
+        raise misplaced([(loc, f"{shown(text)} is not a quantity like '15 m'")]) from error
+    raise misplaced([(loc, f"{shown(text)} is not a quantity like '15 m'")])
 
 
 class Road(Record):
@@ -82,7 +120,7 @@ class World(Record):
     """The road and what stands beside or on it."""
 
     road: Road
-    objects: dict[Identifier, StaticObject] = {}
+    objects: ById[StaticObject] = {}
 
 
 class Environment(Record):
@@ -254,17 +292,17 @@ class LogicalScenario(Record):
     text: str = ""
     tags: Tags = Tags()
     provenance: Provenance
-    parameters: dict[Identifier, Parameter] = {}
+    parameters: ById[Parameter] = {}
     constraints: Many[Condition] = ()
     world: World
     environment: Environment
     ego: EgoStart
-    actors: dict[Identifier, Actor] = {}
-    storyboard: dict[Identifier, Event] = {}
+    actors: ById[Actor] = {}
+    storyboard: ById[Event] = {}
     realised: Many[Identifier] = ()
     """Events that must have begun within the horizon, else the run is not realised."""
-    horizon: Duration
-    tail: Duration = 5.0
+    horizon: Annotated[Duration, Field(gt=0.0)]
+    tail: Annotated[Duration, Field(ge=0.0)] = 5.0
 
     def executable(self) -> dict[str, object]:
         """The part of the scenario that a run depends on: no titles, tags or provenance.

@@ -110,8 +110,8 @@ worst AS (
                 worst_robustness, worst_run) AS place
     FROM v_fsr_status WHERE worst_run IS NOT NULL)
 SELECT s.*, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
-    CASE WHEN NOT s.applicable THEN IIF(s.in_gate, 'ERROR', NULL) $fold END AS verdict,
-    CASE WHEN NOT s.applicable THEN IIF(s.in_gate, 'ERROR', NULL) $waived_fold
+    CASE WHEN NOT s.applicable THEN CASE WHEN s.in_gate THEN 'ERROR' END $fold END AS verdict,
+    CASE WHEN NOT s.applicable THEN CASE WHEN s.in_gate THEN 'ERROR' END $waived_fold
         END AS verdict_waived
 FROM summed s
 LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture

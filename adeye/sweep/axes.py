@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from adeye.errors import InputError, SourceLocation, SweepError, suggest
 from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
 from adeye.spec.odd import Steps
-from adeye.units import Dimension
+from adeye.units import Dimension, shown
 
 if TYPE_CHECKING:
     from adeye.spec.load import Loaded, OddFiles
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 
 Kind = Literal["parameter", "scenario", "architecture", "faults"]
 MAX_AXIS_VALUES = 1_000_000
-_QUANTITY = re.compile(r"^\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*$")
+_QUANTITY = re.compile(
+    r"\s*([-+]?(?:[0-9]{1,30}(?:\.[0-9]{0,30})?|\.[0-9]{1,30})(?:[eE][-+]?[0-9]{1,3})?)\s*(\S*)\s*"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +84,7 @@ class AxisReader:
         if not texts:
             raise SweepError(f"{name}: the axis has no values", where=where, remedy="List some.")
         kind, path = self.resolve(name, where)
+        _check_varied(name, kind, path, where)
         values = tuple(self._value(name, kind, text, where) for text in texts)
         if distinct and len(set(values)) != len(values):
             raise SweepError(
@@ -96,16 +100,21 @@ class AxisReader:
         head, *rest = name.split(".")
         path = tuple(rest)
         if head == "architecture" and path:
-            if not any(has_path(arch.spec, path) for arch in self.files.architectures.values()):
+            architectures = [item.spec for item in self.files.architectures.values()]
+            if not any(has_path(spec, path) for spec in architectures):
                 raise SweepError(
                     f"{name}: no architecture has this path",
                     where=where,
-                    remedy=self._suggest_path(path),
+                    remedy=_children_on_any(architectures, path),
                 )
             return "architecture", path
         if head == "scenario" and path:
             if not has_path(self.scenario.spec, path):
-                raise SweepError(f"{name}: scenario {self.use_name} has no such path", where=where)
+                raise SweepError(
+                    f"{name}: scenario {self.use_name} has no such path",
+                    where=where,
+                    remedy=_children_on(self.scenario.spec, path),
+                )
             return "scenario", path
         if head == "faults" and len(path) >= 2:
             ids = [fault.id for fault in self.files.odd.spec.faults]
@@ -115,6 +124,13 @@ class AxisReader:
                     where=where,
                     remedy=suggest(path[0], ids),
                 )
+            fault = self.files.odd.spec.faults[ids.index(path[0])]
+            if not has_path(fault, path[1:]):
+                raise SweepError(
+                    f"{name}: a fault has no {'.'.join(path[1:])}",
+                    where=where,
+                    remedy=_children_on(fault, path[1:]),
+                )
             return "faults", path
         raise SweepError(
             f"{name!r} is neither a parameter of scenario {self.use_name} nor a dotted path that "
@@ -123,24 +139,31 @@ class AxisReader:
             remedy=suggest(name, sorted(parameters)),
         )
 
-    def _suggest_path(self, path: tuple[str, ...]) -> str:
-        known: set[str] = set()
-        for architecture in self.files.architectures.values():
-            found: Any = architecture.spec
-            for part in path:
-                children = _children(found)
-                if part not in children:
-                    known |= set(children)
-                    break
-                found = children[part]
-        return f"There are: {', '.join(sorted(known))}." if known else "Check the path."
-
     def _value(self, name: str, kind: Kind, text: Value, where: SourceLocation) -> float | str:
         if kind == "parameter":
             parameter = self.scenario.spec.parameters[name]
             return parameter_value(name, parameter, text, where)
         value, _ = quantity_or_text(text)
         return value
+
+
+def _check_varied(name: str, kind: Kind, path: tuple[str, ...], where: SourceLocation) -> None:
+    """Refuse what makes another thing of the file: its id, its plug-ins, a fault's target."""
+    if kind == "parameter":
+        return
+    fixed = (
+        path == (kind,)
+        or (kind == "scenario" and path[0] == "parameters")
+        or (kind == "faults" and path[1:] in {("id",), ("target",), ("model",)})
+        or (kind == "architecture" and path[0] != "vehicle" and path[-1] == "kind")
+    )
+    if fixed:
+        remedy = "Vary the parameter by its own name." if path[0] == "parameters" else ""
+        raise SweepError(
+            f"{name}: this tells one {kind.removesuffix('s')} from another and cannot vary",
+            where=where,
+            remedy=remedy or f"Write another {kind.removesuffix('s')} beside it.",
+        )
 
 
 def parameter_value(
@@ -212,6 +235,24 @@ def _children(value: Any) -> Mapping[str, Any]:
     return {name: getattr(value, name) for name in fields} if fields else {}
 
 
+def _children_on(record: Any, path: tuple[str, ...]) -> str:
+    return _children_on_any([record], path)
+
+
+def _children_on_any(records: Sequence[Any], path: tuple[str, ...]) -> str:
+    """Name what there is where a path leaves the records."""
+    known: dict[str, None] = {}
+    for record in records:
+        found = record
+        for part in path:
+            children = _children(found)
+            if part not in children:
+                known |= dict.fromkeys(children)
+                break
+            found = children[part]
+    return f"There are: {', '.join(known)}." if known else "Check the path."
+
+
 def has_path(record: Any, path: tuple[str, ...]) -> bool:
     """Tell whether a spec record has a field at a dotted path."""
     for part in path:
@@ -238,25 +279,34 @@ def _steps(name: str, steps: Steps, where: SourceLocation) -> tuple[str, ...]:
             where=where,
             remedy="The step must be positive and `to` not below `from`.",
         )
-    count, rest = divmod(stop - start, step)
-    if rest:
-        nearest = [str(start + step * k) + f" {unit}" for k in (int(count), int(count) + 1)]
+    # A fraction, because decimals of very different size cannot be divided without rounding.
+    intervals = (Fraction(stop) - Fraction(start)) / Fraction(step)
+    if intervals >= MAX_AXIS_VALUES:
+        raise SweepError(
+            f"{name}: more than {MAX_AXIS_VALUES:,} values",
+            where=where,
+            remedy="Take a larger step.",
+        )
+    if intervals.denominator != 1:
+        nearest = [f"{start + step * k} {unit}".strip() for k in _around(intervals)]
         raise SweepError(
             f"{name}: {steps.to} is not reached in steps of {steps.step} from {steps.start}",
             where=where,
             remedy=f"The nearest ends are {' and '.join(nearest)}.",
         )
-    if count + 1 > MAX_AXIS_VALUES:
-        raise SweepError(
-            f"{name}: {int(count) + 1:,} values, more than {MAX_AXIS_VALUES:,}",
-            where=where,
-            remedy="Take a larger step.",
-        )
-    return tuple(f"{start + step * k} {unit}".strip() for k in range(int(count) + 1))
+    return tuple(f"{start + step * k} {unit}".strip() for k in range(int(intervals) + 1))
+
+
+def _around(number: Fraction) -> tuple[int, int]:
+    return math.floor(number), math.floor(number) + 1
 
 
 def _split(name: str, text: Value, where: SourceLocation) -> tuple[Decimal, str]:
-    match = _QUANTITY.match(str(text))
-    if match is None:
-        raise SweepError(f"{name}: {text!r} is not a quantity", where=where)
-    return Decimal(match[1]), match[2]
+    match = _QUANTITY.fullmatch(str(text))
+    number = Decimal(match[1]) if match is not None else Decimal("NaN")
+    # Larger or finer numbers are no quantities, and would be written out digit by digit.
+    if match is None or number.adjusted() > 300 or int(number.as_tuple().exponent) < -300:
+        raise SweepError(
+            f"{name}: {shown(text)} is not a quantity", where=where, remedy="Write it like 15 m."
+        )
+    return number, match[2]

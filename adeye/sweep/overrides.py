@@ -6,10 +6,9 @@ import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pydantic import ValidationError
-
-from adeye.errors import SourceLocation, SweepError
+from adeye.errors import InputError, InputErrors, SourceLocation, SweepError
 from adeye.spec.fault import Fault
+from adeye.spec.problems import validate
 from adeye.spec.quantity import Record
 
 if TYPE_CHECKING:
@@ -19,7 +18,25 @@ if TYPE_CHECKING:
 
 Spec = TypeVar("Spec", bound=Record)
 Path = tuple[str, ...]
-Change = tuple[Path, str | int | float]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A value that the sweep writes into a file.
+
+    Attributes:
+        path: Dotted path below the file.
+        value: As written.
+        where: Place of the axis, for messages.
+    """
+
+    path: Path
+    value: str | int | float
+    where: SourceLocation = field(compare=False)
+
+    def __str__(self) -> str:
+        """Write it as ``path = value``."""
+        return f"{'.'.join(self.path)} = {self.value}"
 
 
 @dataclass(frozen=True)
@@ -32,15 +49,8 @@ class Variants:
 
     _made: dict[tuple[int, tuple[Change, ...]], Any] = field(default_factory=dict)
 
-    def of(
-        self, loaded: Loaded[Spec], changes: tuple[Change, ...], where: SourceLocation | None
-    ) -> Spec:
-        """Return the record with changes applied.
-
-        Args:
-            loaded: The file.
-            changes: Paths and the values written there.
-            where: Place of the sweep, for messages.
+    def of(self, loaded: Loaded[Spec], changes: tuple[Change, ...]) -> Spec:
+        """Return the record of a file with changes applied.
 
         Raises:
             SweepError: The changed content is not valid.
@@ -49,29 +59,23 @@ class Variants:
             return loaded.spec
         key = (id(loaded), changes)
         if key not in self._made:
-            content = copy.deepcopy(loaded.content)
-            for path, value in changes:
-                set_path(content, path, value)
-            self._made[key] = _validated(type(loaded.spec), content, changes, where)
+            self._made[key] = _changed(type(loaded.spec), loaded.content, changes)
         made: Spec = self._made[key]
         return made
 
     def fault(
-        self,
-        fault: Fault,
-        content: Mapping[str, Any],
-        changes: tuple[Change, ...],
-        where: SourceLocation | None,
+        self, fault: Fault, content: Mapping[str, Any], changes: tuple[Change, ...]
     ) -> Fault:
-        """Return a fault with changes applied."""
+        """Return a fault with changes applied.
+
+        Raises:
+            SweepError: The changed content is not valid.
+        """
         if not changes:
             return fault
         key = (id(fault), changes)
         if key not in self._made:
-            changed = copy.deepcopy(dict(content))
-            for path, value in changes:
-                set_path(changed, path, value)
-            self._made[key] = _validated(Fault, changed, changes, where)
+            self._made[key] = _changed(Fault, content, changes)
         made: Fault = self._made[key]
         return made
 
@@ -87,14 +91,38 @@ def set_path(content: dict[str, Any], path: Path, value: Any) -> None:
     content[path[-1]] = value
 
 
-def _validated(
-    model: type[Spec], content: Any, changes: tuple[Change, ...], where: SourceLocation | None
+@dataclass(frozen=True)
+class _Changed:
+    """Changed content; what is wrong with it is wrong at the axis that changed it."""
+
+    value: Any
+    changes: tuple[Change, ...]
+
+    def locate(self, loc: tuple[str | int, ...]) -> SourceLocation:
+        """Find the axis that wrote a part, or the last one."""
+        return _guilty(self.changes, loc).where
+
+    def locate_key(self, loc: tuple[str | int, ...]) -> SourceLocation:
+        """Find the axis that wrote the key of a part, or the last one."""
+        return self.locate(loc)
+
+
+def _guilty(changes: tuple[Change, ...], loc: tuple[str | int, ...]) -> Change:
+    wrote = [change for change in changes if loc[: len(change.path)] == change.path]
+    return (wrote or list(changes))[-1]
+
+
+def _changed(
+    model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]
 ) -> Spec:
+    changed = copy.deepcopy(dict(content))
+    for change in changes:
+        set_path(changed, change.path, change.value)
     try:
-        return model.model_validate(content)
-    except ValidationError as error:
-        what = ", ".join(f"{'.'.join(path)} = {value}" for path, value in changes)
-        first = error.errors()[0]
+        return validate(_Changed(changed, changes), model)
+    except InputError as error:
+        first = error.errors[0] if isinstance(error, InputErrors) else error
+        what = ", ".join(map(str, changes))
         raise SweepError(
-            f"{what}: {'.'.join(map(str, first['loc']))}: {first['msg']}", where=where
+            f"with {what}: {first.message}", where=first.where, remedy=first.remedy
         ) from error

@@ -12,6 +12,7 @@ from adeye.channels.corridor import (
 )
 from adeye.channels.pose import POSE_D, POSE_HEADING, POSE_S, POSE_SPEED, POSE_WIDTH, POSE_X, POSE_Y
 from adeye.channels.tracks import (
+    TRACK_BRAKING,
     TRACK_HITS,
     TRACK_LENGTH,
     TRACK_STATE,
@@ -35,6 +36,7 @@ def view(
     speed: float = 20.0,
     ego_d: float = LANE,
     variance: float = 0.0,
+    braking: float = 0.0,
     curvature: float = 0.0,
 ) -> Floats:
     """Look at objects x, y, vx, vy in the vehicle frame of an ego on the lane at d = 5.25 m."""
@@ -47,6 +49,7 @@ def view(
     for row, item in enumerate(objects):
         tracks[row, [TRACK_X, TRACK_Y, TRACK_VX, TRACK_VY]] = item
         tracks[row, [TRACK_LENGTH, TRACK_WIDTH, TRACK_HITS, TRACK_VAR_VX]] = 4.5, 1.8, 3, variance
+    tracks[:, TRACK_BRAKING] = braking
     path = np.zeros(PATH_WIDTH)
     view_path(tracks, pose, segments, LANE, 4.5, 1.8, 0.3, 3.0, path)
     return path
@@ -78,6 +81,15 @@ def test_object_in_the_next_lane_is_not_in_the_path(y: float) -> None:
 
 def test_object_that_reaches_into_the_margin_is_in_the_path() -> None:
     assert view((40.0, 2.0, 0.0, 0.0))[PATH_GAP] == pytest.approx(35.5)
+
+
+def test_braking_of_the_object_ahead_counts_until_it_stands() -> None:
+    # Both at 20 m/s: it stops within 200/6 m, which is added to the gap.
+    path = view((40.0, 0.0, 20.0, 0.0), braking=-6.0)
+    assert path[PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * (35.5 + 400.0 / 12.0)))
+    assert view((40.0, 0.0, 20.0, 0.0), braking=-1.0)[PATH_REQUIRED] == 0.0
+    standing = view((40.0, 0.0, 0.0, 0.0), braking=-6.0)
+    assert standing[PATH_REQUIRED] == pytest.approx(20.0**2 / 71.0)
 
 
 def test_object_behind_is_not_in_the_path() -> None:

@@ -4,6 +4,7 @@ import pytest
 from adeye.channels.pose import POSE_SPEED, POSE_WIDTH
 from adeye.channels.tracking import SENSOR_KINDS, drop_tentative, predict_tracks, update_tracks
 from adeye.channels.tracks import (
+    TRACK_BRAKING,
     TRACK_HITS,
     TRACK_STATE,
     TRACK_VAR_VX,
@@ -91,6 +92,21 @@ def test_noisy_place_ends_within_its_own_uncertainty() -> None:
     assert abs(first[TRACK_VX] - 10.0) < 3.0 * np.sqrt(first[TRACK_VAR_VX])
 
 
+def test_braking_of_an_object_is_found_by_exact_sensors_only() -> None:
+    def braking_seen_by(kind: int) -> float:
+        tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+        mask = np.ones(1, dtype=np.bool_)
+        for tick in range(40):
+            time = tick * STEP
+            predict_tracks(tracks, pose, time, STEP, 0.5)
+            x = 60.0 + (20.0 - EGO_SPEED) * time - 3.0 * time * time
+            update_tracks(tracks, pose, kind, 0.0, 0.0, mask, sample(x, 0.0), time, 0.0, 4.0)
+        return float(tracks[0, TRACK_BRAKING])
+
+    assert braking_seen_by(TRUTH) == pytest.approx(-6.0, abs=0.5)
+    assert braking_seen_by(CAMERA) == 0.0
+
+
 def test_one_object_makes_one_track() -> None:
     assert (track(CAMERA, 40, noise=1.0)[:, TRACK_HITS] > 0.0).sum() == 1
 
@@ -118,6 +134,7 @@ def test_object_too_near_to_be_seen_is_kept_while_the_ego_is_slow() -> None:
         predict_tracks(tracks, pose, tick * STEP, STEP, 0.5)
     assert tracks[0, TRACK_HITS] > 0.0
     assert tracks[0, TRACK_X] == pytest.approx(5.0, abs=0.15)
+    assert tracks[0, TRACK_VAR_VX] <= 1.0
     pose[POSE_SPEED] = 5.0
     predict_tracks(tracks, pose, 100 * STEP, STEP, 0.5)
     assert tracks[0, TRACK_HITS] == 0.0

@@ -96,7 +96,7 @@ def test_sensor_conforms(write: Write, tmp_path: Path) -> None:
 def test_sensor_parameters_are_checked(write: Write) -> None:
     part = write("sensor")
     assert validate_parameters(part, {"range": 30}).errors == ()
-    assert validate_parameters(part, {"rnage": 30}).errors != ()
+    assert validate_parameters(part, {"reach": 30}).errors != ()
 
 
 def test_metric_is_the_highest_speed_of_each_run_alone(write: Write) -> None:

@@ -71,7 +71,7 @@ def test_shipped_catalogue_lints_clean(adeye: Any) -> None:
     ("old", "new", "part"),
     [
         ("horizon: 12 s", "horizon: 12 m", "horizon"),
-        ("title:", "titel:", "titel"),
+        ("title:", "heading:", "heading"),
         ("realised: [cut_in]", "realised: [cut_out]", "cut_out"),
     ],
 )

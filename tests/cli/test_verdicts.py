@@ -81,6 +81,35 @@ def test_all_green_has_no_hint(capsys: pytest.CaptureFixture[str]) -> None:
     assert "replay" not in capsys.readouterr().out
 
 
+def test_narrow_screen_keeps_every_row_on_one_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    line = replace(
+        LINE,
+        fsr="FSR-07",
+        mandatory=False,
+        verdict=Verdict.INCONCLUSIVE,
+        margin=-12.3,
+        unit="m/s^2",
+        worst_run="ab" * 32,
+        exercised=168,
+        runs=168,
+    )
+    print_verdicts(summary(line))
+    row = capsys.readouterr().out.splitlines()[-1]
+    for part in ("FSR-07 opt.", "INCONCLUSIVE", "168 of 168", "m/s\N{SUPERSCRIPT TWO}", "ab" * 5):
+        assert part in row
+
+
+def test_architectures_are_headed_and_the_gate_is_marked(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    print_verdicts(summary(LINE, replace(LINE, architecture="b", is_gate=True)))
+    lines = capsys.readouterr().out.splitlines()
+    assert lines.index("b (gate)") < lines.index("a")
+
+
 def test_texts_are_harmless_and_short(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

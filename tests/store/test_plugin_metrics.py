@@ -49,6 +49,15 @@ def test_new_metric_makes_another_table_and_keeps_the_first(
     assert repository.verify() == ()
 
 
+def test_run_without_metrics_of_a_plugin_has_none(repository: Repository, example: Any) -> None:
+    complete(repository, example, COMFORT)
+    example.with_odd("2")
+    example.campaign(repository, 4)
+    stored = repository.run_row(example.case(3).result_digest)
+    assert stored is not None
+    assert stored.plugin_metrics == {}
+
+
 def test_same_metrics_again_are_kept_once_and_others_are_an_error(
     repository: Repository, example: Any
 ) -> None:

@@ -121,6 +121,7 @@ def test_select_returns_columns_and_rows(path: Path) -> None:
         "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n LIMIT 5) SELECT * FROM n",
         "SELECT ordinal, lag(ordinal) OVER (ORDER BY ordinal) FROM v_runs",
         "SELECT name FROM sqlite_master WHERE type = 'view'",
+        "SELECT iif(1, 2, 3)",  # codespell:ignore iif
         "SELECT * FROM v_gate",
         "SELECT * FROM v_fsr_status",
         "SELECT * FROM v_architecture_pairs",

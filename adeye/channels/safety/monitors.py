@@ -14,6 +14,7 @@ from adeye.kernel.jit import compiled
 from adeye.signals import FAULT, SILENT, Bools, Floats, Ints
 
 MONITOR_IDS: Final = ("nominal_silent", "nominal_implausible", "object_danger", "lane_departure")
+OBJECT_DANGER: Final = 2
 """Names of the monitors, in the order of their columns."""
 
 # Columns of the evidence.

@@ -22,12 +22,20 @@ BRAKES_AT_ONCE: Final = 100.0
 
 
 @compiled
-def stop_acceleration(record: Any, previous: float, speed: float, required: float) -> float:
+def stop_acceleration(
+    record: Any,
+    previous: float,
+    speed: float,
+    required: float,
+    is_danger: bool,  # noqa: FBT001 - a kernel
+) -> float:
     """Return the acceleration of the safe stop at this tick [m/s²].
 
     The stop deceleration if it is enough, up to the emergency deceleration if an object in the path
-    needs more; then it is built up at once, else at limited jerk. It is never taken back before the
-    ego stands, because an object that has left the measurements may still be there.
+    needs more; then it is built up at once, else at limited jerk. What an object needed is kept as
+    long as the danger is confirmed, because an object that has left the measurements may still be
+    there; once the monitor has healed, the stop goes on with no more than its own deceleration, so
+    that it does not endanger who follows.
 
     Args:
         record: Has ``stop_deceleration``, ``emergency_deceleration`` [m/s²] and ``period`` [s].
@@ -35,6 +43,7 @@ def stop_acceleration(record: Any, previous: float, speed: float, required: floa
             [m/s²].
         speed: Of the ego [m/s].
         required: Required deceleration for the objects in the path [m/s²].
+        is_danger: Whether an object ahead is a confirmed danger.
     """
     hardest = max(record["emergency_deceleration"], record["stop_deceleration"])
     if speed < STANDSTILL:
@@ -44,5 +53,6 @@ def stop_acceleration(record: Any, previous: float, speed: float, required: floa
     if RESERVE * required > wanted:
         wanted = min(RESERVE * required, hardest)
         jerk = BRAKES_AT_ONCE
-    wanted = max(wanted, -previous)
+    if is_danger:
+        wanted = max(wanted, -previous)
     return clip(limit_jerk(previous, -wanted, jerk, record["period"]), -hardest, 0.0)

@@ -12,6 +12,7 @@ from adeye.channels.perception import perceive
 from adeye.channels.pose import POSE_ACCELERATION, POSE_D, POSE_SPEED, has_pose
 from adeye.channels.safety.monitors import (
     EVIDENCE_WIDTH,
+    OBJECT_DANGER,
     SEEN_D,
     SEEN_OFFSET,
     SEEN_POSE,
@@ -126,7 +127,8 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         command[0] = 0.0
         return FAULT
     _update_stopping(memory, confirmed, reason, pose[POSE_ACCELERATION])
-    command[0] = _acceleration(record, segments, pose, memory, path)
+    is_danger = shown[OBJECT_DANGER, 1]
+    command[0] = _acceleration(record, segments, pose, memory, path, is_danger)
     steering = steer(record, pose, memory[MEMORY_PATH])
     if not is_number(command[0], steering):
         command[0] = 0.0
@@ -186,12 +188,17 @@ def _update_stopping(memory: Floats, confirmed: bool, reason: int, acceleration:
 
 @compiled
 def _acceleration(
-    record: Any, segments: Floats, pose: Floats, memory: Floats, path: Floats
+    record: Any,
+    segments: Floats,
+    pose: Floats,
+    memory: Floats,
+    path: Floats,
+    is_danger: bool,  # noqa: FBT001 - a kernel
 ) -> float:
     speed = pose[POSE_SPEED]
     if memory[MEMORY_STOPPING] > 0.0:
         memory[MEMORY_BRAKING] = stop_acceleration(
-            record, memory[MEMORY_BRAKING], speed, path[PATH_REQUIRED]
+            record, memory[MEMORY_BRAKING], speed, path[PATH_REQUIRED], is_danger
         )
         return float(memory[MEMORY_BRAKING])
     allowed = allowed_speed(record, segments, pose, memory[MEMORY_PATH])

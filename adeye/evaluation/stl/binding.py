@@ -24,6 +24,7 @@ from adeye.evaluation.stl.semantics import (
 )
 from adeye.evaluation.stl.syntax import (
     PREDICATES,
+    Arithmetic,
     Assertion,
     Comparison,
     Condition,
@@ -36,6 +37,7 @@ from adeye.evaluation.stl.syntax import (
     Predicate,
     Signal,
     Temporal,
+    Term,
     Until,
     label_of,
     names_in,
@@ -323,13 +325,26 @@ def _finite(value: float) -> float | None:
 
 
 def _unit(node: Predicate, inputs: Mapping[str, Series]) -> str:
-    """Give the unit of a side that is one signal; of a calculation, it is SI."""
+    """Give the unit in which both sides are compared; of a product of signals, it is SI."""
     if isinstance(node, Comparison | Equality):
         for side in (node.left, node.right):
-            if isinstance(side, Signal) and side.name in inputs:
-                return inputs[side.name].unit
+            unit = _term_unit(side, inputs)
+            if unit is not None:
+                return unit
         return "SI"
     return inputs[node.name].unit
+
+
+def _term_unit(term: Term, inputs: Mapping[str, Series]) -> str | None:
+    """Give the unit of a term that its operations leave as it is; None where they do not."""
+    if isinstance(term, Signal):
+        return inputs[term.name].unit if term.name in inputs else None
+    if isinstance(term, Arithmetic) and term.operator not in {"*", "/"}:
+        for operand in term.operands:
+            unit = _term_unit(operand, inputs)
+            if unit is not None:
+                return unit
+    return None
 
 
 def _actor(names: tuple[str, ...], inputs: Mapping[str, Series], row: int) -> int | None:

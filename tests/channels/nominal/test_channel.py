@@ -173,3 +173,21 @@ def test_tracks_are_shown_in_the_command() -> None:
     assert command.tracks is not None
     assert command.tracks.shape == (1, 8, 6)
     assert command.tracks[0, 0, :2] == pytest.approx([51.0, 0.0], abs=0.2)
+
+
+def test_object_that_vanishes_close_ahead_of_the_standing_ego_is_not_driven_into() -> None:
+    """A narrow sensor does not see what it stands in front of."""
+    channel, road = nominal(), straight_road()
+    running = np.ones(1, dtype=np.bool_)
+    for tick in range(400):
+        time = 0.05 * tick
+        speed = 2.0 if time < 1.0 else 0.0
+        ego = np.array([[min(2.0 * time, 2.0), LANE, 0.0, speed, 0.0, 0.0, 0.0]])
+        objects = np.array([[[8.0, LANE, 0.0, 0.0, 0.0]]])
+        readings = {
+            "front": object_measurement(ego, objects, time, sight=100.0 if time < 2.0 else 1.0),
+            "pose": pose_measurement(road, ego, time),
+        }
+        seen = observe(LINKS, time, readings, {}, None, running, protect=False)
+        command = channel.act(seen)
+    assert command.acceleration[0] < 0.0

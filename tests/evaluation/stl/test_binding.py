@@ -178,7 +178,8 @@ def test_two_signals_bind_with_both_sides() -> None:
     signals = {"gap": number([30.0]), "speed": number([10.0], "m/s")}
     binding = bind("always gap > speed * 2 s", signals)
     assert (binding.value, binding.threshold, binding.unit) == (30.0, 20.0, "m")
-    assert bind("always gap - speed * 2 s > 0", signals).unit == "SI"
+    assert bind("always gap - speed * 2 s > 0", signals).unit == "m"
+    assert bind("always speed * 2 s > 0 m", signals).unit == "SI"
 
 
 def test_a_tie_at_zero_goes_to_the_predicate_that_is_violated() -> None:

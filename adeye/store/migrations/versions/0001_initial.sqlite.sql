@@ -769,8 +769,8 @@ worst AS (
                 worst_robustness, worst_run) AS place
     FROM v_fsr_status WHERE worst_run IS NOT NULL)
 SELECT s.*, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
-    CASE WHEN NOT s.applicable THEN IIF(s.in_gate, 'ERROR', NULL) WHEN s.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN n_invalid > 0 THEN 'INVALID' WHEN n_inconclusive > 0 THEN 'INCONCLUSIVE' WHEN s.planned > COALESCE(s.planned - s.n_not_run, 0) THEN 'NOT_RUN' WHEN n_pass >= s.min_exercised THEN 'PASS' ELSE 'VACUOUS' END AS verdict,
-    CASE WHEN NOT s.applicable THEN IIF(s.in_gate, 'ERROR', NULL) WHEN s.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN n_pass >= s.min_exercised THEN 'PASS' ELSE 'VACUOUS'
+    CASE WHEN NOT s.applicable THEN CASE WHEN s.in_gate THEN 'ERROR' END WHEN s.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN n_invalid > 0 THEN 'INVALID' WHEN n_inconclusive > 0 THEN 'INCONCLUSIVE' WHEN s.planned > COALESCE(s.planned - s.n_not_run, 0) THEN 'NOT_RUN' WHEN n_pass >= s.min_exercised THEN 'PASS' ELSE 'VACUOUS' END AS verdict,
+    CASE WHEN NOT s.applicable THEN CASE WHEN s.in_gate THEN 'ERROR' END WHEN s.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN n_pass >= s.min_exercised THEN 'PASS' ELSE 'VACUOUS'
         END AS verdict_waived
 FROM summed s
 LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture

@@ -1,0 +1,46 @@
+"""What tests of the whole product share: a project on disk and one small executed campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
+from tests.project import Executed, Project, run_cases
+
+MakeProject = Callable[..., Project]
+
+
+@pytest.fixture
+def make_project(tmp_path: Path) -> MakeProject:
+    """Return a maker of projects, the mini ODD unless another is given."""
+
+    def make(odd: dict[str, Any] | None = None, *, name: str = "project") -> Project:
+        return Project(tmp_path / name, odd)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def mini(tmp_path_factory: pytest.TempPathFactory) -> Executed:
+    """The mini campaign, executed in this process; nobody writes to it."""
+    project = Project(tmp_path_factory.mktemp("mini") / "project")
+    plan = project.plan()
+    return Executed(project, plan, project.run(), project.db)
+
+
+@pytest.fixture(scope="session")
+def cut_ins(mini: Executed) -> tuple[list[TestCase], Trace]:
+    """The cut-ins of the candidate whose nominal channel falls silent, in one trace."""
+    cases = [
+        case
+        for case in mini.plan.cases
+        if case.scenario_id == "cut_in"
+        and case.architecture.architecture == "camera_radar"
+        and case.fault_entry == "nominal_silent"
+    ]
+    return cases, run_cases(mini.plan, cases)

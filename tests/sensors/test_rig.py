@@ -1,0 +1,171 @@
+"""The sensors of an architecture together: names, kinds, rates, independence."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from adeye.errors import SpecError
+from adeye.sensors.rig import Rig, mounts
+from adeye.signals import Measurement, Scene
+from adeye.sweep.case import TestCase
+from tests.sensors.scenes import CAR, architecture, scene, scene_context
+
+RADAR = {
+    "kind": "radar",
+    "mount": {"x": "2 m"},
+    "field_of_view": "60 deg",
+    "range": "150 m",
+    "rate": "20 Hz",
+    "range_noise": "0.3 m",
+    "bearing_noise": "0.2 deg",
+}
+CAMERA = {
+    "kind": "camera",
+    "mount": {"x": "1.5 m", "yaw": "5 deg"},
+    "field_of_view": "60 deg",
+    "range": "120 m",
+    "rate": "10 Hz",
+    "latency": "0.1 s",
+    "distance_noise": 0.02,
+}
+POSE = {"kind": "localisation", "rate": "20 Hz", "lateral_noise": "0.1 m"}
+
+PLUGIN = """
+from adeye.sensors.delivery import no_measurement
+
+
+class Blind:
+    def __init__(self, context):
+        self.context = context
+
+    def sense(self, scene):
+        runs, count = self.context.scene.runs, len(self.context.scene.object_ids)
+        return no_measurement(runs, count, with_estimate=False)
+"""
+
+
+def cases(*sensors: Mapping[str, Any]) -> list[TestCase]:
+    """Test cases with these sensors: a rig looks at nothing else of them."""
+    made = [SimpleNamespace(architecture=architecture(items)) for items in sensors]
+    return cast("list[TestCase]", made)
+
+
+def sense(
+    sensors: Mapping[str, Any], ticks: int = 8, *, step: float = 0.05, folder: Path = Path()
+) -> list[dict[str, Measurement]]:
+    """Let a rig watch a car that drives away; copy what it delivers."""
+    context = scene_context([CAR], step=step)
+    rig = Rig(cases(sensors), context, folder)
+    return [_copied(rig.sense(at(context, tick))) for tick in range(ticks)]
+
+
+def at(context: Any, tick: int) -> Scene:
+    return scene(context, [(40.0 + 10.0 * tick * context.step, 0.0)], tick=tick)
+
+
+def _copied(readings: dict[str, Measurement]) -> dict[str, Measurement]:
+    return {
+        name: Measurement(
+            item.stamp.copy(),
+            item.fresh.copy(),
+            item.alive.copy(),
+            item.mask.copy(),
+            item.detections.copy(),
+            item.source.copy(),
+            None if item.estimate is None else item.estimate.copy(),
+        )
+        for name, item in readings.items()
+    }
+
+
+def same(one: Measurement, other: Measurement) -> bool:
+    arrays = ("stamp", "fresh", "alive", "mask", "detections", "source", "estimate")
+    return all(
+        getattr(one, name) is getattr(other, name)
+        or np.array_equal(getattr(one, name), getattr(other, name))
+        for name in arrays
+    )
+
+
+def test_every_sensor_has_a_reading_by_its_name() -> None:
+    readings = sense({"front_radar": RADAR, "front_camera": CAMERA, "pose": POSE}, ticks=1)[0]
+    assert list(readings) == ["front_radar", "front_camera", "pose"]
+    assert readings["pose"].estimate is not None
+    assert readings["front_radar"].estimate is None
+
+
+def test_second_sensor_of_a_kind_is_a_second_name_with_noise_of_its_own() -> None:
+    for readings in sense({"left": RADAR, "right": RADAR}):
+        left, right = readings["left"], readings["right"]
+        assert left.mask[0, 0]
+        assert right.mask[0, 0]
+        assert not np.array_equal(left.detections, right.detections)
+
+
+@pytest.mark.parametrize("added", [{"more": RADAR}, {"more": CAMERA}, {"more": POSE}])
+def test_another_sensor_leaves_every_other_measurement_bit_identical(added: Any) -> None:
+    base = {"front_radar": RADAR, "front_camera": CAMERA, "pose": POSE}
+    # Neither its presence nor its place in the file matters.
+    for changed in ({**base, **added}, {**added, **base}):
+        for before, after in zip(sense(base), sense(changed), strict=True):
+            assert all(same(before[name], after[name]) for name in base)
+
+
+def test_halving_the_step_leaves_every_sample_bit_identical() -> None:
+    # In an exactly known scene; the noise counts the sensor's own samples, not ticks.
+    def noise(step: float, stride: int) -> list[list[float]]:
+        context = scene_context([CAR], step=step)
+        rig = Rig(cases({"front": RADAR}), context, Path())
+        rows = []
+        for tick in range(6 * stride):
+            found = rig.sense(scene(context, [(40.0, 0.0)], tick=tick))["front"]
+            if found.fresh[0]:
+                rows.append(found.detections[0, 0].tolist())
+        return rows
+
+    assert noise(0.05, 1) == noise(0.025, 2)
+
+
+def test_rates_and_latencies_are_in_ticks_of_the_master_clock() -> None:
+    fresh = [readings["front"].fresh[0] for readings in sense({"front": CAMERA})]
+    assert fresh == [False, False, True, False, True, False, True, False]
+
+
+def test_rate_that_does_not_divide_the_clock_is_refused() -> None:
+    with pytest.raises(SpecError, match=r"sensors\.front\.rate"):
+        sense({"front": {**RADAR, "rate": "7 Hz"}})
+
+
+def test_values_may_vary_from_run_to_run() -> None:
+    context = scene_context([CAR], runs=2)
+    rig = Rig(cases({"front": RADAR}, {"front": {**RADAR, "range": "20 m"}}), context, Path())
+    assert rig.sense(scene(context, [(40.0, 0.0)]))["front"].mask[:, 0].tolist() == [True, False]
+
+
+def test_unknown_kind_is_no_sensor() -> None:
+    with pytest.raises(ValidationError, match="sonar"):
+        architecture({"front": {**RADAR, "kind": "sonar"}})
+
+
+def test_plugin_that_is_not_there_is_named() -> None:
+    with pytest.raises(SpecError, match=r"no file .*sonar\.py"):
+        sense({"front": {"kind": "./sonar.py:Sonar", "rate": "20 Hz"}}, ticks=1)
+
+
+def test_plugin_sensor_comes_from_the_folder_of_its_file(tmp_path: Path) -> None:
+    (tmp_path / "blind.py").write_text(PLUGIN, "utf-8")
+    sensors = {"front": {"kind": "./blind.py:Blind", "rate": "20 Hz"}, "back": RADAR}
+    readings = sense(sensors, ticks=2, folder=tmp_path)
+    assert not readings[-1]["front"].mask.any()
+    assert readings[-1]["back"].mask.any()
+
+
+def test_mounts_are_poses_of_the_sensors_that_have_one() -> None:
+    found = mounts(cases({"front": CAMERA, "pose": POSE}, {"front": CAMERA, "pose": POSE}))
+    assert list(found) == ["front"]
+    assert found["front"] == pytest.approx(np.array([[1.5, 0.0, 0.0, np.radians(5.0)]] * 2))
