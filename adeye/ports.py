@@ -47,7 +47,7 @@ class SensorContext:
         scene: What does not change during the runs.
         every: Ticks between two samples.
         latency: Ticks from sample to delivery.
-        offset_stream: Owner number of its random stream.
+        owner: Owner number of its random stream.
     """
 
     sensor_id: str

@@ -124,7 +124,14 @@ def validate_parameters(part: Part, values: Mapping[str, Any]) -> Validated:
         return Validated(model.model_validate(dict(values)), ())
     except ValidationError as error:
         found = error.errors(include_url=False, include_context=False, include_input=False)
-        return Validated(None, tuple((item["loc"], item["msg"]) for item in found))
+        return Validated(None, tuple((item["loc"], _said(item, model)) for item in found))
+
+
+def _said(item: ErrorDetails, model: type[BaseModel]) -> str:
+    if item["type"] == "extra_forbidden" and len(item["loc"]) == 1:
+        name = str(item["loc"][0])
+        return f"there is no parameter {name!r}. {suggest(name, model.model_fields)}"
+    return item["msg"].replace("Input should be", "must be")
 
 
 def plugins_digest(parts: Iterable[Part]) -> str:
@@ -239,7 +246,7 @@ def _syntax_error(name: str, path: str, error: SyntaxError) -> SpecError:
     return SpecError(error.msg, where=where, remedy=f"Correct the plug-in {name}.")
 
 
-def _import_error(name: str, path: str, error: Exception) -> SpecError:
+def _import_error(name: str, path: str, error: BaseException) -> SpecError:
     """Say where the code of a plug-in raised: in the deepest frame outside the import machinery."""
     frames = [
         frame

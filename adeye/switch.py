@@ -17,7 +17,6 @@ from adeye.signals import (
     REASON_STALENESS,
     REASON_STUCK,
     REQUESTS_AUTHORITY,
-    SILENT,
     Authority,
     Bools,
     ControlCommand,
@@ -202,7 +201,8 @@ def _step(  # noqa: PLR0913, PLR0917 - a kernel
 
 @compiled
 def _is_usable(record: Any, time: float, numbers: Floats, status: int) -> bool:
-    if status in (SILENT, FAULT):
+    # A silent channel says nothing, so only the age of its last command tells; a fault it reports.
+    if status == FAULT:
         return False
     if not (np.isfinite(numbers[0]) and np.isfinite(numbers[1])):
         return False

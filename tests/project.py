@@ -75,10 +75,15 @@ class Project:
         self.odd = folder / "odd" / "tested.yaml"
         self.db = folder / "adeye.db"
         self.write("odd/tested.yaml", MINI if odd is None else odd)
-        # The shipped concept asks for as many exercised runs as the shipped ODD has.
+        # The shipped concept asks for as many exercised runs as the shipped ODD has, and names a
+        # scenario of it.
+        used = {use.get("as", use["use"]) for use in self.read("odd/tested.yaml")["scenarios"]}
         with self.edited(CONCEPT) as concept:
-            for item in concept["requirements"]:
-                item["min_exercised"] = 1
+            concept["requirements"] = [
+                {**item, "min_exercised": 1}
+                for item in concept["requirements"]
+                if used.intersection(item.get("scenarios", used))
+            ]
 
     def read(self, name: str) -> Any:
         """Read a YAML file of the project."""

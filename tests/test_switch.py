@@ -57,7 +57,9 @@ def drive(made: PrioritySwitch, *statuses: tuple[int, ...]) -> list[tuple[int, i
     decisions = []
     for tick, row in enumerate(statuses):
         time = tick * STEP
-        proposals = [command(index, status, time) for index, status in enumerate(row)]
+        # One that is silent here has never spoken; what it said before it fell silent would count.
+        stamps = [-1.0 if status == SILENT else time for status in row]
+        proposals = [command(k, row[k], stamps[k]) for k in range(len(row))]
         _, authority = made.arbitrate(time, proposals)
         decisions.append((int(authority.channel[0]), int(authority.reason[0])))
     return decisions
@@ -146,7 +148,7 @@ def test_lower_priority_does_not_override_a_latched_channel() -> None:
 def test_ego_coasts_with_held_steering_when_no_channel_can_act() -> None:
     made = switch(spec())
     made.arbitrate(0.0, [command(NOMINAL, OK, 0.0, (2.0, 0.3)), command(SAFETY, OK, 0.0)])
-    silent = [command(NOMINAL, SILENT, 0.0), command(SAFETY, FAULT, 0.0)]
+    silent = [command(NOMINAL, SILENT, -1.0), command(SAFETY, FAULT, 0.0)]
     acting, authority = made.arbitrate(STEP, silent)
     assert acting.tolist() == [[0.0, 0.3]]
     assert (authority.channel[0], authority.reason[0]) == (NO_CHANNEL, REASON_NO_CHANNEL)
@@ -178,7 +180,7 @@ def test_stuck_switch_on_a_silent_channel_coasts() -> None:
     made = switch(spec(policy="stuck"))
     made.arbitrate(0.0, [command(NOMINAL, OK, 0.0, (2.0, 0.3)), command(SAFETY, OK, 0.0)])
     acting, authority = made.arbitrate(
-        STEP, [command(NOMINAL, SILENT, 0.0, (2.0, 0.5)), command(SAFETY, OK, STEP)]
+        STEP, [command(NOMINAL, SILENT, -1.0, (2.0, 0.5)), command(SAFETY, OK, STEP)]
     )
     assert acting.tolist() == [[0.0, 0.3]]
     assert authority.reason[0] == REASON_STUCK
@@ -243,3 +245,15 @@ def test_exactly_one_usable_channel_or_none_has_authority(
         else:
             assert channel in usable
             assert reason != REASON_NO_CHANNEL
+
+
+def test_silent_channel_is_noticed_by_the_age_of_its_last_command() -> None:
+    made = switch(spec(staleness="0.2 s"))
+    made.arbitrate(0.0, [command(NOMINAL, OK, 0.0), command(SAFETY, OK, 0.0)])
+    holders = []
+    for tick in range(1, 7):
+        time = tick * STEP
+        proposals = [command(NOMINAL, SILENT, 0.0), command(SAFETY, OK, time)]
+        _, authority = made.arbitrate(time, proposals)
+        holders.append(int(authority.channel[0]))
+    assert holders == [NOMINAL] * 4 + [SAFETY] * 2

@@ -16,6 +16,7 @@ from adeye.spec.quantity import IDENTIFIER
 from adeye.units import shown
 
 if TYPE_CHECKING:
+    from adeye.ports import ControlChannel
     from adeye.spec.load import Loaded
 
 
@@ -57,9 +58,9 @@ def load_parts(loaded: Loaded[Architecture]) -> Parts:
             assert isinstance(channel, PluginChannel)
             part = _plugin(loaded, ("channels", name), channel, "channel", ("act",))
             plugins.append(part)
-            made = plugin_channel(part)
+            made = _placed(loaded, name, part)
         for monitor in made.monitor_ids:
-            if not isinstance(monitor, str) or re.fullmatch(IDENTIFIER, monitor) is None:
+            if re.fullmatch(IDENTIFIER, str(monitor)) is None:
                 raise SpecError(
                     f"channel {name}: {shown(monitor)} cannot name a monitor",
                     where=loaded.locate(("channels", name, "kind")),
@@ -73,6 +74,14 @@ def load_parts(loaded: Loaded[Architecture]) -> Parts:
                 )
             monitors.append(monitor)
     return Parts(tuple(plugins), tuple(monitors))
+
+
+def _placed(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChannel:
+    try:
+        return plugin_channel(part)
+    except SpecError as error:
+        where = loaded.locate(("channels", name, "kind"))
+        raise SpecError(error.message, where=where, remedy=error.remedy) from error
 
 
 def _plugin(

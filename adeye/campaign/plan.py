@@ -7,12 +7,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adeye.campaign.check import check_cases, check_onsets, check_scenarios
 from adeye.campaign.content import Contents
 from adeye.campaign.parts import Parts, load_parts
 from adeye.campaign.provenance import provenance
 from adeye.campaign.work import WorkContext
 from adeye.engine import DRIVER, EngineIdentity, identity
-from adeye.errors import SpecError, suggest
+from adeye.errors import SpecError
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
 from adeye.spec.load import OddFiles, load_odd
 from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, PlannedCase
@@ -20,8 +21,6 @@ from adeye.sweep.axes import quantity_or_text
 from adeye.sweep.expand import Expansion, expand
 from adeye.sweep.structure import structure_key
 from adeye.units import Dimension
-from adeye.world.check import check_scenario
-from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -241,13 +240,11 @@ def make_plan(path: str | Path, *, backend: str = "highway") -> CampaignPlan:
         InputError: Anything is wrong; the message has file, line and column.
     """
     files = load_odd(path)
-    for item in files.scenarios.values():
-        for loc, message in check_scenario(item.spec):
-            raise SpecError(message, where=item.locate(loc))
+    check_scenarios(files)
     engine = identity(backend)
     parts = {name: load_parts(item) for name, item in files.architectures.items()}
     expansion = expand(files)
-    _check_onsets(files)
+    check_onsets(files)
     requirements = check_requirements(
         files.concept.spec, judged_plan(files, parts), files.concept.locate
     )
@@ -262,6 +259,7 @@ def make_plan(path: str | Path, *, backend: str = "highway") -> CampaignPlan:
     )
     if not plan.cases:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
+    check_cases(files, plan.cases)
     return plan
 
 
@@ -300,31 +298,6 @@ def signal_table(plan: CampaignPlan) -> list[SignalRow]:
         )
         for name, (kind, scenarios, architectures) in found.items()
     ]
-
-
-def _check_onsets(files: OddFiles) -> None:
-    for number, fault in enumerate(files.odd.spec.faults):
-        if fault.onset.when is None:
-            continue
-        where = files.odd.locate(("faults", number, "onset", "when"))
-        for use in files.odd.spec.scenarios:
-            entries = use.faults
-            names = (
-                {n for e in entries for n in ((e,) if isinstance(e, str) else e)}
-                if (entries is not None)
-                else {fault.id}
-            )
-            if fault.id not in names:
-                continue
-            known = trigger_variables(files.scenarios[use.name].spec)
-            for name in sorted(fault.onset.when.names):
-                if name not in known:
-                    raise SpecError(
-                        f"fault {fault.id}: scenario {use.name} has nothing named {name!r}",
-                        where=where,
-                        remedy=suggest(name, known),
-                    )
-            fault.onset.when.dimension(known)
 
 
 def _notices(files: OddFiles) -> Iterator[str]:

@@ -42,7 +42,8 @@ in which a car stops from 13.9 m/s (50 km/h) with 6 m/s² after 0.75 s."""
 
 SOON: Final = 1.0
 """An object that will be in the corridor this soon counts as in it, whoever passes first [s]. UN
-R157 5.2.5.2 asks to react to a cut-in about that long before the lane is entered."""
+R157 5.2.5.2 counts a cut-in as seen when its lateral movement is visible for 0.72 s before the lane
+is entered; a little more here. Our choice."""
 
 PASSING_MARGIN: Final = 0.5
 """How close in time to the ego's own passage an object may use the corridor [s]. Our choice."""

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, date, datetime
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.report.contents import (
+    CampaignContent,
+    architectures_of,
+    assumptions_of,
+    elements_of,
+    factors_of,
+    fsr_of,
+    goals_of,
+    hazards_of,
+    scenarios_of,
+    waivers_of,
+)
 from adeye.report.dead import dead_axes
 from adeye.report.model import (
-    Architecture,
-    Assumption,
     Cell,
-    Element,
-    Factors,
-    Fsr,
-    Hazard,
     Report,
-    SafetyGoal,
-    Scenario,
-    Waiver,
     WorstCase,
 )
 from adeye.report.parts import Binding, Label, Margin, RunVerdict
@@ -111,6 +113,7 @@ class ReportBuilder:
             draw: Re-executes runs and draws them.
             replays: Most runs to embed.
         """
+        content = CampaignContent(self.campaign, self.concept, self.odd)
         cells = tuple(self._cells())
         code, message = gate_code(self.repository, self.campaign)
         worst = self._worst_cases()
@@ -139,19 +142,19 @@ class ReportBuilder:
             accounted=progress.accounted,
             outcomes=Counter(Outcome(row["outcome"]) for row in self.results),
             command=self._command(f"adeye run {provenance.get('odd_path', self.campaign.odd)}"),
-            architectures=tuple(self._architectures()),
-            scenarios=tuple(self._scenarios()),
-            factors=tuple(self._factors()),
-            fsrs=tuple(self._fsr(item) for item in self.concept.requirements),
+            architectures=tuple(architectures_of(content)),
+            scenarios=tuple(scenarios_of(content)),
+            factors=tuple(factors_of(content)),
+            fsrs=tuple(fsr_of(content, item) for item in self.concept.requirements),
             cells=cells,
             worst_cases=worst,
             dead_axes=tuple(dead_axes(self.results, self.odd, self._command)),
             metrics=tuple(summarise(self.results, self.replay_command)),
-            hazards=tuple(self._hazards()),
-            goals=tuple(self._goals()),
-            elements=tuple(self._elements()),
-            assumptions=tuple(self._assumptions()),
-            waivers=tuple(self._waivers(cells)),
+            hazards=tuple(hazards_of(content)),
+            goals=tuple(goals_of(content)),
+            elements=tuple(elements_of(content)),
+            assumptions=tuple(assumptions_of(content)),
+            waivers=tuple(waivers_of(content, cells)),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
         )
 
@@ -163,149 +166,6 @@ class ReportBuilder:
     def replay_command(self, run: str) -> str:
         """Command line that executes a run again."""
         return self._command(f"adeye replay {run[:SHORT]}")
-
-    # Content
-
-    def _architectures(self) -> Iterable[Architecture]:
-        for name, content in self.odd["architectures"].items():
-            parts = [
-                Label(label=f"sensor {key}", value=sensor["kind"])
-                for key, sensor in content["sensors"].items()
-            ]
-            parts += [
-                Label(label=f"channel {key}", value=f"{item['kind']} ← {', '.join(item['links'])}")
-                for key, item in content["channels"].items()
-            ]
-            switch = content["switch"]
-            policy = f"{switch['policy']}: {' > '.join(switch['priority'])}"
-            yield Architecture(
-                id=name,
-                title=content["title"],
-                is_gate=name in self.campaign.gate,
-                cost=content["cost"] or None,
-                parts=(*parts, Label(label="switch", value=policy)),
-            )
-
-    def _scenarios(self) -> Iterable[Scenario]:
-        exposures = {
-            use.get("as") or use["use"]: use.get("exposure") for use in self.odd["odd"]["scenarios"]
-        }
-        for name, content in self.odd["scenarios"].items():
-            exposure = exposures.get(name)
-            yield Scenario(
-                id=name,
-                title=content["title"],
-                text=content["text"],
-                tags=tuple(
-                    Label(label=key, value=value) for key, value in content["tags"].items() if value
-                ),
-                exposure=f"{exposure * 3600.0:.4g} /h" if exposure else "",
-            )
-
-    def _factors(self) -> Iterable[Factors]:
-        by_scenario: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
-        for factor in self.campaign.factors:
-            by_scenario[factor["scenario"]].append(factor)
-        for name, factors in by_scenario.items():
-            entries = dict.fromkeys(entry for item in factors for entry in item["fault_entries"])
-            yield Factors(
-                scenario=name,
-                points=max(item["points"] for item in factors),
-                fault_entries=tuple(entries),
-                architectures=len(factors),
-                replicates=factors[0]["replicates"],
-                test_cases=sum(item["test_cases"] for item in factors),
-                axes=tuple(
-                    Label(label=axis, value=values) for axis, values in factors[0]["axes"].items()
-                ),
-                command=f"adeye plan {self.campaign.provenance.get('odd_path', '')}".strip(),
-            )
-
-    def _fsr(self, item: Requirement) -> Fsr:
-        goals = [goal for goal in self.concept.safety_goals if goal.id in item.goals]
-        return Fsr(
-            id=item.id,
-            text=item.text,
-            formula=measure_text(item),
-            asil=item.asil,
-            goals=item.goals,
-            mandatory=item.mandatory,
-            allocation=item.allocation,
-            threshold_source=item.threshold_source,
-            ftti_s=min(goal.ftti for goal in goals),
-            fdti_s=item.fdti,
-            frti_s=item.frti,
-            min_exercised=item.min_exercised,
-            on_contact=item.on_contact,
-            scenarios=item.scenarios,
-        )
-
-    def _hazards(self) -> Iterable[Hazard]:
-        for event in self.concept.hazardous_events:
-            yield Hazard(
-                id=event.id,
-                text=f"{event.malfunction} ({event.situation})",
-                severity=event.severity,
-                exposure=event.exposure,
-                controllability=event.controllability,
-                asil=event.asil,
-            )
-
-    def _goals(self) -> Iterable[SafetyGoal]:
-        for goal in self.concept.safety_goals:
-            yield SafetyGoal(
-                id=goal.id,
-                text=goal.text,
-                asil=self.concept.goal_asil(goal.id),
-                hazards=goal.hazardous_events,
-                safe_state=goal.safe_state,
-                ftti_s=goal.ftti,
-            )
-
-    def _elements(self) -> Iterable[Element]:
-        realised: dict[str, list[str]] = defaultdict(list)
-        for name, content in self.odd["architectures"].items():
-            parts = {**content["sensors"], **content["channels"], "switch": content["switch"]}
-            for key, part in parts.items():
-                if part.get("realises"):
-                    realised[part["realises"]].append(f"{name}.{key}")
-        for element in self.concept.elements:
-            yield Element(
-                id=element.id,
-                kind=element.kind,
-                text=element.text,
-                asil_capability=element.asil_capability,
-                legacy=element.legacy,
-                realised_by=tuple(realised[element.id]),
-            )
-
-    def _assumptions(self) -> Iterable[Assumption]:
-        for item in self.concept.assumptions:
-            yield Assumption(
-                id=item.id,
-                text=item.text,
-                owner=item.owner,
-                valid_until=item.valid_until.isoformat(),
-                is_expired=item.valid_until < _today(),
-            )
-
-    def _waivers(self, cells: Sequence[Cell]) -> Iterable[Waiver]:
-        for item in self.concept.waivers:
-            missing = sum(
-                count
-                for cell in cells
-                if cell.fsr == item.requirement and cell.scenario is None
-                for verdict, count in cell.counts.items()
-                if verdict not in {Verdict.PASS, Verdict.VACUOUS, Verdict.FAIL}
-            )
-            yield Waiver(
-                fsr=item.requirement,
-                reason=item.reason,
-                author=item.author,
-                expires=item.expires.isoformat(),
-                runs=missing,
-                is_expired=item.expires < _today(),
-            )
 
     # Verdicts
 
@@ -423,17 +283,6 @@ class ReportBuilder:
         return list(chosen.values())
 
 
-def measure_text(item: Requirement) -> str:
-    """Write what an FSR measures: its formula or its bound."""
-    if item.formula is not None:
-        return item.formula
-    assert item.bound is not None
-    low = item.bound.at_least
-    return f"{item.bound.metric} {'>=' if low is not None else '<='} " + str(
-        low if low is not None else item.bound.at_most
-    )
-
-
 def margin_of(record: VerdictRecord) -> Margin | None:
     """Margin of a verdict, None where there is no number."""
     if record.margin is None:
@@ -483,7 +332,3 @@ def replay_events(records: Iterable[EventRecord]) -> tuple[Event, ...]:
 def _badness(robustness: float | None) -> float:
     """Sort key: the smaller, the worse; without a number it is neither."""
     return robustness if robustness is not None else 0.0
-
-
-def _today() -> date:
-    return datetime.now(UTC).date()

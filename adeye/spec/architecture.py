@@ -8,6 +8,7 @@ from pydantic import Field, StringConstraints, model_validator
 
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
+    PLUGIN,
     Acceleration,
     Angle,
     AngularRate,
@@ -31,7 +32,7 @@ PositiveAcceleration = Annotated[Acceleration, Field(gt=0.0)]
 FieldOfView = Annotated[Angle, Field(gt=0.0, le=6.283185307179587)]
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
 
-PluginPath = Annotated[str, StringConstraints(pattern=r"^.+:[A-Za-z_][A-Za-z0-9_]*$")]
+PluginPath = Annotated[str, StringConstraints(pattern=PLUGIN)]
 """An entry point: ``module:Class`` or ``./file.py:Class``."""
 
 

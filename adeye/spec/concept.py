@@ -14,11 +14,11 @@ from pydantic import Field, Strict, model_validator
 
 from adeye.errors import suggest
 from adeye.spec.misplaced import Loc, misplaced, repeated
-from adeye.spec.quantity import Duration, Identifier, Many, Record, Text
+from adeye.spec.quantity import REFERENCE, Duration, Identifier, Many, Record, Text
 
 Asil = Literal["QM", "A", "B", "C", "D"]
 ASIL_ORDER: tuple[Asil, ...] = ("QM", "A", "B", "C", "D")
-Reference = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$", max_length=64)]
+Reference = Annotated[str, Field(pattern=REFERENCE, max_length=64)]
 
 
 def determine_asil(severity: str, exposure: str, controllability: str) -> Asil | None:

@@ -6,9 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, StringConstraints, model_validator
 
-from adeye.spec.quantity import Condition, Duration, Identifier, Record
+from adeye.spec.quantity import TARGET, Condition, Duration, Identifier, Record
 
-Target = Annotated[str, StringConstraints(pattern=r"^(sensors|channels)\.[a-z][a-z0-9_]*$")]
+Target = Annotated[str, StringConstraints(pattern=TARGET)]
 
 
 class Onset(Record):

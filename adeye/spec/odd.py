@@ -121,12 +121,16 @@ class Sweep(Record):
 
     @model_validator(mode="after")
     def _fits_design(self) -> Self:
-        if (self.design == "list") != bool(self.points):
-            msg = f"design: list takes points, no other does; this is design: {self.design}"
-            raise ValueError(msg)
-        if (self.design == "random") != (self.samples is not None):
-            msg = f"design: random takes samples, no other does; this is design: {self.design}"
-            raise ValueError(msg)
+        for design, key, given in (
+            ("list", "points", bool(self.points)),
+            ("random", "samples", self.samples is not None),
+        ):
+            if self.design == design and not given:
+                msg = f"design: {design} needs {key}"
+                raise ValueError(msg)
+            if self.design != design and given:
+                msg = f"{key} belong to design: {design}, and this is design: {self.design}"
+                raise ValueError(msg)
         if self.design == "list" and self.parameters:
             msg = "design: list takes points, no parameters"
             raise ValueError(msg)

@@ -12,7 +12,7 @@ from pydantic.errors import PydanticInvalidForJsonSchema
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.spec.expression import parse
-from adeye.spec.quantity import IDENTIFIER
+from adeye.spec.quantity import PATTERNS
 from adeye.units import format_quantity, shown
 
 if TYPE_CHECKING:
@@ -246,9 +246,11 @@ def _worded(item: Mapping[str, Any]) -> str:
     if kind in _LIMITS:
         word, key = _LIMITS[kind]
         return f"must be {word} {_in_units_of(item['input'], float(context[key]))}"
-    if kind == "string_pattern_mismatch" and context["pattern"] == IDENTIFIER:
-        return "must be lower case letters, digits and underscores after a letter"
-    return _inner(item["msg"])
+    if kind == "string_pattern_mismatch" and context["pattern"] in PATTERNS:
+        return PATTERNS[context["pattern"]]
+    if kind.startswith("date_"):
+        return "must be a date, like 2027-12-31"
+    return _inner(item["msg"]).replace("Input should be", "must be", 1)
 
 
 def _in_units_of(value: Any, limit: float) -> str:

@@ -32,6 +32,17 @@ from adeye.spec.expression import Expression, parse
 from adeye.units import Dimension, parse_quantity, shown
 
 IDENTIFIER: Final = r"^[a-z][a-z0-9_]*$"
+REFERENCE: Final = r"^[A-Za-z][A-Za-z0-9_.-]*$"
+TARGET: Final = r"^(sensors|channels)\.[a-z][a-z0-9_]*$"
+PLUGIN: Final = r"^.+:[A-Za-z_][A-Za-z0-9_]*$"
+PATTERNS: Final = {
+    IDENTIFIER: "must be lower case letters, digits and underscores after a letter",
+    REFERENCE: "must be letters, digits, points, hyphens and underscores after a letter",
+    TARGET: "must be sensors.<id> or channels.<id>",
+    PLUGIN: "must be module:Class or ./file.py:Class",
+}
+"""What each pattern of a text asks for, in words."""
+
 Identifier = Annotated[str, StringConstraints(pattern=IDENTIFIER, max_length=64)]
 """A name that users refer to: lower case letters, digits and underscores."""
 

@@ -263,7 +263,7 @@ def has_path(record: Any, path: tuple[str, ...]) -> bool:
     return True
 
 
-def _steps(name: str, steps: Steps, where: SourceLocation) -> tuple[str, ...]:
+def _steps(name: str, steps: Steps, where: SourceLocation) -> tuple[Value, ...]:
     ends = [_split(name, text, where) for text in (steps.start, steps.to, steps.step)]
     units = {unit for _, unit in ends}
     if len(units) != 1:
@@ -294,7 +294,11 @@ def _steps(name: str, steps: Steps, where: SourceLocation) -> tuple[str, ...]:
             where=where,
             remedy=f"The nearest ends are {' and '.join(nearest)}.",
         )
-    return tuple(f"{start + step * k} {unit}".strip() for k in range(int(intervals) + 1))
+    levels = [start + step * k for k in range(int(intervals) + 1)]
+    if unit:
+        return tuple(f"{level} {unit}" for level in levels)
+    is_whole = all(level == level.to_integral_value() for level in (start, step))
+    return tuple(int(level) if is_whole else float(level) for level in levels)
 
 
 def _around(number: Fraction) -> tuple[int, int]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from adeye.errors import SourceLocation, SweepError
 from adeye.identity import stream_seed
+from adeye.kernel.jit import compiled
 from adeye.kernel.random import owner_id, uniform
 
 if TYPE_CHECKING:
@@ -23,6 +24,10 @@ MAX_RAW_POINTS = 50_000_000
 """Combinations before constraints above which a sweep is refused without being expanded."""
 CHUNK = 262_144
 MAX_DRAWS_PER_SAMPLE = 1_000
+DRAWS = 4_096
+"""Draws of a random design that are made and looked at together."""
+HOPELESS = 1_000_000
+"""Draws after which a random design without a single feasible point is given up."""
 
 Column = NDArray[np.float64] | NDArray[np.str_]
 
@@ -133,7 +138,7 @@ class RandomDesign:
         fixed: Mapping[str, float],
         where: SourceLocation,
     ) -> Points:
-        """Draw points one by one and keep the feasible ones.
+        """Draw points and keep the first feasible ones, whatever the size of the chunks.
 
         Raises:
             SweepError: An axis is not numeric, or feasible points are too rare.
@@ -145,32 +150,48 @@ class RandomDesign:
                     where=axis.where,
                     remedy="Use another design for paths.",
                 )
-        seed = stream_seed(self.seed, 0, f"sweep/{self.stream}", {})
+        seed = np.uint64(stream_seed(self.seed, 0, f"sweep/{self.stream}", {}))
         ends = [(min(map(float, axis.values)), max(map(float, axis.values))) for axis in axes]
-        owners = [owner_id(axis.name) for axis in axes]
-        rows: list[list[float]] = []
-        draws = self.samples * MAX_DRAWS_PER_SAMPLE
-        for draw in range(draws):
-            if len(rows) == self.samples:
+        owners = [np.uint64(owner_id(axis.name)) for axis in axes]
+        kept: list[NDArray[np.float64]] = []
+        limit = min(self.samples * MAX_DRAWS_PER_SAMPLE, 2**32)
+        drawn = found = 0
+        while found < self.samples and drawn < limit:
+            count = min(DRAWS, limit - drawn)
+            table = np.empty((count, len(axes)))
+            for at, ((low, high), owner) in enumerate(zip(ends, owners, strict=True)):
+                _draw(seed, owner, drawn, table[:, at])
+                table[:, at] = low + (high - low) * table[:, at]
+            columns = {axis.name: table[:, at] for at, axis in enumerate(axes)}
+            mask = np.ones(count, dtype=bool)
+            for relation in relations:
+                mask &= _holds(relation, columns, fixed, count)
+            kept.append(table[mask])
+            drawn, found = drawn + count, found + int(mask.sum())
+            if not found and drawn >= HOPELESS:
                 break
-            row = [
-                low + (high - low) * float(uniform(np.uint64(seed), np.uint64(owner), draw, 0))
-                for (low, high), owner in zip(ends, owners, strict=True)
-            ]
-            point = {axis.name: np.array([x]) for axis, x in zip(axes, row, strict=True)}
-            if all(bool(_holds(item, point, fixed, 1)[0]) for item in relations):
-                rows.append(row)
-        if len(rows) < self.samples:
+        if found < self.samples:
             raise SweepError(
-                f"only {len(rows)} of {draws:,} draws fulfil "
+                f"only {found} of {drawn:,} draws fulfil "
                 f"{' and '.join(item.expression.text for item in relations)}",
                 where=where,
                 remedy="Widen the ranges or relax the relations.",
             )
-        table = np.array(rows, dtype=np.float64).reshape(self.samples, len(axes))
-        columns: dict[str, Column] = {axis.name: table[:, i] for i, axis in enumerate(axes)}
-        texts = {name: np.array([repr(float(x)) for x in col]) for name, col in columns.items()}
-        return Points(columns, texts, self.samples, self.samples)
+        sample = np.concatenate(kept)[: self.samples]
+        drawn_columns: dict[str, Column] = {
+            axis.name: sample[:, at] for at, axis in enumerate(axes)
+        }
+        texts = {
+            name: np.array([repr(float(x)) for x in column])
+            for name, column in drawn_columns.items()
+        }
+        return Points(drawn_columns, texts, self.samples, self.samples)
+
+
+@compiled
+def _draw(seed: np.uint64, owner: np.uint64, first: int, out: NDArray[np.float64]) -> None:
+    for at in range(out.shape[0]):
+        out[at] = uniform(seed, owner, first + at, 0)
 
 
 def _levels(flat: NDArray[np.int64], sizes: Sequence[int]) -> list[NDArray[np.int64]]:

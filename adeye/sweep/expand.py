@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.errors import SourceLocation, SpecError, SweepError
+from adeye.errors import SpecError, SweepError
 from adeye.spec.clock import period_ticks, ticks
-from adeye.sweep.axes import Axis, AxisReader, default_values, quantity_or_text
-from adeye.sweep.boundary import breaches
+from adeye.spec.scenario import Value
+from adeye.sweep.axes import AxisReader, default_values
+from adeye.sweep.boundary import Breach, breaches
 from adeye.sweep.case import TestCase
-from adeye.sweep.design import Points, RandomDesign, Relation, full_factorial, zipped
 from adeye.sweep.groups import Group, groups_of, varies
 from adeye.sweep.overrides import Change, Variants
+from adeye.sweep.points import read_points
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from numpy.typing import NDArray
+    from collections.abc import Iterator
 
     from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
-    from adeye.spec.load import OddFiles
-    from adeye.spec.odd import ScenarioUse
+    from adeye.spec.load import Loaded, OddFiles
     from adeye.spec.scenario import LogicalScenario
 
 
@@ -97,7 +96,7 @@ def expand(files: OddFiles) -> Expansion:
     factors: list[Factor] = []
     axes: dict[str, tuple[str, ...]] = {}
     for number, use in enumerate(odd.scenarios):
-        read, points = _points(files, number, use)
+        read, points = read_points(files, number)
         axes[use.name] = tuple(axis.name for axis in read)
         for architecture in files.architectures.values():
             made = groups_of(files, number, architecture, read, points)
@@ -136,14 +135,36 @@ def _check_limit(expansion: Expansion) -> None:
 
 def _check_clock(files: OddFiles) -> None:
     step = files.odd.spec.step
-    for loaded in files.architectures.values():
+    for architecture in files.architectures.values():
         try:
-            check_rates(loaded.spec, step)
+            check_rates(architecture.spec, step)
         except SpecError as error:
-            part = tuple(error.message.split(":")[0].split("."))
-            raise SpecError(
-                error.message, where=loaded.locate(part), remedy=error.remedy
-            ) from error
+            raise _placed(error, architecture) from error
+    for scenario in files.scenarios.values():
+        try:
+            check_times(scenario.spec, step)
+        except SpecError as error:
+            raise _placed(error, scenario) from error
+
+
+def _placed(error: SpecError, loaded: Loaded[Any]) -> SpecError:
+    """Find the place of an error whose message begins with a dotted path."""
+    where = loaded.locate(_path(error))
+    return SpecError(error.message, where=where, remedy=error.remedy)
+
+
+def _path(error: SpecError) -> tuple[str, ...]:
+    return tuple(error.message.split(":")[0].split("."))
+
+
+def check_times(scenario: LogicalScenario, step: float) -> None:
+    """Check that horizon and tail of a scenario fit the master clock.
+
+    Raises:
+        SpecError: One does not; the message begins with its name.
+    """
+    ticks(scenario.horizon, step, "horizon")
+    ticks(scenario.tail, step, "tail")
 
 
 def check_rates(architecture: Architecture, step: float) -> None:
@@ -160,93 +181,27 @@ def check_rates(architecture: Architecture, step: float) -> None:
         ticks(channel.delay, step, f"channels.{name}.delay")
 
 
-def _points(files: OddFiles, number: int, use: ScenarioUse) -> tuple[tuple[Axis, ...], Points]:
-    odd = files.odd
-    scenario = files.scenarios[use.name]
-    base = ("scenarios", number, "sweep")
-    where = odd.locate(base)
-    reader = AxisReader(files, use.name, scenario)
-    sweep = use.sweep
-    relations = [
-        Relation(item, odd.locate((*base, "where", k))) for k, item in enumerate(sweep.where)
-    ]
-    relations += [
-        Relation(item, scenario.locate(("constraints", k)))
-        for k, item in enumerate(scenario.spec.constraints)
-    ]
-    fixed = default_values(scenario.spec)
-    for name, text in use.parameters.items():
-        at = odd.locate(("scenarios", number, "parameters", name))
-        axis = reader.read(name, (text,), at)
-        if axis.kind == "parameter":
-            fixed[name] = float(axis.values[0])
-    if sweep.design == "list":
-        names = dict.fromkeys(name for point in sweep.points for name in point)
-        for k, point in enumerate(sweep.points):
-            if set(point) != set(names):
-                missing = ", ".join(sorted(set(names) - set(point)))
-                raise SweepError(
-                    f"point {k + 1} has no {missing}",
-                    where=odd.locate((*base, "points", k)),
-                    remedy="Every point of a list names the same parameters.",
-                )
-        axes = tuple(
-            reader.read(
-                name,
-                tuple(point[name] for point in sweep.points),
-                odd.locate((*base, "points", 0, name)),
-                distinct=False,
-            )
-            for name in names
-        )
-        return axes, zipped(axes, relations, fixed, where)
-    axes = tuple(
-        reader.read(
-            name,
-            spec,
-            odd.locate((*base, "parameters", name)),
-            distinct=sweep.design != "zip",
-        )
-        for name, spec in sweep.parameters.items()
-    )
-    if sweep.design == "zip":
-        return axes, zipped(axes, relations, fixed, where)
-    if sweep.design == "random":
-        assert sweep.samples is not None
-        _check_limit_of_samples(files, sweep.samples, where)
-        design = RandomDesign(sweep.samples, odd.spec.seed, use.name)
-        return axes, design.draw(axes, relations, fixed, where)
-    return axes, full_factorial(axes, relations, fixed, where)
-
-
-def _check_limit_of_samples(files: OddFiles, samples: int, where: SourceLocation) -> None:
-    limit = files.odd.spec.max_test_cases
-    if samples > limit:
-        raise SweepError(
-            f"{samples:,} samples are above the limit of {limit:,} test cases",
-            where=where,
-            remedy="Draw fewer, or raise max_test_cases in the ODD.",
-        )
-
-
 def _cases(files: OddFiles, group: Group, variants: Variants) -> Iterator[TestCase]:
     odd = files.odd.spec
     base, fixed = _fixed(files, group)
     defaults = {**default_values(group.scenario.spec), **fixed}
-    seen_outside: dict[int, NDArray[np.bool_]] = {}
+    written = {axis.name: {str(text): text for text in axis.texts} for axis in group.axes}
+    found: dict[int, list[Breach]] = {}
     for row in group.rows:
-        changes = _changes(group, int(row), base)
-        scenario = variants.of(group.scenario, changes["scenario"], group.where)
-        architecture = variants.of(group.architecture, changes["architecture"], group.where)
-        if changes["architecture"]:
-            check_rates(architecture, odd.step)
+        changes = _changes(group, int(row), base, written)
+        scenario = variants.of(group.scenario, changes["scenario"])
+        architecture = variants.of(group.architecture, changes["architecture"])
+        _check_varied_clock(scenario, architecture, changes, odd.step)
         parameters = dict(defaults)
         for axis in group.axes:
             if axis.kind == "parameter":
                 parameters[axis.name] = float(group.points.columns[axis.name][row])
-        if id(scenario) not in seen_outside:
-            seen_outside[id(scenario)] = _outside(files, group, scenario, defaults)
-        faults = tuple(_fault(files, k, changes, variants, group.where) for k in group.faults)
+        if id(scenario) not in found:
+            found[id(scenario)] = _breaches(files, group, scenario, defaults)
+        is_outside = any(breach.outside[row] for breach in found[id(scenario)])
+        if is_outside and odd.outside == "refuse":
+            raise _outside(files, group, scenario, parameters)
+        faults = tuple(_fault(files, k, changes, variants) for k in group.faults)
         point = {axis.name: _plain(group.points.columns[axis.name][row]) for axis in group.axes}
         for replicate in range(odd.replicates):
             yield TestCase(
@@ -260,64 +215,86 @@ def _cases(files: OddFiles, group: Group, variants: Variants) -> Iterator[TestCa
                 seed=odd.seed,
                 step=odd.step,
                 point=point,
-                inside_odd=not bool(seen_outside[id(scenario)][row]),
+                inside_odd=not is_outside,
                 attributes=odd.attributes,
             )
 
 
 Changes = dict[str, tuple[Change, ...]]
+Written = Mapping[str, Mapping[str, Value]]
+"""By axis, the values as the user wrote them, numbers as numbers."""
 
 
 def _fixed(files: OddFiles, group: Group) -> tuple[Changes, dict[str, float]]:
     reader = AxisReader(files, group.use.name, group.scenario)
     changes: dict[str, list[Change]] = {"scenario": [], "architecture": [], "faults": []}
     values: dict[str, float] = {}
+    number = files.odd.spec.scenarios.index(group.use)
     for name, text in group.use.parameters.items():
-        axis = reader.read(name, (text,), group.where)
+        where = files.odd.locate(("scenarios", number, "parameters", name))
+        axis = reader.read(name, (text,), where)
         if axis.kind == "parameter":
             values[name] = float(axis.values[0])
         elif varies(axis, group.architecture.spec, tuple(group.entry.split("+"))):
-            changes[axis.kind].append((axis.path, text))
+            changes[axis.kind].append(Change(axis.path, text, where))
     return {kind: tuple(items) for kind, items in changes.items()}, values
 
 
-def _changes(group: Group, row: int, base: Changes) -> Changes:
+def _changes(group: Group, row: int, base: Changes, written: Written) -> Changes:
     changes = {kind: list(items) for kind, items in base.items()}
     for axis in group.axes:
         if axis.kind != "parameter":
-            text = str(group.points.texts[axis.name][row])
-            value, dimension = quantity_or_text(text)
-            plain = dimension is not None and dimension.label == "a plain number"
-            changes[axis.kind].append((axis.path, float(value) if plain else text))
+            text = written[axis.name][str(group.points.texts[axis.name][row])]
+            changes[axis.kind].append(Change(axis.path, text, axis.where))
     return {kind: tuple(items) for kind, items in changes.items()}
 
 
-def _fault(
-    files: OddFiles, number: int, changes: Changes, variants: Variants, where: SourceLocation
-) -> Fault:
+def _check_varied_clock(
+    scenario: LogicalScenario, architecture: Architecture, changes: Changes, step: float
+) -> None:
+    """Check what a sweep changed against the master clock."""
+    try:
+        if changes["scenario"]:
+            check_times(scenario, step)
+        if changes["architecture"]:
+            check_rates(architecture, step)
+    except SpecError as error:
+        changed = [*changes["scenario"], *changes["architecture"]]
+        guilty = [change for change in changed if change.path == _path(error)]
+        where = (guilty or changed)[-1].where
+        raise SweepError(error.message, where=where, remedy=error.remedy) from error
+
+
+def _fault(files: OddFiles, number: int, changes: Changes, variants: Variants) -> Fault:
     fault = files.odd.spec.faults[number]
-    own = tuple((path[1:], value) for path, value in changes["faults"] if path[0] == fault.id)
-    return variants.fault(fault, files.odd.content["faults"][number], own, where)
+    own = tuple(
+        replace(change, path=change.path[1:])
+        for change in changes["faults"]
+        if change.path[0] == fault.id
+    )
+    return variants.fault(fault, files.odd.content["faults"][number], own)
 
 
-def _outside(
+def _breaches(
     files: OddFiles, group: Group, scenario: LogicalScenario, defaults: Mapping[str, float]
-) -> NDArray[np.bool_]:
-    count = group.points.count
+) -> list[Breach]:
     columns: dict[str, Any] = dict(defaults)
     for axis in group.axes:
         if axis.kind == "parameter":
             columns[axis.name] = group.points.columns[axis.name]
-    outside = np.zeros(count, dtype=bool)
-    for breach in breaches(scenario, columns, count, files.odd.spec.attributes):
-        if files.odd.spec.outside == "refuse":
-            raise SweepError(
-                f"{group.use.name}: {breach.text}",
-                where=group.where,
-                remedy="Narrow the sweep, widen the ODD, or set `outside: robustness`.",
-            )
-        outside |= breach.outside
-    return outside
+    return breaches(scenario, columns, group.points.count, files.odd.spec.attributes)
+
+
+def _outside(
+    files: OddFiles, group: Group, scenario: LogicalScenario, parameters: Mapping[str, float]
+) -> SweepError:
+    """Say which attribute one point leaves: it alone is evaluated."""
+    first = breaches(scenario, parameters, 1, files.odd.spec.attributes)[0]
+    return SweepError(
+        f"{group.use.name}: {first.text}",
+        where=group.where,
+        remedy="Narrow the sweep, widen the ODD, or set `outside: robustness`.",
+    )
 
 
 def _plain(value: Any) -> float | str:

@@ -63,9 +63,7 @@ class Variants:
         made: Spec = self._made[key]
         return made
 
-    def fault(
-        self, fault: Fault, content: Mapping[str, Any], changes: tuple[Change, ...]
-    ) -> Fault:
+    def fault(self, fault: Fault, content: Mapping[str, Any], changes: tuple[Change, ...]) -> Fault:
         """Return a fault with changes applied.
 
         Raises:
@@ -112,9 +110,7 @@ def _guilty(changes: tuple[Change, ...], loc: tuple[str | int, ...]) -> Change:
     return (wrote or list(changes))[-1]
 
 
-def _changed(
-    model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]
-) -> Spec:
+def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:
     changed = copy.deepcopy(dict(content))
     for change in changes:
         set_path(changed, change.path, change.value)

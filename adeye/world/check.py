@@ -47,9 +47,8 @@ def check_scenario(scenario: LogicalScenario) -> list[Finding]:
     for loc, expression, required in _formulas(scenario, ()):
         is_trigger = loc[0] == "storyboard" and loc[-1] == "when"
         known = variables if is_trigger else names
-        findings += [(loc, text) for text in _wrong(expression, required, known)]
-        if is_trigger and not findings:
-            findings += [(loc, text) for text in _not_compiled(expression, variables)]
+        wrong = [*_wrong(expression, required, known)] or [*_not_compiled(expression, known)]
+        findings += [(loc, text) for text in wrong]
     return [*findings, *_lanes(scenario)]
 
 

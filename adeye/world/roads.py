@@ -41,16 +41,16 @@ def build_roads(formulas: Formulas) -> RoadMap:
         SpecError: A width, length or radius is not possible.
     """
     road = formulas.scenario.world.road
-    lane_width = formulas.limited("lane_width", lambda s: s.world.road.lane_width, above=0.0)
-    shoulder = formulas.limited("shoulder", lambda s: s.world.road.shoulder, above=BELOW_ZERO)
+    lane_width = formulas.limited("world.road.lane_width", lambda s: s.world.road.lane_width, above=0.0)
+    shoulder = formulas.limited("world.road.shoulder", lambda s: s.world.road.shoulder, above=BELOW_ZERO)
     limit = formulas.limited(
-        "speed_limit", lambda s: s.world.road.speed_limit, above=0.0, unit="m/s"
+        "world.road.speed_limit", lambda s: s.world.road.speed_limit, above=0.0, unit="m/s"
     )
-    length = formulas.limited("length", lambda s: s.world.road.length, above=0.0)
+    length = formulas.limited("world.road.length", lambda s: s.world.road.length, above=0.0)
     if road.kind == "straight":
         pieces = [(length + RUN_OUT, np.zeros(formulas.runs))]
     else:
-        radius = formulas.values("radius", lambda s: s.world.road.radius)
+        radius = formulas.values("world.road.radius", lambda s: s.world.road.radius)
         arcs = 1 if road.kind == "curve" else 2
         arc = (length - LEAD_IN) / arcs
         _check_arcs(road.kind, radius, arc, road.lanes * lane_width)
@@ -64,7 +64,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
 def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:
     if (arc <= 0.0).any():
         raise SpecError(
-            f"road.length: a {kind} begins with {LEAD_IN:g} m straight, and nothing is left of "
+            f"world.road.length: a {kind} begins with {LEAD_IN:g} m straight, and nothing is left of "
             f"the length for its arc",
             remedy=f"Make the road longer than {LEAD_IN:g} m.",
         )
@@ -72,14 +72,14 @@ def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:
     tight = np.abs(radius) <= width
     if tight.any():
         raise SpecError(
-            f"road.radius: {radius[tight][0]:g} m is not larger than the {width[tight][0]:g} m "
+            f"world.road.radius: {radius[tight][0]:g} m is not larger than the {width[tight][0]:g} m "
             "that the lanes take",
             remedy="Use a larger radius.",
         )
     turn = arc / np.abs(radius)
     if (turn > MAX_TURN).any():
         raise SpecError(
-            f"road.radius: an arc of the {kind} turns by {np.degrees(turn.max()):.0f} deg, "
+            f"world.road.radius: an arc of the {kind} turns by {np.degrees(turn.max()):.0f} deg, "
             f"more than {np.degrees(MAX_TURN):.0f} deg",
             remedy="Use a larger radius or a shorter road.",
         )

@@ -114,7 +114,7 @@ def test_wrong_unit_names_value_and_units() -> None:
 
 def test_wrong_word_is_named_with_the_nearest() -> None:
     assert changed("rig: front", "rig: front\ndesign: full_factoral") == [
-        "2:9: design: Input should be 'zip', 'list' or 'full_factorial' ('full_factoral'). "
+        "2:9: design: must be 'zip', 'list' or 'full_factorial' ('full_factoral'). "
         "Did you mean 'full_factorial'?"
     ]
 

@@ -45,7 +45,7 @@ SHADOW: Final = {
     "comfort_deceleration": 2.0,
 }
 """Car following while no stop is asked for [s], [m], [m/s²]: gentler than the nominal channel. The
-time gap is the one that UN R157 5.2.3.3 asks for at highest speed."""
+time gap is the headway of the careful and competent driver of UN R157."""
 
 
 class SafetyChannel:

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from adeye.kernel.jit import compiled
-from adeye.signals import FAULT, SILENT, Bools, Floats, Ints
+from adeye.signals import FAULT, Bools, Floats, Ints
 
 MONITOR_IDS: Final = ("nominal_silent", "nominal_implausible", "object_danger", "lane_departure")
 OBJECT_DANGER: Final = 2
@@ -172,8 +172,9 @@ def gather_commands(time: float, numbers: Floats, status: Ints, heard: Bools, se
     seen[SEEN_STATUS] = seen[SEEN_AGE] = 0.0
     seen[SEEN_ACCELERATION] = seen[SEEN_STEERING] = 0.0
     for channel in range(status.shape[0]):
-        is_down = status[channel] == SILENT or status[channel] == FAULT
-        if not is_down:
+        # A silent channel says nothing, so only the age of its last command tells.
+        is_down = status[channel] == FAULT
+        if numbers[channel, 2] >= 0.0 and not is_down:
             heard[channel] = True
         if not heard[channel]:
             seen[SEEN_HEARD] = 0.0

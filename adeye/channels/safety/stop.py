@@ -10,8 +10,8 @@ from adeye.kernel.jit import compiled
 from adeye.kernel.motion import clip
 
 ONSET_JERK: Final = 12.65
-"""Growth of the braking of a stop that no object hurries [m/s³]: what UN R157, annex 4, appendix 3
-gives a competent and careful driver."""
+"""Growth of the braking of a stop that no object hurries [m/s³]: that of the careful and competent
+driver of UN R157."""
 
 RESERVE: Final = 1.2
 """How much more than the required deceleration is commanded, for the lag of the brakes and for

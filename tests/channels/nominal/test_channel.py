@@ -86,7 +86,7 @@ def test_braking_lead_is_not_touched() -> None:
         x = 60.0 + 30.0 * min(time, 3.0) + 30.0 * t - 3.0 * t * t
         return [[x, LANE, 0.0, 30.0 - 6.0 * t, -6.0]]
 
-    done = run(World(objects=braking), 16.0)
+    done = run(World(objects=braking), 24.0)
     assert done.distance.min() > 1.0
     assert done.ego[-1, 3] == 0.0
 

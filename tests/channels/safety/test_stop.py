@@ -13,7 +13,9 @@ RECORD = parameter_record(
 def stop(ticks: int, required: float, *, start: float = 0.0) -> list[float]:
     accelerations = [start]
     for _ in range(ticks):
-        accelerations.append(stop_acceleration(RECORD, accelerations[-1], 20.0, required, True))
+        accelerations.append(
+            stop_acceleration(RECORD, accelerations[-1], 20.0, required, is_danger=True)
+        )
     return accelerations[1:]
 
 
@@ -34,15 +36,15 @@ def test_no_more_than_the_emergency_deceleration_is_asked_for() -> None:
 
 
 def test_braking_is_not_taken_back_before_standstill() -> None:
-    assert stop_acceleration(RECORD, -7.0, 10.0, 0.0, True) == -7.0
+    assert stop_acceleration(RECORD, -7.0, 10.0, 0.0, is_danger=True) == -7.0
 
 
 def test_standing_ego_is_held() -> None:
-    assert stop_acceleration(RECORD, -7.0, 0.0, 0.0, True) == -HOLD_DECELERATION
+    assert stop_acceleration(RECORD, -7.0, 0.0, 0.0, is_danger=True) == -HOLD_DECELERATION
 
 
 def test_healed_danger_leaves_the_stop_its_own_deceleration() -> None:
     acceleration = -7.0
     for _ in range(40):
-        acceleration = stop_acceleration(RECORD, acceleration, 10.0, 0.0, False)
+        acceleration = stop_acceleration(RECORD, acceleration, 10.0, 0.0, is_danger=False)
     assert acceleration == -RECORD["stop_deceleration"]

@@ -1,0 +1,218 @@
+"""What a report repeats from the files of a campaign: concept, architectures, scenarios, counts."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
+from typing import TYPE_CHECKING, Any
+
+from adeye.evaluation.verdict import Verdict
+from adeye.report.model import (
+    Architecture,
+    Assumption,
+    Element,
+    Factors,
+    Fsr,
+    Hazard,
+    SafetyGoal,
+    Scenario,
+    Waiver,
+)
+from adeye.report.parts import Label
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from adeye.report.model import Cell
+    from adeye.spec.concept import Concept, Requirement
+    from adeye.store.stored import CampaignInfo
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignContent:
+    """The files behind a campaign.
+
+    Attributes:
+        campaign: The campaign.
+        concept: The concept that judged it.
+        odd: Stored content of the ODD and everything that it names.
+    """
+
+    campaign: CampaignInfo
+    concept: Concept
+    odd: Mapping[str, Any]
+
+
+def architectures_of(content: CampaignContent) -> Iterable[Architecture]:
+    """List the architectures with what they are made of."""
+    for name, part_of in content.odd["architectures"].items():
+        parts = [
+            Label(label=f"sensor {key}", value=sensor["kind"])
+            for key, sensor in part_of["sensors"].items()
+        ]
+        parts += [
+            Label(label=f"channel {key}", value=f"{item['kind']} ← {', '.join(item['links'])}")
+            for key, item in part_of["channels"].items()
+        ]
+        switch = part_of["switch"]
+        policy = f"{switch['policy']}: {' > '.join(switch['priority'])}"
+        yield Architecture(
+            id=name,
+            title=part_of["title"],
+            is_gate=name in content.campaign.gate,
+            cost=part_of["cost"] or None,
+            parts=(*parts, Label(label="switch", value=policy)),
+        )
+
+
+def scenarios_of(content: CampaignContent) -> Iterable[Scenario]:
+    """List the scenarios with where they stand in the field's catalogues."""
+    exposures = {
+        use.get("as") or use["use"]: use.get("exposure") for use in content.odd["odd"]["scenarios"]
+    }
+    for name, part_of in content.odd["scenarios"].items():
+        exposure = exposures.get(name)
+        yield Scenario(
+            id=name,
+            title=part_of["title"],
+            text=part_of["text"],
+            tags=tuple(
+                Label(label=key, value=value) for key, value in part_of["tags"].items() if value
+            ),
+            exposure=f"{exposure * 3600.0:.4g} /h" if exposure else "",
+        )
+
+
+def factors_of(content: CampaignContent) -> Iterable[Factors]:
+    """Say how the test cases of each scenario were counted."""
+    by_scenario: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
+    for factor in content.campaign.factors:
+        by_scenario[factor["scenario"]].append(factor)
+    for name, factors in by_scenario.items():
+        entries = dict.fromkeys(entry for item in factors for entry in item["fault_entries"])
+        yield Factors(
+            scenario=name,
+            points=max(item["points"] for item in factors),
+            fault_entries=tuple(entries),
+            architectures=len(factors),
+            replicates=factors[0]["replicates"],
+            test_cases=sum(item["test_cases"] for item in factors),
+            axes=tuple(
+                Label(label=axis, value=values) for axis, values in factors[0]["axes"].items()
+            ),
+            command=f"adeye plan {content.campaign.provenance.get('odd_path', '')}".strip(),
+        )
+
+
+def fsr_of(content: CampaignContent, item: Requirement) -> Fsr:
+    """Describe an FSR in its measurable form."""
+    goals = [goal for goal in content.concept.safety_goals if goal.id in item.goals]
+    return Fsr(
+        id=item.id,
+        text=item.text,
+        formula=measure_text(item),
+        asil=item.asil,
+        goals=item.goals,
+        mandatory=item.mandatory,
+        allocation=item.allocation,
+        threshold_source=item.threshold_source,
+        ftti_s=min(goal.ftti for goal in goals),
+        fdti_s=item.fdti,
+        frti_s=item.frti,
+        min_exercised=item.min_exercised,
+        on_contact=item.on_contact,
+        scenarios=item.scenarios,
+    )
+
+
+def hazards_of(content: CampaignContent) -> Iterable[Hazard]:
+    """List the hazardous events with their classification."""
+    for event in content.concept.hazardous_events:
+        yield Hazard(
+            id=event.id,
+            text=f"{event.malfunction} ({event.situation})",
+            severity=event.severity,
+            exposure=event.exposure,
+            controllability=event.controllability,
+            asil=event.asil,
+        )
+
+
+def goals_of(content: CampaignContent) -> Iterable[SafetyGoal]:
+    """List the safety goals."""
+    for goal in content.concept.safety_goals:
+        yield SafetyGoal(
+            id=goal.id,
+            text=goal.text,
+            asil=content.concept.goal_asil(goal.id),
+            hazards=goal.hazardous_events,
+            safe_state=goal.safe_state,
+            ftti_s=goal.ftti,
+        )
+
+
+def elements_of(content: CampaignContent) -> Iterable[Element]:
+    """List the elements and the parts that realise them."""
+    realised: dict[str, list[str]] = defaultdict(list)
+    for name, part_of in content.odd["architectures"].items():
+        parts = {**part_of["sensors"], **part_of["channels"], "switch": part_of["switch"]}
+        for key, part in parts.items():
+            if part.get("realises"):
+                realised[part["realises"]].append(f"{name}.{key}")
+    for element in content.concept.elements:
+        yield Element(
+            id=element.id,
+            kind=element.kind,
+            text=element.text,
+            asil_capability=element.asil_capability,
+            legacy=element.legacy,
+            realised_by=tuple(realised[element.id]),
+        )
+
+
+def assumptions_of(content: CampaignContent) -> Iterable[Assumption]:
+    """List what the concept relies on."""
+    for item in content.concept.assumptions:
+        yield Assumption(
+            id=item.id,
+            text=item.text,
+            owner=item.owner,
+            valid_until=item.valid_until.isoformat(),
+            is_expired=item.valid_until < _today(),
+        )
+
+
+def waivers_of(content: CampaignContent, cells: Sequence[Cell]) -> Iterable[Waiver]:
+    """List the waivers with the runs that they accept."""
+    for item in content.concept.waivers:
+        missing = sum(
+            count
+            for cell in cells
+            if cell.fsr == item.requirement and cell.scenario is None
+            for verdict, count in cell.counts.items()
+            if verdict not in {Verdict.PASS, Verdict.VACUOUS, Verdict.FAIL}
+        )
+        yield Waiver(
+            fsr=item.requirement,
+            reason=item.reason,
+            author=item.author,
+            expires=item.expires.isoformat(),
+            runs=missing,
+            is_expired=item.expires < _today(),
+        )
+
+
+def measure_text(item: Requirement) -> str:
+    """Write what an FSR measures: its formula or its bound."""
+    if item.formula is not None:
+        return item.formula
+    assert item.bound is not None
+    low = item.bound.at_least
+    return f"{item.bound.metric} {'>=' if low is not None else '<='} " + str(
+        low if low is not None else item.bound.at_most
+    )
+
+
+def _today() -> date:
+    return datetime.now(UTC).date()

@@ -1,0 +1,106 @@
+"""Batches in this process and in workers that may die."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Iterator
+
+import pytest
+
+from adeye.campaign.executors import Done, InProcess, Processes
+from tests.campaign.work import DIE, perform
+
+pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
+
+
+class Again(Iterator[str]):
+    """Tasks that may come back after their end, as lost blocks do."""
+
+    def __init__(self, *tasks: str) -> None:
+        self.waiting = list(tasks)
+
+    def __next__(self) -> str:
+        if not self.waiting:
+            raise StopIteration
+        return self.waiting.pop(0)
+
+
+def test_in_process_runs_in_the_order_of_the_tasks_and_only_when_asked() -> None:
+    tasks = Again("echo:a", "echo:b", "echo:c")
+    ended = InProcess(perform).run(tasks)
+    assert next(ended) == Done("echo:a", "a")
+    assert tasks.waiting == ["echo:b", "echo:c"]
+    assert [done.result for done in ended] == ["b", "c"]
+
+
+def test_in_process_exception_is_the_callers() -> None:
+    with pytest.raises(ValueError, match="refused x"):
+        list(InProcess(perform).run(iter(["raise:x"])))
+
+
+def test_processes_give_back_every_result_with_its_task() -> None:
+    tasks = [f"echo:{number}" for number in range(7)]
+    ended = list(Processes(perform, 2).run(iter(tasks)))
+    assert sorted(done.task for done in ended) == tasks
+    assert all(done.task == f"echo:{done.result}" and not done.lost for done in ended)
+
+
+def test_work_runs_in_other_processes() -> None:
+    ended = Processes(perform, 2).run(iter(["pid"] * 4))
+    pids = {done.result for done in ended}
+    assert str(os.getpid()) not in pids
+    assert 1 <= len(pids) <= 2
+
+
+def test_worker_that_dies_takes_only_its_batch_with_it() -> None:
+    ended = list(Processes(perform, 2).run(iter(["echo:a", "die", "echo:b", "echo:c"])))
+    results = {done.task: done.result for done in ended}
+    assert results == {"echo:a": "a", "die": None, "echo:b": "b", "echo:c": "c"}
+    lost = [done.lost for done in ended if done.task == "die"]
+    assert lost == [f"its worker died with code {DIE}"]
+
+
+def test_batch_that_was_lost_may_come_back_after_the_end_of_the_tasks() -> None:
+    tasks = Again("die")
+    ended = Processes(perform, 1).run(tasks)
+    assert next(ended).result is None
+    tasks.waiting.append("echo:again")
+    assert [done.result for done in ended] == ["again"]
+
+
+def test_exception_of_the_work_is_raised_here_and_ends_the_workers() -> None:
+    with pytest.raises(ValueError, match="refused x"):
+        list(Processes(perform, 2).run(iter(["raise:x", "echo:a"])))
+    assert multiprocessing.active_children() == []
+
+
+def test_no_worker_is_left_when_the_tasks_have_ended() -> None:
+    list(Processes(perform, 2).run(iter(["echo:a"])))
+    assert multiprocessing.active_children() == []
+
+
+def test_no_worker_is_left_when_the_caller_stops_listening() -> None:
+    ended = Processes(perform, 1).run(iter(["echo:a", "echo:b", "echo:c"]))
+    assert next(ended).result == "a"
+    assert isinstance(ended, Iterator)
+    ended.close()  # type: ignore[attr-defined]
+    assert multiprocessing.active_children() == []
+
+
+def test_closing_ends_a_worker_that_is_busy(tmp_path: object) -> None:
+    place = f"{tmp_path}/pid"
+    executor = Processes(perform, 2)
+    ended = executor.run(iter([f"hang:{place}", "echo:a"]))
+    assert next(ended).result == "a"
+    executor.close()
+    assert multiprocessing.active_children() == []
+
+
+def test_ctrl_c_is_the_parents_business() -> None:
+    ended = list(Processes(perform, 1).run(iter(["interrupt:on", "echo:after"])))
+    assert [(done.result, done.lost) for done in ended] == [("on", ""), ("after", "")]
+
+
+def test_no_tasks_are_no_results() -> None:
+    assert list(Processes(perform, 2).run(iter(()))) == []

@@ -1,0 +1,27 @@
+"""Work that worker processes import: what it does is told by its task."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+from typing import Final
+
+DIE: Final = 3
+"""Exit code of a worker that is told to die."""
+
+
+def perform(task: str) -> str:
+    """Do what a task says: ``echo:X``, ``die``, ``raise``, ``pid``, ``interrupt``, ``hang:FILE``."""
+    kind, _, argument = task.partition(":")
+    if kind == "die":
+        os._exit(DIE)
+    if kind == "raise":
+        msg = f"refused {argument}"
+        raise ValueError(msg)
+    if kind == "interrupt":
+        os.kill(os.getpid(), signal.SIGINT)
+    if kind == "hang":
+        Path(argument).write_text(str(os.getpid()), "utf-8")
+        signal.pause()
+    return str(os.getpid()) if kind == "pid" else argument

@@ -1,0 +1,200 @@
+"""What the recorder keeps of each tick, on hand-made batches."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.recorder import TRACKS, Recorder
+from adeye.sensors.delivery import no_measurement
+from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene, SceneContext
+from adeye.trace import COLUMNS, ChannelEvent, Layout, Trace
+from tests.sensors.scenes import CAR, architecture, scene, scene_context
+
+SENSORS = {
+    "front": {"kind": "ground_truth", "rate": "20 Hz"},
+    "pose": {"kind": "localisation", "rate": "20 Hz"},
+}
+RUNS = 2
+
+
+@pytest.fixture
+def context() -> SceneContext:
+    return scene_context([CAR, CAR], runs=RUNS)
+
+
+def layout(context: SceneContext) -> Layout:
+    return Layout(
+        scenario="tested",
+        architecture=architecture(SENSORS),
+        sensors=("front", "pose"),
+        channels=("nominal", "safety"),
+        monitors=("first", "second"),
+        faults=("fault",),
+        context=context,
+        horizon=0.1,
+        tail=0.05,
+        realised=(),
+    )
+
+
+def shown(context: SceneContext, tick: int, *, running: Any = (True, True)) -> Scene:
+    made = scene(context, [(40.0, 0.0), (20.0, 0.0)], ego=(float(tick), 0.0, 0.0, 20.0), tick=tick)
+    made.running[:] = running
+    return made
+
+
+def reading(stamp: float, found: dict[int, tuple[float, float]] | None = None) -> Measurement:
+    made = no_measurement(RUNS, 2, with_estimate=False)
+    made.stamp[:] = stamp
+    for row, (thing, place) in enumerate((found or {}).items()):
+        made.mask[:, row] = True
+        made.source[:, row] = thing
+        made.detections[:, row, :2] = place
+    return made
+
+
+def command(channel: str, acceleration: float, **extra: Any) -> ControlCommand:
+    return ControlCommand(
+        channel,
+        np.full(RUNS, acceleration),
+        np.full(RUNS, 0.01 * acceleration),
+        np.full(RUNS, 0.5),
+        np.full(RUNS, extra.pop("status", OK), dtype=np.int64),
+        **extra,
+    )
+
+
+def add(
+    recorder: Recorder,
+    at: Scene,
+    *,
+    front: Measurement | None = None,
+    proposals: list[ControlCommand] | None = None,
+) -> None:
+    """Record a tick: the nominal channel acts, the fault is present in run 1."""
+    recorder.add(
+        at,
+        {"front": front or reading(at.time), "pose": reading(-1.0)},
+        proposals or [command("nominal", 1.0), command("safety", -2.0)],
+        np.tile([1.0, 0.01], (RUNS, 1)),
+        Authority(np.zeros(RUNS, dtype=np.int64), np.ones(RUNS, dtype=np.int64)),
+        np.array([[False], [True]]),
+    )
+
+
+def closed(recorder: Recorder, at: Scene, **changes: Any) -> Trace:
+    recorder.close(at)
+    return recorder.trace(
+        **{
+            "horizon_row": np.array([2, 2]),
+            "complete": np.ones(RUNS, dtype=np.bool_),
+            "events": [None, ChannelEvent("channel_error", "nominal", 0.1, "lost")],
+            **changes,
+        }
+    )
+
+
+def recorded(context: SceneContext, rows: int = 4) -> Trace:
+    recorder = Recorder(layout(context), rows, ("a", "b"))
+    for tick in range(3):
+        add(recorder, shown(context, tick))
+    return closed(recorder, shown(context, 3))
+
+
+def test_every_column_of_the_trace_is_recorded(context: SceneContext) -> None:
+    trace = recorded(context)
+    assert set(trace.columns) == set(COLUMNS)
+    assert {len(values) for values in trace.columns.values()} == {RUNS}
+    assert trace.case_digests == ("a", "b")
+    assert trace.channel_events[0] is None
+
+
+def test_a_row_is_the_scene_of_its_tick_and_what_was_decided_from_it(context: SceneContext) -> None:
+    trace = recorded(context)
+    assert trace.time.tolist() == pytest.approx([0.0, 0.05, 0.1, 0.15])
+    assert trace["ego"][0, :, 0].tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert trace["acceleration"][0, 1].tolist() == [1.0, -2.0]
+    assert trace["steering_angle"][0, 1].tolist() == pytest.approx([0.01, -0.02])
+    assert trace["command"][0, 1].tolist() == [1.0, 0.01]
+    assert (trace["authority"][0, 1], trace["reason"][0, 1]) == (0, 1)
+    assert trace["fault_active"][:, 1, 0].tolist() == [False, True]
+    assert trace["sensor_stamp"][0, 1].tolist() == pytest.approx([0.05, -1.0])
+
+
+def test_last_row_has_a_scene_only(context: SceneContext) -> None:
+    trace = recorded(context)
+    assert trace.length.tolist() == [4, 4]
+    assert trace["ego"][0, 3, 3] == 20.0
+    for name in ("acceleration", "stamp", "command", "sensor_stamp", "fault_active", "tracks"):
+        assert not trace[name][:, 3].any(), name
+
+
+def test_ended_run_does_not_grow(context: SceneContext) -> None:
+    recorder = Recorder(layout(context), 6, ("a", "b"))
+    add(recorder, shown(context, 0))
+    # Run 1 ends in the scene of tick 1: it is its last row.
+    for tick in (1, 2):
+        add(recorder, shown(context, tick, running=(True, False)))
+    trace = closed(recorder, shown(context, 3, running=(False, False)))
+    assert trace.length.tolist() == [4, 2]
+    assert trace["ego"][1, :, 0].tolist() == [0.0, 1.0, 0.0, 0.0]
+    assert not trace["acceleration"][1, 1:].any()
+    assert trace["ego"][0, 3, 0] == 3.0
+
+
+def test_trace_is_cut_to_the_longest_run(context: SceneContext) -> None:
+    trace = recorded(context, rows=100)
+    assert trace.time.size == trace["ego"].shape[1] == 4
+
+
+def test_what_other_runs_did_does_not_reach_a_digest(context: SceneContext) -> None:
+    one = recorded(context)
+    recorder = Recorder(layout(context), 9, ("a", "b"))
+    add(recorder, shown(context, 0))
+    add(recorder, shown(context, 1))
+    add(recorder, shown(context, 2, running=(True, True)))
+    at = shown(context, 3, running=(False, True))
+    add(recorder, at)
+    other = closed(recorder, shown(context, 4, running=(False, False)))
+    assert one.digests()[0] == other.digests()[0]
+    assert one.digests()[1] != other.digests()[1]
+
+
+def test_detection_is_placed_in_the_map_by_the_pose_of_its_sample(context: SceneContext) -> None:
+    recorder = Recorder(layout(context), 4, ("a", "b"))
+    turned = shown(context, 0)
+    turned.ego[:, :3] = (10.0, 5.0, math.pi / 2.0)
+    add(recorder, turned)
+    # Delivered one tick later, when the ego is elsewhere: 7 m ahead, 2 m to the left of then.
+    add(recorder, shown(context, 1), front=reading(0.0, {1: (7.0, 2.0)}))
+    trace = closed(recorder, shown(context, 2))
+    assert trace["detected"][0, 1, 0].tolist() == [False, True]
+    assert trace["detections"][0, 1, 0, 1].tolist() == pytest.approx([8.0, 12.0])
+    assert not trace["detected"][0, 1, 1].any()
+
+
+def test_monitors_of_all_channels_stand_in_the_order_of_the_channels(context: SceneContext) -> None:
+    recorder = Recorder(layout(context), 3, ("a", "b"))
+    states = [np.tile([[[True, False]]], (RUNS, 1, 1)), np.tile([[[True, True]]], (RUNS, 1, 1))]
+    proposals = [
+        command("nominal", 0.0, monitors=states[0]),
+        command("safety", 0.0, monitors=states[1]),
+    ]
+    add(recorder, shown(context, 0), proposals=proposals)
+    trace = closed(recorder, shown(context, 1))
+    assert trace["monitors"][0, 0].tolist() == [[True, False], [True, True]]
+
+
+def test_tracks_are_cut_and_missing_ones_are_nan(context: SceneContext) -> None:
+    recorder = Recorder(layout(context), 3, ("a", "b"))
+    tracks = np.arange(RUNS * (TRACKS + 2) * 6, dtype=np.float64).reshape(RUNS, TRACKS + 2, 6)
+    proposals = [command("nominal", 0.0, tracks=tracks), command("safety", 0.0, status=SILENT)]
+    add(recorder, shown(context, 0), proposals=proposals)
+    trace = closed(recorder, shown(context, 1))
+    assert np.array_equal(trace["tracks"][:, 0, 0], tracks[:, :TRACKS])
+    assert np.isnan(trace["tracks"][:, 0, 1]).all()
+    assert trace["status"][0, 0].tolist() == [OK, SILENT]
