@@ -19,6 +19,8 @@ from adeye.errors import SourceLocation, SpecError, suggest
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from pydantic_core import ErrorDetails
+
 Loc = tuple[str | int, ...]
 
 _FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."

@@ -70,13 +70,13 @@ class Processes(Generic[Task, Result]):
         """Execute tasks as they come; results arrive in the order in which they end."""
         try:
             while True:
-                for worker in self._idle():
+                while len(self._busy()) < self._count:
                     # The iterator is asked again after its end: a batch that was lost comes back.
                     task = next(tasks, None)
                     if task is None:
                         break
-                    worker.give(task)
-                busy = [end for end, worker in self._workers.items() if worker.task is not None]
+                    self._free().give(task)
+                busy = self._busy()
                 if not busy:
                     return
                 for end in wait(busy):
@@ -91,11 +91,17 @@ class Processes(Generic[Task, Result]):
             worker.stop()
         self._workers.clear()
 
-    def _idle(self) -> list[_Worker]:
-        while len(self._workers) < self._count:
-            worker = _Worker(self._context, self._work)
-            self._workers[worker.end] = worker
-        return [worker for worker in self._workers.values() if worker.task is None]
+    def _busy(self) -> list[Connection]:
+        return [end for end, worker in self._workers.items() if worker.task is not None]
+
+    def _free(self) -> _Worker:
+        """Return a worker without a task; it starts with its first one."""
+        for worker in self._workers.values():
+            if worker.task is None:
+                return worker
+        started = _Worker(self._context, self._work)
+        self._workers[started.end] = started
+        return started
 
     def _collect(self, end: Connection) -> Done[Task, Result]:
         worker = self._workers[end]

@@ -71,7 +71,7 @@ def _is_abandoned(leased: Row[Any]) -> bool:
     owner = owner_from_text(leased.owner)
     if owner.is_here:
         # The clock of the boot cannot be set, so a changed time of day ends no lease.
-        return boot_clock_s() >= leased.until_boot_s
+        return owner.is_dead or boot_clock_s() >= leased.until_boot_s
     return utc_text(None) >= str(leased.until)
 
 

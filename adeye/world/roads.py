@@ -41,8 +41,12 @@ def build_roads(formulas: Formulas) -> RoadMap:
         SpecError: A width, length or radius is not possible.
     """
     road = formulas.scenario.world.road
-    lane_width = formulas.limited("world.road.lane_width", lambda s: s.world.road.lane_width, above=0.0)
-    shoulder = formulas.limited("world.road.shoulder", lambda s: s.world.road.shoulder, above=BELOW_ZERO)
+    lane_width = formulas.limited(
+        "world.road.lane_width", lambda s: s.world.road.lane_width, above=0.0
+    )
+    shoulder = formulas.limited(
+        "world.road.shoulder", lambda s: s.world.road.shoulder, above=BELOW_ZERO
+    )
     limit = formulas.limited(
         "world.road.speed_limit", lambda s: s.world.road.speed_limit, above=0.0, unit="m/s"
     )
@@ -64,16 +68,16 @@ def build_roads(formulas: Formulas) -> RoadMap:
 def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:
     if (arc <= 0.0).any():
         raise SpecError(
-            f"world.road.length: a {kind} begins with {LEAD_IN:g} m straight, and nothing is left of "
-            f"the length for its arc",
+            f"world.road.length: a {kind} begins with {LEAD_IN:g} m straight, and nothing is left "
+            "of the length for its arc",
             remedy=f"Make the road longer than {LEAD_IN:g} m.",
         )
     # The inner edge is the left one in a left curve; the second arc of an S-curve turns both.
     tight = np.abs(radius) <= width
     if tight.any():
         raise SpecError(
-            f"world.road.radius: {radius[tight][0]:g} m is not larger than the {width[tight][0]:g} m "
-            "that the lanes take",
+            f"world.road.radius: {radius[tight][0]:g} m is not larger than the "
+            f"{width[tight][0]:g} m that the lanes take",
             remedy="Use a larger radius.",
         )
     turn = arc / np.abs(radius)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from adeye.campaign import executors
 from adeye.campaign.executors import Done, InProcess, Processes
 from tests.campaign.work import DIE, perform
 
@@ -102,5 +103,15 @@ def test_ctrl_c_is_the_parents_business() -> None:
     assert [(done.result, done.lost) for done in ended] == [("on", ""), ("after", "")]
 
 
-def test_no_tasks_are_no_results() -> None:
-    assert list(Processes(perform, 2).run(iter(()))) == []
+def test_no_tasks_are_no_results_and_start_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    executor = Processes(perform, 2)
+    monkeypatch.setattr(executors, "_Worker", None)
+    assert list(executor.run(iter(()))) == []
+
+
+def test_no_more_workers_start_than_there_are_tasks() -> None:
+    executor = Processes(perform, 8)
+    ended = executor.run(iter(["pid", "pid"]))
+    first = next(ended)
+    assert len(multiprocessing.active_children()) == 2
+    assert {first.result} | {done.result for done in ended} != {str(os.getpid())}

@@ -17,6 +17,7 @@ from adeye.signals import NO_CHANNEL, OK, SILENT, Authority, ControlCommand
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.sweep.case import TestCase
+from adeye.world.compile import ego_desired_speeds
 from tests.project import Executed
 from tests.sensors.scenes import scene, scene_context
 
@@ -197,11 +198,13 @@ def test_monitors_stand_in_the_order_of_the_channels(tmp_path: Path, base: TestC
         "own": {"kind": "./plugin.py:Watching"},
     }
     bench = Bench(tmp_path, base, channels)
-    assert bench.rack.monitor_ids[-1] == "watched"
-    assert "object_danger" in bench.rack.monitor_ids
     proposals = bench.tick(0)
+    # An architecture keeps its parts in the order of their names.
+    assert [item.channel for item in proposals] == ["own", "safety"]
+    assert bench.rack.monitor_ids[0] == "watched"
+    assert "object_danger" in bench.rack.monitor_ids[1:]
     widths = [item.monitors.shape[1] for item in proposals if item.monitors is not None]
-    assert sum(widths) == len(bench.rack.monitor_ids)
+    assert widths == [1, len(bench.rack.monitor_ids) - 1]
 
 
 def test_failing_channel_is_silent_and_the_others_go_on(tmp_path: Path, base: TestCase) -> None:

@@ -21,7 +21,9 @@ def test_other_durations_name_the_nearest() -> None:
         ticks(0.12, 0.05, "latency")
 
 
-@pytest.mark.parametrize(("rate", "nearest"), [(15.0, "10 Hz and 20 Hz"), (40.0, "10 Hz and 20 Hz")])
+@pytest.mark.parametrize(
+    ("rate", "nearest"), [(15.0, "10 Hz and 20 Hz"), (40.0, "10 Hz and 20 Hz")]
+)
 def test_other_rates_name_the_nearest(rate: float, nearest: str) -> None:
     with pytest.raises(SpecError, match=nearest):
         period_ticks(rate, 0.05, "rate")

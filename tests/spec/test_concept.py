@@ -110,7 +110,10 @@ def test_goal_has_the_highest_asil_of_its_events() -> None:
         (("requirements", 0, "goals"), ["SG-9"]),
         (("requirements", 0, "allocation"), ["nobody"]),
         (("requirements", 0, "bound"), {"metric": "min_ttc_s", "at_least": 1.0}),
-        (("waivers",), [{"requirement": "X", "reason": "r", "author": "a", "expires": "2030-01-01"}]),
+        (
+            ("waivers",),
+            [{"requirement": "X", "reason": "r", "author": "a", "expires": "2030-01-01"}],
+        ),
         (("hazardous_events",), [event("HE-1"), event("HE-1")]),
         (("requirements", 0, "asil"), "E"),
     ],

@@ -10,7 +10,6 @@ from adeye.spec.expression import parse
 from adeye.spec.quantity import (
     SI,
     Condition,
-    Length,
     LengthFormula,
     Many,
     Record,
