@@ -789,7 +789,11 @@ FLAWS = [
     Flaw("extends of a missing file", IN_TWO, "one.yaml", "oen.yaml", "'oen.yaml' is not a file"),
     Flaw("extends of two files", IN_TWO, "extends: one.yaml", "extends: [one.yaml]", "is no name"),
     Flaw(
-        "flaw in the base file", IN_ONE, "range: 120 m", "range: 120 s", "'120 s' is not a length"
+        "key removed by an extending file",
+        IN_TWO,
+        "  truth:",
+        "  camera: {range: null}\n  truth:",
+        "sensors.camera.range is missing",
     ),
     Flaw(
         "cyclic ahead_of",

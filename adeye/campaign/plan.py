@@ -272,6 +272,7 @@ def judged_plan(files: OddFiles, parts: Mapping[str, Parts]) -> JudgedPlan:
         step=files.odd.spec.step,
         faults=tuple(fault.id for fault in files.odd.spec.faults),
         monitors={name: item.monitors for name, item in parts.items()},
+        attributes=files.odd.spec.attributes,
     )
 
 

@@ -10,8 +10,9 @@ from adeye.campaign.work import evaluate, signals_of
 from adeye.engine import identity
 from adeye.engine import run as run_batch
 from adeye.errors import InputError
-from adeye.identity import digest
+from adeye.evaluation.requirements import requirement_digest
 from adeye.spec.concept import Concept
+from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
@@ -192,7 +193,8 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         return described
     row = stored.row
     requirements = Concept.model_validate(concept, context=SI).requirements
-    wanted = {item.id: digest(item.judged()) for item in requirements}
+    attributes = Attributes.model_validate(odd["odd"]["attributes"], context=SI)
+    wanted = {item.id: requirement_digest(item, attributes) for item in requirements}
     return described | {
         "outcome": row["outcome"],
         "outcome_channel": row["outcome_channel"],

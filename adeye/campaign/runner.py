@@ -240,7 +240,7 @@ def summarise(
     return CampaignSummary(
         campaign=campaign.id,
         planned=stored.planned,
-        executed=stored.to_execute,
+        executed=repository.progress(campaign.id).executed - stored.reused,
         judged=stored.to_judge,
         reused=stored.reused,
         exit_code=code,

@@ -15,7 +15,11 @@ from adeye.campaign.happenings import events_of
 from adeye.engine import run as run_batch
 from adeye.errors import AdeyeError
 from adeye.evaluation.judge import Evaluation, Judgement, evaluate_trace
-from adeye.evaluation.requirements import CheckedRequirement, compile_requirement
+from adeye.evaluation.requirements import (
+    CheckedRequirement,
+    compile_requirement,
+    requirement_digest,
+)
 from adeye.evaluation.source import TraceSignals
 from adeye.store.rows import EngineKey, MetricValue, RunRecord, VerdictRecord
 
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
 
     from adeye.ports import MetricColumn
     from adeye.spec.concept import Requirement
+    from adeye.spec.odd import Attributes
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -128,17 +133,17 @@ def evaluate(
     faults: Sequence[str],
 ) -> Evaluation:
     """Measure and judge the runs of a trace."""
-    compiled = [_compiled(item) for item in requirements]
+    compiled = [_compiled(item, cases[0].attributes) for item in requirements]
     return evaluate_trace(signals_of(trace, cases, faults), compiled)
 
 
 _COMPILED: dict[str, CheckedRequirement] = {}
 
 
-def _compiled(requirement: Requirement) -> CheckedRequirement:
-    key = requirement.model_dump_json()
+def _compiled(requirement: Requirement, attributes: Attributes) -> CheckedRequirement:
+    key = requirement_digest(requirement, attributes) + requirement.model_dump_json()
     if key not in _COMPILED:
-        _COMPILED[key] = compile_requirement(requirement)
+        _COMPILED[key] = compile_requirement(requirement, attributes=attributes)
     return _COMPILED[key]
 
 

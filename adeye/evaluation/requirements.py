@@ -6,7 +6,7 @@ import difflib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.evaluation.metrics import METRICS, MetricDefinition
@@ -29,11 +29,15 @@ from adeye.signals import SignalType
 if TYPE_CHECKING:
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Concept, Requirement
+    from adeye.spec.odd import Attributes
     from adeye.spec.scenario import LogicalScenario
 
 Loc = tuple[str | int, ...]
 Locate = Callable[[Loc], SourceLocation]
 Dictionary = Mapping[str, SignalType]
+
+JUDGE_VERSION = 1
+"""Raised whenever a verdict or margin can change although formula and trace do not."""
 
 _SLACK_S = 1e-9
 
@@ -49,6 +53,7 @@ class JudgedPlan:
         step: Master clock [s].
         faults: Fault ids of the ODD.
         monitors: Monitor ids that the channels of an architecture declare, by architecture id.
+        attributes: Attributes of the ODD, for FSRs about leaving it.
     """
 
     scenarios: Mapping[str, LogicalScenario]
@@ -57,6 +62,7 @@ class JudgedPlan:
     step: float
     faults: Sequence[str] = ()
     monitors: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    attributes: Attributes | None = None
 
     def dictionary(self, scenario: str, architecture: str) -> dict[str, SignalType]:
         """List what a formula may name in the runs of a scenario and an architecture."""
@@ -138,14 +144,32 @@ CheckedRequirements = tuple[CheckedRequirement, ...]
 """The FSRs of a concept, in its order."""
 
 
+def requirement_digest(requirement: Requirement, attributes: Attributes | None = None) -> str:
+    """Identify everything that a verdict depends on beside the trace.
+
+    Args:
+        requirement: What the concept says.
+        attributes: Attributes of the ODD; they count where a formula names ``in_odd``.
+    """
+    preimage: dict[str, Any] = {"requirement": requirement.judged(), "judge": JUDGE_VERSION}
+    if requirement.bound is not None and requirement.bound.metric in METRICS:
+        preimage["metric"] = METRICS[requirement.bound.metric].uid
+    if attributes is not None and "in_odd" in (requirement.formula or ""):
+        preimage["attributes"] = attributes.model_dump(mode="json")
+    return digest(preimage)
+
+
 def compile_requirement(
-    requirement: Requirement, where: SourceLocation | None = None
+    requirement: Requirement,
+    where: SourceLocation | None = None,
+    attributes: Attributes | None = None,
 ) -> CheckedRequirement:
     """Parse the formula or find the metric of an FSR, without a plan to check it against.
 
     Args:
         requirement: What the concept says.
         where: Place of its formula or bound in the concept's file.
+        attributes: Attributes of the ODD.
 
     Raises:
         ExpressionError: The formula cannot be read.
@@ -156,7 +180,8 @@ def compile_requirement(
         formula = parse_formula(requirement.formula, where)
     else:
         bound = _bound(requirement, where)
-    return CheckedRequirement(requirement, digest(requirement.judged()), formula, bound)
+    identity = requirement_digest(requirement, attributes)
+    return CheckedRequirement(requirement, identity, formula, bound)
 
 
 def _bound(requirement: Requirement, where: SourceLocation | None) -> Bound:
@@ -226,7 +251,9 @@ class _Check:
     def run(self) -> CheckedRequirement:
         scenarios = self._scenarios()
         place = ("formula",) if self._requirement.formula is not None else ("bound", "metric")
-        compiled = compile_requirement(self._requirement, self._where(*place))
+        compiled = compile_requirement(
+            self._requirement, self._where(*place), self._plan.attributes
+        )
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)

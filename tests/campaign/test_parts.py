@@ -1,0 +1,114 @@
+"""Plug-ins and monitors of an architecture, checked at plan time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from adeye.campaign.parts import Parts, load_parts
+from adeye.errors import SpecError
+from adeye.spec.load import load_architecture
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, Project
+
+CHANNEL = """
+from adeye import ports
+
+
+class Own:
+    class Parameters(ports.Parameters):
+        gain: float = 1.0
+
+    monitor_ids = ({monitors})
+
+    def __init__(self, parameters, context):
+        self.gain = parameters.gain
+
+    def act(self, observation):
+        return None
+
+
+class NoChannel:
+    pass
+"""
+
+
+@pytest.fixture
+def project(make_project: MakeProject) -> Project:
+    made = make_project()
+    write(made)
+    return made
+
+
+def write(project: Project, monitors: str = "") -> None:
+    path = project.folder / "odd" / "architectures" / "own.py"
+    path.write_text(CHANNEL.replace("{monitors}", monitors), "utf-8")
+
+
+def parts(project: Project, **channel: Any) -> Parts:
+    """Load the candidate with a plug-in beside its channels."""
+    if channel:
+        with project.edited(CANDIDATE) as candidate:
+            candidate["channels"]["own"] = {"kind": "./own.py:Own", "rate": "20 Hz", **channel}
+    return load_parts(load_architecture(project.folder / CANDIDATE))
+
+
+def test_architecture_of_built_in_parts_has_no_plugins(project: Project) -> None:
+    found = parts(project)
+    assert (found.plugins, found.digest) == ((), "")
+    assert "object_danger" in found.monitors
+
+
+def test_plugin_is_known_by_its_code(project: Project) -> None:
+    before = parts(project, links=["front_camera"])
+    assert [part.name for part in before.plugins] == ["./own.py:Own"]
+    path = project.folder / "odd" / "architectures" / "own.py"
+    path.write_text(path.read_text("utf-8") + "\n# a comment is a line, too\n", "utf-8")
+    after = parts(project)
+    assert len({before.digest, after.digest, ""}) == 3
+
+
+def test_wrong_parameter_is_refused_where_it_is_written(project: Project) -> None:
+    with pytest.raises(SpecError, match=r"channels\.own\.parameters\.gian") as caught:
+        parts(project, parameters={"gian": 2.0})
+    where = caught.value.where
+    assert where is not None
+    line = (project.folder / CANDIDATE).read_text("utf-8").splitlines()[where.line - 1]
+    assert "gian" in line
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        ("./own.py:NoChannel", r"has no act\(\)"),
+        ("./own.py:Owm", "Owm"),
+        ("./there.py:Own", "no file"),
+        ("not_installed_anywhere:Own", "no module"),
+    ],
+)
+def test_what_is_no_channel_is_refused_where_it_is_named(
+    project: Project, kind: str, message: str
+) -> None:
+    with pytest.raises(SpecError, match=message) as caught:
+        parts(project, kind=kind)
+    assert str(caught.value.where).partition(":")[0].endswith("camera_radar.yaml")
+
+
+def test_monitor_of_two_channels_is_refused(project: Project) -> None:
+    write(project, monitors='"object_danger",')
+    # A class of one object per run has no monitors; on the batch it declares them.
+    path = project.folder / "odd" / "architectures" / "own.py"
+    batch = "    def reset(self, context):\n        pass\n\n    def act"
+    text = path.read_text("utf-8").replace("(self, parameters, context)", "(self)")
+    text = text.replace("self.gain = parameters.gain", "self.gain = 1.0")
+    path.write_text(text.replace("    def act", batch), "utf-8")
+    with pytest.raises(SpecError, match="'object_danger' is declared by another channel"):
+        parts(project, links=["front_camera"])
+
+
+def test_plugin_sensor_needs_sense(project: Project) -> None:
+    with project.edited(CANDIDATE) as candidate:
+        candidate["sensors"]["extra"] = {"kind": "./own.py:Own", "rate": "20 Hz"}
+    with pytest.raises(SpecError, match=r"has no sense\(\)"):
+        parts(project)

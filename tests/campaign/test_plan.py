@@ -1,0 +1,188 @@
+"""Planning: what is checked before anything runs, what is counted, what the user is told."""
+
+from __future__ import annotations
+
+import pytest
+
+from adeye.campaign.plan import make_plan, signal_table
+from adeye.errors import InputError, SpecError
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, CONCEPT, ROOT, Executed, Project
+
+
+def test_cases_are_counted_by_scenario_architecture_and_fault(mini: Executed) -> None:
+    plan = mini.plan
+    counted = {
+        (item.scenario, item.architecture): (item.points, item.fault_entries, item.test_cases)
+        for item in plan.expansion.factors
+    }
+    every = ("none", "front_camera_out", "nominal_silent")
+    assert counted == {
+        ("cut_in", "legacy_camera"): (4, every, 12),
+        ("cut_in", "camera_radar"): (4, every, 12),
+        ("lead_braking", "legacy_camera"): (2, ("none",), 2),
+        ("lead_braking", "camera_radar"): (2, ("none",), 2),
+    }
+    assert len(plan.cases) == plan.expansion.count == 28
+
+
+def test_planning_executes_nothing_and_writes_nothing(make_project: MakeProject) -> None:
+    project = make_project()
+    before = sorted(path for path in project.folder.rglob("*"))
+    assert project.plan().cases
+    assert sorted(path for path in project.folder.rglob("*")) == before
+
+
+def test_same_files_give_the_same_test_cases_wherever_they_stand(
+    make_project: MakeProject,
+) -> None:
+    one, other = (make_project(name=name).plan() for name in ("one", "other"))
+    assert [case.digest for case in one.cases] == [case.digest for case in other.cases]
+    assert [case.stream_seed for case in one.cases] == [case.stream_seed for case in other.cases]
+
+
+def test_planned_cases_carry_what_a_database_needs(mini: Executed) -> None:
+    planned = list(mini.plan.planned())
+    assert [item.test_case for item in planned] == [case.digest for case in mini.plan.cases]
+    assert [item.point_index for item in planned] == list(range(28))
+    first = planned[0]
+    assert first.engine == mini.plan.engines[first.architecture]
+    assert first.seed == 7
+    assert set(first.point) == {"ego_speed", "gap"}
+
+
+def test_record_says_axes_units_gate_and_provenance(mini: Executed) -> None:
+    record = mini.plan.record()
+    assert record.gate == ("camera_radar",)
+    assert record.units["cut_in"]["gap"] == "m"
+    assert record.units["cut_in"]["ego_speed"] == "mps"
+    assert record.factors[0]["axes"] == {"ego_speed": "80 km/h, 120 km/h", "gap": "30 m, 50 m"}
+    assert record.provenance["driver"] == mini.plan.driver
+    assert [item.id for item in record.fsrs] == [
+        item.id for item in mini.plan.files.concept.spec.requirements
+    ]
+
+
+def test_axis_of_steps_is_described_by_its_ends(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"]["gap"] = {
+            "from": "30 m",
+            "to": "50 m",
+            "step": "10 m",
+        }
+    axes = project.plan().record().factors[0]["axes"]
+    assert axes["gap"] == "30 m to 50 m, step 10 m"
+
+
+def test_list_of_points_is_described_by_its_values(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        points = [{"ego_speed": "80 km/h", "gap": "30 m"}, {"ego_speed": "90 km/h", "gap": "50 m"}]
+        odd["scenarios"][0]["sweep"] = {"design": "list", "points": points}
+    axes = project.plan().record().factors[0]["axes"]
+    assert axes == {"ego_speed": "80 km/h, 90 km/h", "gap": "30 m, 50 m"}
+
+
+def test_shipped_odds_have_no_notices() -> None:
+    for path in sorted((ROOT / "odd").glob("*.yaml")):
+        assert make_plan(path).notices == ()
+
+
+def test_channel_that_cannot_act_is_worth_a_notice(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"]["links"] = []
+        candidate["switch"]["priority"] = ["nominal"]
+    assert project.plan().notices == (
+        "camera_radar: channel nominal has no links, so it cannot act",
+        "camera_radar: channel safety is not in switch.priority, so it never acts",
+    )
+
+
+def test_signal_table_says_who_has_what(mini: Executed) -> None:
+    rows = {row.name: row for row in signal_table(mini.plan)}
+    both = ("legacy_camera", "camera_radar")
+    assert set(rows["ego.speed"].architectures) == set(both)
+    assert rows["ego.speed"].unit == "m/s"
+    assert rows["sensor.front_radar.alive"].architectures == ("camera_radar",)
+    assert rows["actor.cutter.gap"].scenarios == ("cut_in",)
+    assert rows["channel.nominal.status"].labels[-1] == "silent"
+
+
+# --- refusals: each names file, line and column ---------------------------------------------------
+
+
+def refusal(project: Project) -> str:
+    with pytest.raises(InputError) as caught:
+        project.plan()
+    return str(caught.value)
+
+
+def test_fault_condition_over_an_unknown_name_is_refused(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        odd["faults"][1]["onset"]["when"] = "cuter.gap <= 20 m"
+    text = refusal(project)
+    assert "tested.yaml:" in text
+    assert "fault nominal_silent: scenario cut_in has nothing named 'cuter.gap'" in text
+    assert "cutter.gap" in text.partition("nothing named")[2]
+
+
+def test_fault_condition_need_not_fit_scenarios_that_do_not_use_the_fault(
+    make_project: MakeProject,
+) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        # lead_braking, which has no cutter, runs without faults.
+        odd["faults"][1]["onset"]["when"] = "cutter.gap <= 20 m"
+    assert project.plan().cases
+
+
+def test_fault_condition_of_mixed_units_is_refused(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        odd["faults"][1]["onset"]["when"] = "cutter.gap <= 20 m/s"
+    assert "tested.yaml:" in refusal(project)
+
+
+def test_scenario_that_names_nothing_known_is_refused(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
+        scenario["storyboard"]["cut_in"]["when"] = "cutter.gapp <= gap"
+    text = refusal(project)
+    assert "cut_in.yaml:" in text
+    assert "gapp" in text
+
+
+def test_requirement_on_an_unknown_signal_is_refused(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][0]["formula"] = "always(not contackt)"
+    text = refusal(project)
+    assert "motorway_chauffeur.yaml:" in text
+    assert "contackt" in text
+
+
+def test_sweep_without_points_is_refused(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["where"] = ["gap > 60 m"]
+    assert "tested.yaml:" in refusal(project)
+
+
+def test_unknown_backend_is_refused(make_project: MakeProject) -> None:
+    with pytest.raises(InputError, match="highway"):
+        make_plan(make_project().odd, backend="prescan")
+
+
+def test_plugin_that_is_not_there_is_refused_where_it_is_named(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"] = {
+            "kind": "./mine.py:Mine",
+            "links": ["front_camera"],
+            "rate": "20 Hz",
+        }
+    with pytest.raises(SpecError, match=r"camera_radar\.yaml:\d+:\d+.*mine\.py"):
+        project.plan()

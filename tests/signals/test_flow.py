@@ -1,0 +1,121 @@
+"""What flows between the stages: columns are numbered as named, commands copy, records pack."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import adeye.signals
+from adeye.signals import flow
+from adeye.signals.flow import ControlCommand, RoadMap, SceneContext, Surroundings, parameter_record
+
+
+@pytest.mark.parametrize(
+    ("prefix", "columns"),
+    [
+        ("EGO", flow.EGO_COLUMNS),
+        ("OBJECT", flow.OBJECT_COLUMNS),
+        ("PLACE", flow.PLACE_COLUMNS),
+        ("DETECTION", flow.DETECTION_COLUMNS),
+    ],
+)
+def test_column_numbers_follow_the_names(prefix: str, columns: tuple[str, ...]) -> None:
+    short = {"steering_angle": "STEERING", "road_heading": "HEADING"}
+    for number, name in enumerate(columns):
+        constant = f"{prefix}_{short.get(name, name.upper())}"
+        assert getattr(flow, constant) == number, constant
+
+
+def test_codes_follow_the_labels() -> None:
+    codes = [getattr(flow, label.upper()) for label in flow.STATUS_LABELS]
+    assert codes == list(range(len(flow.STATUS_LABELS)))
+    reasons = [getattr(flow, f"REASON_{label.upper()}") for label in flow.REASON_LABELS[:5]]
+    assert reasons == list(range(5))
+    assert flow.REASON_LABELS[flow.REASON_NO_CHANNEL] == "no_channel"
+    assert flow.REASON_LABELS[flow.REASON_STUCK] == "stuck"
+
+
+def test_an_estimate_is_the_ego_state_and_its_place() -> None:
+    assert flow.ESTIMATE_COLUMNS[: flow.ESTIMATE_PLACE] == flow.EGO_COLUMNS
+    assert flow.ESTIMATE_COLUMNS[flow.ESTIMATE_PLACE :] == flow.PLACE_COLUMNS
+
+
+def test_no_channel_is_no_index() -> None:
+    assert flow.NO_CHANNEL < 0
+
+
+def test_copy_of_a_command_is_not_changed_with_it() -> None:
+    command = ControlCommand(
+        "nominal",
+        np.ones(2),
+        np.zeros(2),
+        np.zeros(2),
+        np.zeros(2, dtype=np.int64),
+        plan=np.ones((2, 3, 4)),
+        monitors=np.zeros((2, 1, 2), dtype=np.bool_),
+        tracks=np.ones((2, 1, 6)),
+    )
+    copy = command.copy()
+    for array in (command.acceleration, command.steering_angle, command.stamp, command.plan):
+        assert array is not None
+        array[...] = -5.0
+    command.status[...] = flow.SILENT
+    assert command.monitors is not None
+    command.monitors[...] = True
+    assert copy.channel == "nominal"
+    assert copy.acceleration.tolist() == [1.0, 1.0]
+    assert copy.status.tolist() == [flow.OK, flow.OK]
+    assert copy.plan is not None
+    assert (copy.plan == 1.0).all()
+    assert copy.monitors is not None
+    assert not copy.monitors.any()
+
+
+def test_copy_of_a_bare_command_stays_bare() -> None:
+    zeros = np.zeros(1)
+    copy = ControlCommand("safety", zeros, zeros, zeros, np.zeros(1, dtype=np.int64)).copy()
+    assert copy.plan is None
+    assert copy.monitors is None
+    assert copy.tracks is None
+
+
+def test_runs_of_a_context_are_counted_by_the_ego() -> None:
+    road = RoadMap(np.zeros((3, 1, 5)), np.zeros(3), 2, np.zeros(3), np.zeros(3))
+    weather = Surroundings(np.zeros(3), np.ones(3), np.ones(3), np.zeros(3, dtype=np.bool_))
+    context = SceneContext(
+        0.05,
+        ("lead",),
+        np.zeros(1, dtype=np.int64),
+        1,
+        np.ones((3, 1, 3)),
+        np.ones((3, 1)),
+        np.ones((3, 3)),
+        road,
+        weather,
+        np.zeros(3, dtype=np.uint64),
+        (),
+    )
+    assert context.runs == 3
+
+
+def test_parameter_record_repeats_scalars_and_keeps_columns() -> None:
+    packed = parameter_record({"gain": 2, "range": np.array([80.0, 120.0])})
+    assert packed["gain"].tolist() == [2.0, 2.0]
+    assert packed["range"].tolist() == [80.0, 120.0]
+    assert packed.dtype.names == ("gain", "range")
+
+
+def test_parameter_record_of_scalars_is_one_run() -> None:
+    assert parameter_record({"gain": 2}).shape == (1,)
+
+
+def test_parameter_record_of_unequal_columns_is_refused() -> None:
+    with pytest.raises(ValueError, match="shape"):
+        parameter_record({"a": np.zeros(2), "b": np.zeros(3)})
+
+
+def test_the_face_of_the_package_gives_everything_public() -> None:
+    for name in adeye.signals.__all__:
+        assert getattr(adeye.signals, name) is not None
+    public = {name for name in vars(flow) if name.isupper() and not name.startswith("_")}
+    assert public - {"TYPE_CHECKING"} <= set(adeye.signals.__all__)

@@ -1,0 +1,60 @@
+"""The protocols: what the built-in parts have, what plug-ins are refused for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from adeye.channels.nominal import NominalChannel
+from adeye.channels.safety import SafetyChannel
+from adeye.ports import ChannelContext, ControlChannel, MetricColumn, Parameters
+from adeye.signals import RoadMap
+
+
+class Gains(Parameters):
+    """Parameters of a plug-in."""
+
+    gain: float = 1.0
+
+
+def test_plugin_parameters_refuse_unknown_keys() -> None:
+    with pytest.raises(ValidationError, match="gian"):
+        Gains.model_validate({"gian": 2.0})
+
+
+def test_plugin_parameters_are_frozen() -> None:
+    gains = Gains.model_validate({"gain": 2})
+    with pytest.raises(ValidationError, match="frozen"):
+        gains.gain = 3.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("channel", [NominalChannel(), SafetyChannel()])
+def test_built_in_channels_follow_the_protocol(channel: object) -> None:
+    assert isinstance(channel, ControlChannel)
+
+
+def test_what_cannot_act_is_no_channel() -> None:
+    class Mute:
+        monitor_ids: tuple[str, ...] = ()
+
+        def reset(self, context: ChannelContext) -> None:
+            """Do nothing."""
+
+    assert not isinstance(Mute(), ControlChannel)
+
+
+def test_runs_of_a_channel_are_counted_by_the_vehicles() -> None:
+    road = RoadMap(np.zeros((0, 1, 5)), np.zeros(0), 2, np.zeros(0), np.zeros(0))
+    context = ChannelContext("nominal", (), (), {}, {}, (), road, np.zeros(0), 0.05, 0.05)
+    assert context.runs == 0
+
+
+def test_metric_column_keeps_value_status_time_and_actor_apart() -> None:
+    column = MetricColumn(np.array([1.5]), ("value",), np.array([2.0]), [0])
+    assert (column.value[0], column.status[0], column.time[0], column.actor[0]) == (
+        1.5,
+        "value",
+        2.0,
+        0,
+    )

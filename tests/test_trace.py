@@ -1,0 +1,215 @@
+"""The trace: its digest covers every judged value of its run, and nothing beyond its length."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.signals import RoadMap, SceneContext, Surroundings
+from adeye.spec.load import load_architecture
+from adeye.trace import COLUMNS, ChannelEvent, Layout, Trace
+
+ARCHITECTURE = Path(__file__).parents[1] / "odd" / "architectures" / "camera_radar.yaml"
+
+RUNS, ROWS, OBJECTS, SENSORS, CHANNELS, MONITORS, FAULTS, EVENTS, TRACKS = 2, 4, 2, 2, 2, 1, 1, 1, 3
+SHAPES: dict[str, tuple[int, ...]] = {
+    "ego": (7,),
+    "ego_place": (6,),
+    "objects": (OBJECTS, 5),
+    "object_places": (OBJECTS, 6),
+    "begun": (EVENTS,),
+    "contact": (),
+    "impact_speed": (),
+    "foreign_contact": (),
+    "sensor_stamp": (SENSORS,),
+    "sensor_alive": (SENSORS,),
+    "detected": (SENSORS, OBJECTS),
+    "detections": (SENSORS, OBJECTS, 2),
+    "acceleration": (CHANNELS,),
+    "steering_angle": (CHANNELS,),
+    "stamp": (CHANNELS,),
+    "status": (CHANNELS,),
+    "monitors": (MONITORS, 2),
+    "tracks": (CHANNELS, TRACKS, 6),
+    "authority": (),
+    "reason": (),
+    "command": (2,),
+    "fault_active": (FAULTS,),
+}
+BOOLS = {"foreign_contact", "sensor_alive", "detected", "monitors", "fault_active"}
+INTS = {"contact", "status", "authority", "reason"}
+LENGTH = (4, 3)
+
+
+def context() -> SceneContext:
+    """Make what does not change during the runs; every number differs from run to run."""
+    each = np.arange(1.0, RUNS + 1)
+    return SceneContext(
+        step=0.05,
+        object_ids=("lead", "truck"),
+        object_classes=np.array([0, 7]),
+        actor_count=1,
+        object_sizes=np.arange(RUNS * OBJECTS * 3.0).reshape(RUNS, OBJECTS, 3),
+        object_reflectivity=np.arange(RUNS * OBJECTS * 1.0).reshape(RUNS, OBJECTS),
+        ego_size=np.arange(RUNS * 3.0).reshape(RUNS, 3),
+        road=RoadMap(np.arange(RUNS * 5.0).reshape(RUNS, 1, 5), each, 2, each, each),
+        surroundings=Surroundings(each, each, each, np.array([False, True])),
+        stream_seeds=np.arange(RUNS, dtype=np.uint64),
+        event_ids=("brakes",),
+    )
+
+
+LAYOUT = Layout(
+    scenario="follow",
+    architecture=load_architecture(ARCHITECTURE).spec,
+    sensors=("camera", "radar"),
+    channels=("nominal", "safety"),
+    monitors=("danger",),
+    faults=("camera_out",),
+    context=context(),
+    horizon=0.1,
+    tail=0.05,
+    realised=("brakes",),
+)
+
+
+def make(**changes: Any) -> Trace:
+    """Make a trace of two runs, the second one row shorter, with different numbers everywhere."""
+    columns = {}
+    for number, (name, shape) in enumerate(SHAPES.items()):
+        size = (RUNS, ROWS, *shape)
+        values = np.arange(np.prod(size), dtype=np.float64).reshape(size) + 0.25 * number
+        kind: Any = np.bool_ if name in BOOLS else np.int64 if name in INTS else np.float64
+        columns[name] = (values % 2 < 1) if name in BOOLS else values.astype(kind)
+    parts: dict[str, Any] = {
+        "layout": LAYOUT,
+        "time": np.arange(ROWS) * 0.05,
+        "length": np.array(LENGTH),
+        "horizon_row": np.array([2, 2]),
+        "complete": np.array([True, False]),
+        "columns": columns,
+        "channel_events": (None, ChannelEvent("channel_error", "nominal", 0.1, "no licence")),
+        "case_digests": ("a", "b"),
+    }
+    return Trace(**{**parts, **changes})
+
+
+def touch(trace: Trace, name: str, place: tuple[int, ...]) -> None:
+    """Change one value of a column."""
+    column = trace.columns[name]
+    column[place] = ~column[place] if name in BOOLS else column[place] + 1
+
+
+def test_scene_covers_every_column() -> None:
+    assert set(SHAPES) == set(COLUMNS)
+
+
+def test_digest_is_128_bits_and_the_same_for_the_same_values() -> None:
+    first, second = make().digests()
+    assert [len(first), len(second)] == [32, 32]
+    assert make().digests() == [first, second]
+    assert first != second
+
+
+@pytest.mark.parametrize("name", list(COLUMNS))
+def test_digest_changes_with_any_value_of_its_run_only(name: str) -> None:
+    before = make().digests()
+    for row in range(LENGTH[0]):
+        trace = make()
+        touch(trace, name, (0, row, *(0 for _ in SHAPES[name])))
+        after = trace.digests()
+        assert after[0] != before[0], (name, row)
+        assert after[1] == before[1]
+
+
+@pytest.mark.parametrize("name", list(COLUMNS))
+def test_rows_beyond_the_length_are_not_read(name: str) -> None:
+    trace = make()
+    touch(trace, name, (1, LENGTH[1], *(0 for _ in SHAPES[name])))
+    assert trace.digests() == make().digests()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"length": np.array([3, 3])},
+        {"horizon_row": np.array([1, 2])},
+        {"complete": np.array([False, False])},
+        {"time": np.arange(ROWS) * 0.06},
+    ],
+    ids=["length", "horizon", "end", "clock"],
+)
+def test_digest_covers_length_horizon_end_and_clock(changes: dict[str, Any]) -> None:
+    assert make(**changes).digests()[0] != make().digests()[0]
+
+
+def test_digest_covers_type_and_shape() -> None:
+    before = make().digests()[0]
+    other = make()
+    other.columns["contact"] = other.columns["contact"].astype(np.int32)
+    assert other.digests()[0] != before
+    reshaped = make()
+    reshaped.columns["command"] = reshaped.columns["command"].reshape(RUNS, ROWS, 1, 2)
+    assert reshaped.digests()[0] != before
+
+
+def test_digest_tells_the_sign_of_zero_and_nan_from_zero() -> None:
+    found = set()
+    for value in (0.0, -0.0, np.nan):
+        trace = make()
+        trace.columns["begun"][0, 0] = value
+        found.add(trace.digests()[0])
+    assert len(found) == 3
+
+
+def test_digest_does_not_depend_on_memory_order_or_batch() -> None:
+    trace = make()
+    fortran = {name: np.asfortranarray(column) for name, column in trace.columns.items()}
+    assert make(columns=fortran).digests() == trace.digests()
+    alone = [trace.select([run]).digests()[0] for run in range(RUNS)]
+    assert alone == trace.digests()
+
+
+def test_channel_events_and_case_are_no_part_of_the_values() -> None:
+    other = make(channel_events=(None, None), case_digests=("c", "d"))
+    assert other.digests() == make().digests()
+
+
+def test_selection_keeps_everything_in_the_asked_order() -> None:
+    chosen = make().select([1, 0])
+    assert chosen.runs == 2
+    assert chosen.digests() == make().digests()[::-1]
+    assert chosen.length.tolist() == [3, 4]
+    assert chosen.case_digests == ("b", "a")
+    event = chosen.channel_events[0]
+    assert event is not None
+    assert event.channel == "nominal"
+    assert make().select([]).runs == 0
+
+
+def test_selection_keeps_the_surroundings_of_its_runs() -> None:
+    kept = make().select([1]).layout.context
+    whole = LAYOUT.context
+    assert kept.runs == 1
+    assert kept.object_ids == whole.object_ids
+    for found, wanted in (
+        (kept.ego_size, whole.ego_size),
+        (kept.object_sizes, whole.object_sizes),
+        (kept.object_reflectivity, whole.object_reflectivity),
+        (kept.stream_seeds, whole.stream_seeds),
+        (kept.road.segments, whole.road.segments),
+        (kept.road.speed_limit, whole.road.speed_limit),
+        (kept.surroundings.night, whole.surroundings.night),
+        (kept.surroundings.friction, whole.surroundings.friction),
+    ):
+        assert found.tolist() == wanted[[1]].tolist()
+
+
+def test_column_is_had_by_its_name() -> None:
+    trace = make()
+    assert trace["ego"] is trace.columns["ego"]
+    with pytest.raises(KeyError):
+        trace["egg"]
