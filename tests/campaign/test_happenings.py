@@ -1,0 +1,108 @@
+"""Events of a run, read from its trace."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.campaign.happenings import events_of
+from adeye.store.rows import EventRecord
+from adeye.sweep.case import TestCase
+from adeye.trace import ChannelEvent, Trace
+from tests.project import Executed, run_cases
+
+
+def changed(trace: Trace, **columns: Any) -> Trace:
+    """Return the first run of a trace with other columns."""
+    one = trace.select([0])
+    return Trace(
+        one.layout,
+        one.time,
+        one.length,
+        one.horizon_row,
+        one.complete,
+        {**one.columns, **columns},
+        one.channel_events,
+        one.case_digests,
+    )
+
+
+@pytest.fixture
+def trace(cut_ins: tuple[list[TestCase], Trace]) -> Trace:
+    return cut_ins[1]
+
+
+def test_silent_nominal_channel_leads_to_a_takeover(trace: Trace) -> None:
+    for run in range(trace.runs):
+        found = [(item.kind, item.text) for item in events_of(trace, run)]
+        order = [
+            ("storyboard", "cut_in begins"),
+            ("fault", "fault nominal_silent begins"),
+            ("channel", "channel nominal: silent"),
+            ("monitor", "monitor nominal_silent confirmed"),
+        ]
+        assert set(order) <= set(found)
+        takeovers = [text for kind, text in found if kind == "switch" and "safety" in text]
+        assert len(takeovers) == 1
+
+
+def test_events_are_in_order_of_time_and_at_ticks(trace: Trace) -> None:
+    times = [item.time_s for item in events_of(trace, 0)]
+    assert times == sorted(times)
+    assert np.isin(np.round(times, 9), np.round(trace.time, 9)).all()
+
+
+def test_fault_begins_and_ends_when_it_was_scripted_to(mini: Executed) -> None:
+    case = next(case for case in mini.plan.cases if case.fault_entry == "front_camera_out")
+    found = [item for item in events_of(run_cases(mini.plan, [case]), 0) if item.kind == "fault"]
+    assert [(round(item.time_s, 9), item.text) for item in found] == [
+        (2.0, "fault front_camera_out begins"),
+        (5.0, "fault front_camera_out ends"),
+    ]
+
+
+def test_contact_is_the_last_event_with_its_speed(mini: Executed) -> None:
+    rows = [row for row in mini.project.rows() if row["contact"]]
+    assert rows, "the legacy architecture touches somebody"
+    case = next(case for case in mini.plan.cases if case.digest == rows[0]["test_case"])
+    last = events_of(run_cases(mini.plan, [case]), 0)[-1]
+    assert last.kind == "contact"
+    assert last.subject == "cutter"
+    assert f"{rows[0]['impact_speed_mps']:.2f} m/s" in last.text
+
+
+def test_what_is_beyond_the_last_decision_is_no_event(trace: Trace) -> None:
+    active = np.zeros_like(trace["fault_active"][:1])
+    active[:, int(trace.length[0]) - 1 :] = True
+    assert not [item for item in events_of(changed(trace, fault_active=active), 0) if item.kind == "fault"]
+
+
+def test_fault_that_is_there_from_the_start_begins_at_zero(trace: Trace) -> None:
+    active = np.ones_like(trace["fault_active"][:1])
+    found = [item for item in events_of(changed(trace, fault_active=active), 0) if item.kind == "fault"]
+    assert found == [EventRecord(0.0, "fault", "nominal_silent", "fault nominal_silent begins")]
+
+
+def test_failure_of_a_channel_is_an_event_with_its_reason(trace: Trace) -> None:
+    one = trace.select([0])
+    failed = Trace(
+        one.layout,
+        one.time,
+        one.length,
+        one.horizon_row,
+        one.complete,
+        one.columns,
+        (ChannelEvent("channel_error", "nominal", 0.4, "RuntimeError: lost"),),
+        one.case_digests,
+    )
+    added = set(events_of(failed, 0)) - set(events_of(one, 0))
+    assert added == {EventRecord(0.4, "channel", "nominal", "channel_error: RuntimeError: lost")}
+
+
+def test_authority_of_nobody_is_named(trace: Trace) -> None:
+    nobody = np.full_like(trace["authority"][:1], -1)
+    nobody[:, 0] = 0
+    found = [item for item in events_of(changed(trace, authority=nobody), 0) if item.kind == "switch"]
+    assert [(item.time_s, item.subject) for item in found] == [(pytest.approx(0.05), "none")]

@@ -1,0 +1,273 @@
+"""Campaigns: what is executed, what is only judged, what is left alone, and what survives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import adeye
+from adeye.campaign import runner, work
+from adeye.campaign.runner import Progress, run_campaign
+from adeye.campaign.work import BatchResult, BatchTask
+from adeye.errors import IntegrityError
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.store.repository import Repository
+from tests.conftest import MakeProject
+from tests.project import CONCEPT, MINI, Executed, Project, count_rows, table_hash
+
+PLUGIN = """
+from adeye.channels.scalar import ScalarCommand
+
+
+class Steady:
+    def __init__(self, parameters, context):
+        pass
+
+    def act(self, observation):
+        return ScalarCommand({acceleration}, 0.0)
+"""
+
+SMALL: dict[str, Any] = {
+    **MINI,
+    "scenarios": [
+        {"use": "cut_in", "faults": ["none"], "sweep": {"parameters": {"gap": ["30 m", "50 m"]}}}
+    ],
+    "faults": [],
+}
+"""Two situations, two architectures: four test cases."""
+
+
+@pytest.fixture
+def small(make_project: MakeProject) -> Project:
+    return make_project(SMALL)
+
+
+def identities(project: Project) -> dict[str, str]:
+    """Test case and trace digest by run of the newest campaign."""
+    return {row["run"]: row["trace_digest"] for row in project.rows()}
+
+
+def test_every_case_is_executed_judged_and_accounted_for(mini: Executed) -> None:
+    summary = mini.summary
+    assert (summary.planned, summary.executed, summary.reused) == (28, 28, 0)
+    with Repository.open(mini.db, create=False) as repository:
+        progress = repository.progress(summary.campaign)
+        assert (progress.planned, progress.accounted) == (28, 28)
+        assert repository.verify() == ()
+        assert repository.find_campaign(summary.campaign).state == "complete"
+
+
+def test_candidate_passes_and_legacy_fails(mini: Executed) -> None:
+    verdicts = {(line.architecture, line.fsr): line for line in mini.summary.verdicts}
+    mandatory = [line for line in mini.summary.verdicts if line.is_gate and line.mandatory]
+    assert {line.verdict for line in mandatory} == {Verdict.PASS}
+    assert mini.summary.exit_code is ExitCode.OK
+    failed = verdicts["legacy_camera", "FSR-01"]
+    assert failed.verdict is Verdict.FAIL
+    assert not failed.is_gate
+    assert failed.worst_run in {row["run"] for row in mini.project.rows()}
+
+
+def test_second_run_executes_nothing(make_project: MakeProject, mini: Executed) -> None:
+    project = mini.project
+    before = count_rows(mini.db, "run"), table_hash(mini.db)
+    again = run_campaign(project.plan(), db=mini.db, workers=2)
+    assert (again.executed, again.judged, again.reused) == (0, 0, 28)
+    assert (again.campaign, again.exit_code) == (mini.summary.campaign, mini.summary.exit_code)
+    assert again.verdicts == mini.summary.verdicts
+    assert (count_rows(mini.db, "run"), table_hash(mini.db)) == before
+
+
+def test_new_threshold_judges_again_and_executes_nothing(small: Project) -> None:
+    first = small.run()
+    runs, before = count_rows(small.db, "run"), identities(small)
+    with small.edited(CONCEPT) as concept:
+        requirement = next(item for item in concept["requirements"] if item["id"] == "FSR-06")
+        requirement["formula"] = "always(abs(ego.lane_offset) <= 0.0001 m)"
+    second = small.run()
+    assert second.campaign != first.campaign
+    assert (second.executed, second.judged, second.reused) == (0, 4, 4)
+    assert count_rows(small.db, "run") == runs
+    assert identities(small) == before
+    verdict = {(line.architecture, line.fsr): line.verdict for line in second.verdicts}
+    assert verdict["camera_radar", "FSR-06"] is Verdict.FAIL
+    assert second.exit_code is ExitCode.FAILED
+    # The campaign before is as it was.
+    with Repository.open(small.db, create=False) as repository:
+        rows = repository.results(first.campaign)
+        assert all('"FSR-06":"PASS"' in row[rows.columns.index("verdicts")] for row in rows.rows)
+
+
+def with_plugin(project: Project, acceleration: float = 0.0) -> None:
+    """Give the ODD an architecture whose nominal channel comes from a file beside it."""
+    folder = project.folder / "odd" / "architectures"
+    text = PLUGIN.replace("{acceleration}", str(acceleration))
+    (folder / "steady.py").write_text(text, "utf-8")
+    own = project.read("odd/architectures/camera_radar.yaml")
+    own["architecture"] = "own"
+    own["channels"]["nominal"].update(kind="./steady.py:Steady")
+    project.write("odd/architectures/own.yaml", own)
+    with project.edited_odd() as odd:
+        odd["architectures"] = [*MINI["architectures"], "architectures/own.yaml"]
+
+
+def test_another_architecture_leaves_every_result_as_it_was(small: Project) -> None:
+    small.run()
+    before = identities(small)
+    with_plugin(small)
+    summary = small.run()
+    assert (summary.executed, summary.reused) == (2, 4)
+    after = identities(small)
+    assert {run: after[run] for run in before} == before
+
+
+def test_one_changed_line_of_a_plugin_executes_its_runs_again_and_no_others(
+    small: Project,
+) -> None:
+    with_plugin(small)
+    small.run()
+    before = {row["ordinal"]: row for row in small.rows()}
+    with_plugin(small, acceleration=-1.0)
+    summary = small.run()
+    assert (summary.executed, summary.reused) == (2, 4)
+    for row in small.rows():
+        old = before[row["ordinal"]]
+        assert (row["run"] == old["run"]) is (row["architecture"] != "own")
+        assert row["test_case"] == old["test_case"]
+        assert (row["trace_digest"] == old["trace_digest"]) is (row["architecture"] != "own")
+
+
+def test_undoing_the_edit_of_a_plugin_finds_its_results_again(small: Project) -> None:
+    with_plugin(small)
+    first = small.run()
+    with_plugin(small, acceleration=-1.0)
+    small.run()
+    with_plugin(small)
+    third = small.run()
+    assert (third.campaign, third.executed, third.reused) == (first.campaign, 0, 6)
+
+
+def test_texts_costs_and_tags_execute_nothing(small: Project) -> None:
+    small.run()
+    with small.edited("odd/architectures/camera_radar.yaml") as candidate:
+        candidate.update(title="Renamed", cost=1)
+        candidate["sensors"]["front_radar"]["cost"] = 1
+    with small.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
+        scenario["title"] = "Renamed"
+    assert small.run().executed == 0
+
+
+def test_workers_and_block_size_do_not_change_a_result(
+    small: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small.run()
+    monkeypatch.setattr(runner, "BLOCK_SIZE", 1)
+    small.run(db="other.db", workers=2)
+    assert table_hash(small.db) == table_hash(small.folder / "other.db")
+
+
+def test_progress_rises_to_the_total(small: Project) -> None:
+    seen: list[Progress] = []
+    adeye.run(small.odd, db=small.db, progress=seen.append)
+    assert [item.phase for item in seen][-1] == "done"
+    done = [item.done for item in seen]
+    assert done == sorted(done)
+    assert (seen[0].done, seen[-1].done, seen[-1].total) == (0, 4, 4)
+    failed = [row for row in small.rows() if "FAIL" in row["verdicts"].values()]
+    assert seen[-1].failures == len(failed)
+
+
+# --- what goes wrong ------------------------------------------------------------------------------
+
+
+def test_interrupted_campaign_goes_on_where_it_ended(small: Project) -> None:
+    def stop(state: Progress) -> None:
+        if state.done:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        adeye.run(small.odd, db=small.db, progress=stop)
+    done = count_rows(small.db, "run")
+    assert 0 < done < 4
+    with Repository.open(small.db, create=False) as repository:
+        campaign = repository.latest_campaign()
+        assert campaign is not None
+        assert campaign.state == "interrupted"
+    summary = small.run()
+    assert (summary.executed, summary.reused) == (4 - done, done)
+    uninterrupted = small.run(db="other.db")
+    assert uninterrupted.verdicts == summary.verdicts
+    assert table_hash(small.db) == table_hash(small.folder / "other.db")
+
+
+def failing(real: Callable[[BatchTask], Any], name: str) -> Callable[[BatchTask], Any]:
+    """Fail like a defect of adeye wherever an architecture is executed."""
+
+    def execute(task: BatchTask) -> Any:
+        if any(case.architecture.architecture == name for case in task.execute):
+            raise FloatingPointError(name)
+        return real(task)
+
+    return execute
+
+
+def test_defect_in_one_block_leaves_the_others_and_is_no_success(
+    small: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(work, "_execute", failing(work._execute, "camera_radar"))
+        summary = small.run()
+    assert summary.exit_code is ExitCode.INCOMPLETE
+    assert "2 of 4 test cases accounted for" in summary.message
+    assert {row["architecture"] for row in small.rows()} == {"legacy_camera"}
+    missing = [line for line in summary.verdicts if line.architecture == "camera_radar"]
+    assert {line.verdict for line in missing if line.mandatory} == {Verdict.NOT_RUN}
+    assert summary.executed == 2
+    # Without the defect, the next run tries what was set aside.
+    assert (small.run().executed, small.run().executed) == (2, 0)
+
+
+def test_worker_that_dies_costs_nothing_but_its_batch(small: Project) -> None:
+    with_plugin(small)
+    folder = small.folder / "odd" / "architectures"
+    path = folder / "steady.py"
+    mark = folder / "died"
+    # Its first batch takes the whole worker down, as a crash in native code would.
+    dying = f"import os\nfrom pathlib import Path\nMARK = Path({str(mark)!r})\n"
+    body = "        if not MARK.exists():\n            MARK.touch()\n            os._exit(9)\n"
+    text = path.read_text("utf-8").replace("        return", f"{body}        return")
+    path.write_text(dying + text, "utf-8")
+    summary = small.run(workers=2)
+    assert mark.exists()
+    assert (summary.executed, summary.planned) == (6, 6)
+    with Repository.open(small.db, create=False) as repository:
+        assert repository.progress(summary.campaign).accounted == 6
+
+
+def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
+    small: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small.run()
+    with small.edited(CONCEPT) as concept:
+        concept["requirements"][0]["formula"] = "always(not contact and ego.speed >= 0 m/s)"
+
+    def otherwise(task: BatchTask) -> BatchResult:
+        result = work.execute(task)
+        return replace(result, judged_traces=dict.fromkeys(result.judged_traces, "0" * 32))
+
+    monkeypatch.setattr(runner, "execute", otherwise)
+    with pytest.raises(IntegrityError, match="does not come out as it was recorded"):
+        small.run()
+
+
+def test_wrong_use_of_a_plugin_ends_the_campaign(small: Project, tmp_path: Path) -> None:
+    with_plugin(small)
+    plan = small.plan()
+    # The file is gone between planning and running.
+    (small.folder / "odd" / "architectures" / "steady.py").unlink()
+    with pytest.raises(adeye.errors.InputError, match=r"no file .*steady\.py"):
+        run_campaign(plan, db=tmp_path / "adeye.db")

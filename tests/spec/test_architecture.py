@@ -1,0 +1,164 @@
+"""Architectures: references resolve at their place, and identity is what is executed."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from adeye.spec.architecture import Architecture, Camera, PluginChannel, PluginSensor
+from adeye.spec.document import load_document
+from adeye.spec.quantity import SI
+
+SHIPPED = sorted((Path(__file__).parents[2] / "odd" / "architectures").glob("*.yaml"))
+CONTENT: dict[str, Any] = load_document(
+    Path(__file__).parents[2] / "odd" / "architectures" / "camera_radar.yaml"
+).value
+
+
+def content(*place: str, value: Any) -> dict[str, Any]:
+    """Return the shipped architecture with one value changed."""
+    changed = copy.deepcopy(CONTENT)
+    part = changed
+    for key in place[:-1]:
+        part = part.setdefault(key, {})
+    part[place[-1]] = value
+    return changed
+
+
+def errors(changed: dict[str, Any]) -> list[tuple[tuple[int | str, ...], str]]:
+    """Return place and message of everything that is refused."""
+    with pytest.raises(ValidationError) as caught:
+        Architecture.model_validate(changed)
+    return [(item["loc"], item["msg"]) for item in caught.value.errors()]
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=[path.stem for path in SHIPPED])
+def test_shipped_architecture_reads_back_from_its_stored_form(path: Path) -> None:
+    spec = Architecture.model_validate(load_document(path).value)
+    assert spec.architecture == path.stem
+    assert Architecture.model_validate(spec.model_dump(mode="json"), context=SI) == spec
+
+
+def test_quantities_are_si() -> None:
+    camera = Architecture.model_validate(
+        content("sensors", "front_camera", "range", value="0.12 km")
+    ).sensors["front_camera"]
+    assert isinstance(camera, Camera)
+    assert camera.range == 120.0
+
+
+def test_link_to_what_is_not_there_is_refused_at_its_place() -> None:
+    ((loc, message),) = errors(content("channels", "safety", "links", value=["truth", "lidar"]))
+    assert loc == ("channels", "safety", "links", 1)
+    assert "'lidar', which is none of" in message
+    assert "channels.nominal" in message
+
+
+def test_every_wrong_reference_is_listed() -> None:
+    changed = content("channels", "safety", "links", value=["a", "truth", "b", "truth"])
+    changed["switch"]["priority"] = ["safety", "nominal", "backup"]
+    assert [loc for loc, _ in errors(changed)] == [
+        ("channels", "safety", "links", 0),
+        ("channels", "safety", "links", 2),
+        ("channels", "safety", "links", 3),
+        ("switch", "priority", 2),
+    ]
+
+
+@pytest.mark.parametrize("link", ["channels.nominal", "switch", "truth"])
+def test_sensors_channels_and_switch_can_be_linked(link: str) -> None:
+    spec = Architecture.model_validate(content("channels", "safety", "links", value=[link]))
+    assert spec.channels["safety"].links == (link,)
+
+
+def test_default_must_be_in_the_priority() -> None:
+    ((loc, message),) = errors(content("switch", "priority", value=["safety"]))
+    assert loc == ("switch", "default")
+    assert "'nominal' is not in priority: safety" in message
+
+
+def test_channel_twice_in_the_priority_is_refused() -> None:
+    ((loc, _),) = errors(content("switch", "priority", value=["nominal", "safety", "nominal"]))
+    assert loc == ("switch", "priority", 2)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("sensors",), {}),
+        (("channels",), {}),
+        (("vehicle", "length"), "0 m"),
+        (("vehicle", "length"), 4.9),
+        (("vehicle", "mass"), True),
+        (("sensors", "front_camera", "range"), "-5 m"),
+        (("sensors", "front_camera", "rate"), "0 Hz"),
+        (("sensors", "front_camera", "field_of_view"), "361 deg"),
+        (("sensors", "front_camera", "latency"), "-0.1 s"),
+        (("sensors", "front_camera", "min_visible"), 1.1),
+        (("sensors", "front_camera", "kind"), "sonar"),
+        (("sensors", "Front-Camera"), {"kind": "ground_truth", "rate": "20 Hz"}),
+        (("channels", "nominal", "parameters"), {"gain": 1.0}),
+        (("channels", "nominal", "parameters"), {"confirm_hits": 2.0}),
+        (("switch", "latch"), 1),
+        (("switch", "policy"), "vote"),
+    ],
+)
+def test_impossible_value_is_refused(place: tuple[str, ...], value: Any) -> None:
+    assert errors(content(*place, value=value))
+
+
+def test_plugins_keep_their_parameters_as_written() -> None:
+    changed = content("sensors", "sonar", value={"kind": "pack.sonar:Sonar", "rate": "20 Hz"})
+    changed["channels"]["nominal"] = {"kind": "./mine.py:Planner", "parameters": {"a": [1, None]}}
+    spec = Architecture.model_validate(changed)
+    assert isinstance(spec.sensors["sonar"], PluginSensor)
+    channel = spec.channels["nominal"]
+    assert isinstance(channel, PluginChannel)
+    assert channel.parameters == {"a": [1, None]}
+
+
+def test_order_in_the_file_is_no_part_of_the_content() -> None:
+    turned = copy.deepcopy(CONTENT)
+    turned["sensors"] = dict(reversed(turned["sensors"].items()))
+    one, other = Architecture.model_validate(CONTENT), Architecture.model_validate(turned)
+    assert one == other
+    assert one.executable() == other.executable()
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("title",), "Another title"),
+        (("text",), "Another text."),
+        (("architecture",), "another"),
+        (("cost",), 9_999),
+        (("sensors", "front_camera", "cost"), 9_999),
+        (("sensors", "front_camera", "text"), "new"),
+        (("sensors", "front_camera", "realises"), "front_radar"),
+        (("channels", "nominal", "realises"), "switch"),
+        (("switch", "realises"), "nominal_channel"),
+    ],
+)
+def test_words_and_cost_are_not_executed(place: tuple[str, ...], value: Any) -> None:
+    changed = Architecture.model_validate(content(*place, value=value))
+    assert changed.executable() == Architecture.model_validate(CONTENT).executable()
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("vehicle", "wheelbase"), "3 m"),
+        (("sensors", "front_camera", "mount", "yaw"), "20 deg"),
+        (("sensors", "front_camera", "latency"), "0.6 s"),
+        (("channels", "safety", "links"), ["truth"]),
+        (("channels", "nominal", "parameters"), {"time_gap": "2 s"}),
+        (("switch", "policy"), "stuck"),
+    ],
+)
+def test_what_changes_the_drive_is_executed(place: tuple[str, ...], value: Any) -> None:
+    changed = Architecture.model_validate(content(*place, value=value))
+    assert changed.executable() != Architecture.model_validate(CONTENT).executable()

@@ -1,0 +1,221 @@
+"""Loading: files are found, extended and merged; an error is placed in the file that holds it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adeye.errors import SpecError
+from adeye.spec.load import (
+    load_architecture,
+    load_odd,
+    load_scenario,
+    merge,
+    scenario_files,
+    shipped,
+)
+
+ROOT = Path(__file__).parents[2]
+BASE = """\
+scenario: base
+title: A base
+provenance: {source: a test}
+parameters:
+  gap: {default: 40 m, range: [20 m, 60 m]}
+world:
+  road: {length: 900 m, lanes: 2, lane_width: 3.5 m, shoulder: 2 m, speed_limit: 20 m/s}
+environment: {rain: 0 mm/h, fog_visibility: 1 km, friction: 0.9}
+ego: {lane: 0, s: 50 m, speed: 20 m/s}
+actors:
+  lead: {kind: car, start: {lane: 0, ahead_of: ego, gap: gap, speed: 10 m/s}}
+horizon: 5 s
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Any:
+    """Return a function that writes a scenario file beside the base."""
+    (tmp_path / "base.yaml").write_text(BASE, encoding="utf-8")
+
+    def make(name: str, text: str) -> Path:
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return make
+
+
+# --- merge ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("base", "override", "merged"),
+    [
+        ({"a": 1}, {"b": 2}, {"a": 1, "b": 2}),
+        ({"a": 1}, {"a": 2}, {"a": 2}),
+        ({"a": {"b": 1, "c": 2}}, {"a": {"b": 3}}, {"a": {"b": 3, "c": 2}}),
+        ({"a": 1, "b": 2}, {"a": None}, {"b": 2}),
+        ({"a": 1}, {"b": None}, {"a": 1}),
+        ({"a": [1, 2]}, {"a": [3]}, {"a": [3]}),
+        ({"a": [1]}, {"a": {"b": 1}}, {"a": {"b": 1}}),
+        ({"a": {"b": 1}}, {"a": "text"}, {"a": "text"}),
+        ({}, {"a": {"b": {"c": None}}}, {"a": {"b": {}}}),
+        ({"a": [{"b": 1}]}, {"a": [{"b": None}]}, {"a": [{"b": None}]}),
+    ],
+)
+def test_merge_lays_one_content_over_another(base: Any, override: Any, merged: Any) -> None:
+    assert merge(base, override) == merged
+
+
+CONTENT = st.recursive(
+    st.integers() | st.text(max_size=3),
+    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(st.sampled_from("abc"), inner),
+    max_leaves=8,
+)
+MAPPING = st.dictionaries(st.sampled_from("abc"), CONTENT)
+
+
+@given(base=MAPPING, override=MAPPING)
+def test_merging_twice_is_merging_once(base: Any, override: Any) -> None:
+    once = merge(base, override)
+    assert merge(once, override) == once
+
+
+@given(base=MAPPING)
+def test_nothing_and_itself_change_nothing(base: Any) -> None:
+    assert merge(base, {}) == base
+    assert merge(base, base) == base
+
+
+@given(base=MAPPING, override=MAPPING)
+def test_merging_leaves_both_as_they_were(base: Any, override: Any) -> None:
+    before = repr((base, override))
+    merge(base, override)
+    assert repr((base, override)) == before
+
+
+# --- extends --------------------------------------------------------------------------------------
+
+
+def test_extended_scenario_has_both_contents(write: Any) -> None:
+    loaded = load_scenario(
+        write("near", "extends: base\nscenario: near\nparameters: {gap: {default: 25 m}}\n")
+    )
+    assert loaded.spec.scenario == "near"
+    assert loaded.spec.title == "A base"
+    assert loaded.spec.parameters["gap"].default == "25 m"
+    assert loaded.spec.parameters["gap"].range == ("20 m", "60 m")
+    assert "extends" not in loaded.content
+
+
+def test_chain_of_extends_lets_the_nearest_win(write: Any) -> None:
+    write("near", "extends: base.yaml\nscenario: near\nhorizon: 6 s\ntail: 1 s\n")
+    loaded = load_scenario(write("nearer", "extends: near\nscenario: nearer\nhorizon: 7 s\n"))
+    assert (loaded.spec.horizon, loaded.spec.tail) == (7.0, 1.0)
+    assert [Path(document.path).stem for document in loaded.documents] == ["nearer", "near", "base"]
+
+
+def test_null_removes_what_the_base_has(write: Any) -> None:
+    loaded = load_scenario(write("empty", "extends: base\nscenario: empty\nactors: {lead: null}\n"))
+    assert loaded.spec.actors == {}
+
+
+def test_extends_is_found_beside_the_file_that_names_it(write: Any, tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    path = write("sub/near", "extends: ../base.yaml\nscenario: near\n")
+    assert load_scenario(path).spec.title == "A base"
+    with pytest.raises(SpecError, match=r"sub/lost.yaml:1:10: 'base.yaml' is not a file"):
+        load_scenario(write("sub/lost", "extends: base\nscenario: lost\n"))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "chain"),
+    [("b", "a", "a → b → a"), ("a", "a", "a → a"), ("b", "b", "a → b → b")],
+)
+def test_cyclic_extends_is_refused(write: Any, first: str, second: str, chain: str) -> None:
+    path = write("a", f"extends: {first}\n")
+    write("b" if first == "b" else "c", f"extends: {second}\n")
+    with pytest.raises(SpecError, match=f"extends is cyclic: {chain}"):
+        load_scenario(path)
+
+
+def test_error_is_placed_in_the_file_that_holds_it(write: Any, tmp_path: Path) -> None:
+    near = write("near", "extends: base\nscenario: near\nego: {speed: 20 s}\n")
+    with pytest.raises(SpecError, match=r"near.yaml:3:14: ego.speed: '20 s' is a time"):
+        load_scenario(near)
+    base = tmp_path / "base.yaml"
+    base.write_text(BASE.replace("s: 50 m", "s: 50 s"), encoding="utf-8")
+    near.write_text("extends: base\nscenario: near\nego: {speed: 20 m/s}\n", encoding="utf-8")
+    with pytest.raises(SpecError, match=r"base.yaml:9:18: ego.s: '50 s' is a time"):
+        load_scenario(near)
+
+
+def test_unknown_key_is_placed_at_the_key_of_its_file(write: Any) -> None:
+    near = write("near", "extends: base\nscenario: near\nego: {sped: 20 m/s}\n")
+    with pytest.raises(SpecError, match=r"near.yaml:3:7: ego.sped: there is no key"):
+        load_scenario(near)
+
+
+def test_places_of_the_loaded_content_are_in_the_nearest_file(write: Any) -> None:
+    loaded = load_scenario(write("near", "extends: base\nscenario: near\nego: {lane: 1}\n"))
+    assert str(loaded.locate(("ego", "lane"))).endswith("near.yaml:3:13")
+    assert str(loaded.locate(("ego", "s"))).endswith("base.yaml:9:18")
+    assert str(loaded.locate(("actors", "lead", "kind"))).endswith("base.yaml:11:16")
+
+
+def test_base_may_be_incomplete(write: Any) -> None:
+    write("part", "horizon: 9 s\ntail: 3 s\n")
+    whole = BASE.replace("scenario: base\n", "extends: part\nscenario: whole\n")
+    assert load_scenario(write("whole", whole)).spec.tail == 3.0
+
+
+# --- ODDs -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "odd").glob("*.yaml")), ids=lambda path: path.stem)
+def test_shipped_odd_loads_with_everything_it_names(path: Path) -> None:
+    files = load_odd(path)
+    assert files.odd.spec.odd == path.stem
+    assert [use.name for use in files.odd.spec.scenarios] == list(files.scenarios)
+    assert len(files.architectures) == len(files.odd.spec.architectures)
+    assert set(files.gate) <= set(files.architectures)
+    assert files.concept.spec.requirements
+
+
+def test_without_a_gate_every_architecture_decides(tmp_path: Path) -> None:
+    text = (ROOT / "odd" / "motorway_chauffeur.yaml").read_text("utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("gate:")]
+    for folder in ("architectures", "concepts"):
+        (tmp_path / folder).symlink_to(ROOT / "odd" / folder)
+    path = tmp_path / "odd.yaml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    files = load_odd(path)
+    assert files.gate == tuple(files.architectures) == ("legacy_camera", "camera_radar")
+
+
+def test_catalogue_is_beside_the_odds_folder_else_the_shipped_one(tmp_path: Path) -> None:
+    files = load_odd(ROOT / "odd" / "motorway_chauffeur.yaml")
+    assert files.scenarios["cut_in"].path.is_relative_to(ROOT / "scenarios_db")
+    assert set(scenario_files(shipped("scenarios_db"))) >= {"cut_in", "pedestrian_crossing"}
+    assert scenario_files(tmp_path) == {}
+
+
+def test_scenario_in_two_files_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "old").mkdir()
+    for folder in (tmp_path, tmp_path / "old"):
+        (folder / "follow.yaml").write_text("scenario: follow\n", encoding="utf-8")
+    with pytest.raises(SpecError, match="'follow' is in another file, too"):
+        scenario_files(tmp_path)
+
+
+def test_architecture_is_loaded_by_its_path() -> None:
+    path = ROOT / "odd" / "architectures" / "camera_radar.yaml"
+    loaded = load_architecture(path)
+    assert loaded.path == path
+    assert loaded.spec.architecture == "camera_radar"
+    place = loaded.locate(("sensors", "front_radar", "range"))
+    assert path.read_text("utf-8").splitlines()[place.line - 1].strip().startswith("range:")

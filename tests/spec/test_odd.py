@@ -1,0 +1,150 @@
+"""ODDs: names resolve at their place, a design takes what is its own, limits are not empty."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from adeye.spec.document import load_document
+from adeye.spec.odd import Odd, Steps, Sweep
+from adeye.spec.quantity import SI
+
+ROOT = Path(__file__).parents[2] / "odd"
+SHIPPED = sorted(ROOT.glob("*.yaml"))
+SMALL: dict[str, Any] = {
+    "odd": "small",
+    "scenarios": [{"use": "cut_in"}, {"use": "lead_braking", "faults": ["none", ["a", "b"]]}],
+    "faults": [
+        {"id": "a", "target": "sensors.camera", "model": "drop_out", "onset": {"at": "1 s"}},
+        {"id": "b", "target": "channels.nominal", "model": "silent", "onset": {"at": "1 s"}},
+    ],
+    "architectures": ["one.yaml"],
+    "concept": "concept.yaml",
+}
+
+
+def small(**changes: Any) -> dict[str, Any]:
+    """Return the small ODD with changes on top."""
+    return {**copy.deepcopy(SMALL), **changes}
+
+
+def places(content: dict[str, Any]) -> list[tuple[int | str, ...]]:
+    """Return the places of everything that is refused."""
+    with pytest.raises(ValidationError) as caught:
+        Odd.model_validate(content)
+    return [item["loc"] for item in caught.value.errors()]
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=[path.stem for path in SHIPPED])
+def test_shipped_odd_reads_back_from_its_stored_form(path: Path) -> None:
+    spec = Odd.model_validate(load_document(path).value)
+    stored = spec.model_dump(mode="json", by_alias=True)
+    assert Odd.model_validate(stored, context=SI) == spec
+
+
+def test_what_is_left_out_has_its_documented_default() -> None:
+    spec = Odd.model_validate(SMALL)
+    assert (spec.step, spec.seed, spec.replicates) == (0.05, 0, 1)
+    assert (spec.outside, spec.max_test_cases, spec.gate) == ("refuse", 100_000, None)
+    assert spec.scenarios[0].faults is None
+    assert spec.scenarios[0].sweep.design == "full_factorial"
+
+
+def test_scenario_used_twice_needs_another_id() -> None:
+    twice = [{"use": "cut_in"}, {"use": "cut_in"}]
+    assert places(small(scenarios=twice)) == [("scenarios", 1, "use")]
+    twice[1]["as"] = "cut_in_rain"
+    spec = Odd.model_validate(small(scenarios=twice))
+    assert [use.name for use in spec.scenarios] == ["cut_in", "cut_in_rain"]
+
+
+def test_faults_have_ids_of_their_own() -> None:
+    content = small()
+    content["faults"][1]["id"] = "a"
+    assert ("faults", 1, "id") in places(content)
+
+
+def test_none_is_no_fault() -> None:
+    content = small(scenarios=[{"use": "cut_in"}])
+    content["faults"][1]["id"] = "none"
+    assert places(content) == [("faults", 1, "id")]
+
+
+@pytest.mark.parametrize("entry", ["c", ["a", "c"], ["none", "a"], ["a", "a"]])
+def test_fault_entry_of_what_is_not_there_is_refused_at_its_place(entry: Any) -> None:
+    scenarios = [{"use": "cut_in", "faults": ["a", entry]}]
+    assert places(small(scenarios=scenarios)) == [("scenarios", 0, "faults", 1)]
+
+
+def test_every_wrong_name_is_listed() -> None:
+    content = small(scenarios=[{"use": "x", "faults": ["c", "d"]}, {"use": "x"}])
+    assert places(content) == [
+        ("scenarios", 1, "use"),
+        ("scenarios", 0, "faults", 0),
+        ("scenarios", 0, "faults", 1),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"scenarios": []}, ("scenarios",)),
+        ({"architectures": []}, ("architectures",)),
+        ({"gate": {"architectures": []}}, ("gate", "architectures")),
+        ({"step": "0 s"}, ("step",)),
+        ({"step": "1.5 s"}, ("step",)),
+        ({"step": 0.05}, ("step",)),
+        ({"seed": -1}, ("seed",)),
+        ({"seed": 2**63}, ("seed",)),
+        ({"seed": True}, ("seed",)),
+        ({"seed": 7.0}, ("seed",)),
+        ({"replicates": 0}, ("replicates",)),
+        ({"outside": "ignore"}, ("outside",)),
+        ({"attributes": {"scenery": {"lanes": {"min": 3, "max": 2}}}}, ("attributes",)),
+        ({"attributes": {"scenery": {"road_type": ["sea"]}}}, ("attributes",)),
+        ({"attributes": {"dynamic_elements": {"actors": ["tank"]}}}, ("attributes",)),
+        ({"attributes": {"environment": {"rain": {"max": "7.5 mm"}}}}, ("attributes",)),
+    ],
+)
+def test_impossible_value_is_refused(changes: dict[str, Any], place: tuple[str, ...]) -> None:
+    assert {loc[: len(place)] for loc in places(small(**changes))} == {place}
+
+
+def test_greatest_seed_fits_a_signed_column() -> None:
+    assert Odd.model_validate(small(seed=2**63 - 1)).seed == 2**63 - 1
+
+
+@pytest.mark.parametrize(
+    ("sweep", "said"),
+    [
+        ({"design": "list"}, "design: list needs points"),
+        ({"points": [{"gap": "1 m"}]}, "points belong to design: list"),
+        ({"design": "random"}, "design: random needs samples"),
+        ({"design": "zip", "samples": 3}, "samples belong to design: random"),
+        (
+            {"design": "list", "points": [{"gap": "1 m"}], "parameters": {"gap": ["1 m"]}},
+            "takes points, no parameters",
+        ),
+        ({"design": "random", "samples": 0}, "greater than or equal to 1"),
+        ({"design": "sobol"}, "full_factorial"),
+        ({"where": "gap > 1 m"}, "valid tuple"),
+        ({"where": ["gap"]}, "neither true nor false"),
+        ({"parameters": {"gap": [True]}}, "valid string"),
+        ({"parameters": {"gap": {"from": "1 m", "to": "2 m"}}}, "step"),
+    ],
+)
+def test_sweep_that_is_none_is_refused(sweep: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValidationError, match=said):
+        Sweep.model_validate(sweep)
+
+
+def test_axis_is_a_list_or_steps() -> None:
+    steps = {"from": "1 m", "to": "2 m", "step": "0.5 m"}
+    sweep = Sweep.model_validate({"parameters": {"gap": steps, "rain": ["0 mm/h", 1]}})
+    assert isinstance(sweep.parameters["gap"], Steps)
+    assert sweep.parameters["gap"].start == "1 m"
+    assert sweep.parameters["rain"] == ("0 mm/h", 1)

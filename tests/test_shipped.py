@@ -1,0 +1,155 @@
+"""The shipped ODDs say what they claim: green candidate, failing legacy, live axes, monotone rain."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import adeye
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.report.dead import moves
+from tests.project import CANDIDATE, ROOT, Executed, Project
+
+MOTORWAY = ROOT / "odd" / "motorway_chauffeur.yaml"
+URBAN = ROOT / "odd" / "urban_pedestrian_rain.yaml"
+MOST_TEST_CASES, FEWEST_TEST_CASES = 300, 150
+MIN_EXERCISED = 30
+
+
+def shipped(folder: Path, odd: Path) -> Project:
+    project = Project(folder)
+    content = project.read(f"odd/{odd.name}")
+    project.write("odd/tested.yaml", content)
+    # The project fixture relaxes the concept for small ODDs; the shipped one stands here.
+    for path in (ROOT / "odd" / "concepts").glob("*.yaml"):
+        (folder / "odd" / "concepts" / path.name).write_text(path.read_text("utf-8"), "utf-8")
+    return project
+
+
+@pytest.fixture(scope="module")
+def motorway(tmp_path_factory: pytest.TempPathFactory) -> Executed:
+    project = shipped(tmp_path_factory.mktemp("motorway") / "project", MOTORWAY)
+    plan = project.plan()
+    return Executed(project, plan, project.run(workers=2), project.db)
+
+
+def test_motorway_has_a_number_of_test_cases_for_a_coffee_break(motorway: Executed) -> None:
+    assert FEWEST_TEST_CASES <= motorway.plan.expansion.count <= MOST_TEST_CASES
+
+
+def test_candidate_passes_every_mandatory_requirement_in_thirty_runs(motorway: Executed) -> None:
+    assert motorway.summary.exit_code is ExitCode.OK
+    lines = [line for line in motorway.summary.verdicts if line.is_gate and line.mandatory]
+    assert len(lines) >= 6
+    for line in lines:
+        assert line.verdict is Verdict.PASS
+        assert line.exercised >= MIN_EXERCISED
+
+
+def test_legacy_architecture_fails_some(motorway: Executed) -> None:
+    lines = [line for line in motorway.summary.verdicts if not line.is_gate]
+    assert Verdict.FAIL in {line.verdict for line in lines if line.mandatory}
+
+
+def test_every_swept_axis_moves_a_metric(motorway: Executed) -> None:
+    rows = motorway.project.rows()
+    for use in motorway.plan.files.odd.spec.scenarios:
+        own = [row for row in rows if row["scenario"] == use.name]
+        for axis in use.sweep.parameters:
+            assert moves(own, axis), f"{use.name}: {axis}"
+
+
+def radar_removed(candidate: Any) -> None:
+    del candidate["sensors"]["front_radar"]
+    candidate["channels"]["nominal"]["links"].remove("front_radar")
+
+
+def camera_turned(candidate: Any) -> None:
+    candidate["sensors"]["front_camera"]["mount"]["yaw"] = "20 deg"
+
+
+def camera_late(candidate: Any) -> None:
+    candidate["sensors"]["front_camera"]["latency"] = "0.6 s"
+
+
+def radar_late(candidate: Any) -> None:
+    candidate["sensors"]["front_radar"]["latency"] = "0.6 s"
+
+
+def safety_unlinked(candidate: Any) -> None:
+    candidate["channels"]["safety"]["links"] = []
+
+
+def switch_stuck(candidate: Any) -> None:
+    candidate["switch"]["policy"] = "stuck"
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [radar_removed, camera_turned, camera_late, radar_late, safety_unlinked, switch_stuck],
+    ids=lambda edit: edit.__name__,
+)
+def test_one_edit_of_the_candidate_fails_a_mandatory_requirement(
+    edit: Callable[[Any], None], tmp_path: Path
+) -> None:
+    project = shipped(tmp_path / "project", MOTORWAY)
+    with project.edited(CANDIDATE) as candidate:
+        edit(candidate)
+    with project.edited_odd() as odd:
+        odd["architectures"] = ["architectures/camera_radar.yaml"]
+    summary = project.run()
+    assert summary.exit_code is ExitCode.FAILED
+    assert Verdict.FAIL in {line.verdict for line in summary.verdicts if line.mandatory}
+
+
+def urban(project: Project, **axes: list[str | float]) -> list[dict[str, Any]]:
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"].update(axes)
+    project.run(workers=2)
+    return project.rows()
+
+
+def check_experiment(rows: list[dict[str, Any]]) -> None:
+    """Impact speed never falls as ego speed or rain rises; every axis matters."""
+    impact = {}
+    for row in rows:
+        point = {name: round(value, 9) for name, value in row["point"].items()}
+        speed = row["impact_speed_mps"] if row["contact"] else 0.0
+        impact[tuple(sorted(point.items()))] = speed
+    for axis in ("ego_speed", "rain"):
+        lines: dict[Any, list[tuple[float, float]]] = defaultdict(list)
+        for key, speed in impact.items():
+            others = tuple(item for item in key if item[0] != axis)
+            lines[others].append((dict(key)[axis], speed))
+        for line in lines.values():
+            assert all(a[1] <= b[1] for a, b in pairwise(sorted(line))), line
+    for axis in ("trigger_distance", "ego_speed", "rain", "reflectivity"):
+        assert moves(rows, axis), axis
+    assert any(row["contact"] for row in rows)
+    assert {row["end_reason"] for row in rows} >= {"contact", "goal"}
+
+
+def test_experiment_a_has_its_grid_of_7524_points() -> None:
+    assert adeye.plan(URBAN).expansion.count == 11 * 6 * 6 * 19 == 7524
+
+
+def test_experiment_a_is_monotone_on_a_thinned_grid(tmp_path: Path) -> None:
+    rows = urban(
+        shipped(tmp_path / "project", URBAN),
+        trigger_distance=["20 m", "24 m", "40 m"],
+        reflectivity=[0.05, 0.3, 0.9],
+    )
+    assert len(rows) == 3 * 6 * 6 * 3
+    check_experiment(rows)
+
+
+@pytest.mark.slow
+def test_experiment_a_is_monotone_on_its_whole_grid(tmp_path: Path) -> None:
+    rows = urban(shipped(tmp_path / "project", URBAN))
+    assert len(rows) == 7524
+    check_experiment(rows)
