@@ -60,6 +60,7 @@ MINI: dict[str, Any] = {
 }
 """Twenty-eight test cases: cut-ins with and without faults, a braking lead, two architectures."""
 
+LEGACY = "odd/architectures/legacy_camera.yaml"
 CANDIDATE = "odd/architectures/camera_radar.yaml"
 CONCEPT = "odd/concepts/motorway_chauffeur.yaml"
 
@@ -77,6 +78,9 @@ class Project:
         self.write("odd/tested.yaml", MINI if odd is None else odd)
         # The shipped concept asks for as many exercised runs as the shipped ODD has, and names a
         # scenario of it.
+        # The shipped safety channel leaves the legacy suite little to fail; this one does visibly.
+        with self.edited(LEGACY) as legacy:
+            legacy["switch"]["policy"] = "stuck"
         used = {use.get("as", use["use"]) for use in self.read("odd/tested.yaml")["scenarios"]}
         with self.edited(CONCEPT) as concept:
             concept["requirements"] = [

@@ -72,7 +72,7 @@ def test_defect_is_recorded_with_the_block(
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("by zero")
 
-    monkeypatch.setattr(work.engine, "run", broken)
+    monkeypatch.setattr(work, "run_batch", broken)
     result = execute(task(mini, cut_ins[0]))
     assert (result.runs, result.failure) == ((), "ZeroDivisionError: by zero")
 
