@@ -1,7 +1,7 @@
 """How long does a person wait for ``adeye --help``, beside an empty Python and beside all imports?
 
-Three processes, interleaved: Python that does nothing, ``adeye --help``, and Python that imports all
-that a campaign needs. User and system time of the child process; the first round is thrown away.
+Three processes, interleaved: Python that does nothing, ``adeye --help``, and Python that imports
+all that a campaign needs. User and system time of the child process, the first round thrown away.
 
     python benchmarks/cli_startup.py            the whole measurement
     python benchmarks/cli_startup.py --smoke    one round, to see that it works
@@ -15,14 +15,15 @@ import resource
 import statistics
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from support.results import machine, table, write_result
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.support.results import machine, table, write_result
-
 EVERYTHING = "import adeye.api, adeye.reporting, adeye.traffic.highway, pandas, scipy.stats"
 COMMANDS = {
     "python -c pass": [sys.executable, "-c", "pass"],

@@ -1,10 +1,10 @@
 """How much slower or faster is a closed-loop run of adeye than highway-env's own physics step?
 
-Both drive the same number of vehicles for the same time with the same step: highway-env a straight
-three-lane road of its IDM and MOBIL vehicles, stepped with ``Road.act`` and ``Road.step``; adeye the
-scenario ``traffic`` with as many vehicles and, on top of the same traffic, two sensors of the ego and
-a localisation, a nominal and a safety channel, a switch, contact and the recorded trace. CPU time of
-one process, rounds interleaved, the first one thrown away. The ratio is what counts.
+Both drive the same number of vehicles for the same time with the same step. highway-env: a straight
+three-lane road of its IDM and MOBIL vehicles, stepped with ``Road.act`` and ``Road.step``. adeye:
+as many vehicles, all but the ego of the same model, and on top of them a camera, a radar,
+localisation, ground truth, nominal and safety channel, switch, contact and the recorded trace.
+CPU time of one process, rounds interleaved, the warm-up thrown away. The ratio is what counts.
 
     python benchmarks/closed_loop.py            the whole measurement
     python benchmarks/closed_loop.py --smoke    one short round, to see that it works
@@ -16,14 +16,12 @@ import argparse
 import statistics
 import sys
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+from support.results import machine, table, write_result
 
 from adeye import engine
 from adeye.kernel.random import owner_id, uniform
@@ -31,8 +29,11 @@ from adeye.spec.load import load_architecture
 from adeye.spec.odd import Attributes
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from benchmarks.support.results import machine, table, write_result
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+ROOT = Path(__file__).resolve().parent.parent
 STEP_S = 0.05
 GAP_M = 40.0
 SPEED_MPS = 25.0
@@ -168,8 +169,8 @@ def timed(function: Callable[[], int]) -> tuple[float, int]:
 def measure(size: Size, rounds: int) -> dict[str, object]:
     """Measure both, one after the other in each round."""
     ours, theirs = closed_loop(size), physics(size)
-    if rounds > 1:  # compile and warm up
-        ours()
+    ours()  # compile and warm up
+    theirs()
     pairs = []
     steps = 0
     for _ in range(rounds):

@@ -1,7 +1,7 @@
 """Write ``docs/reference`` and the README's status table; ``--check`` fails when one is stale.
 
-    python docs/generate.py            write
-    python docs/generate.py --check    compare
+python docs/generate.py            write
+python docs/generate.py --check    compare
 """
 
 from __future__ import annotations
@@ -9,10 +9,12 @@ from __future__ import annotations
 import sqlite3
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
 REFERENCE: Final = Path(__file__).resolve().parent / "reference"
 ROOT: Final = REFERENCE.parent.parent
@@ -142,7 +144,7 @@ def metrics_page() -> str:
     return _page(
         "Metrics",
         "One number per run over the horizon and the tail, with its status, its time and its "
-        "actor. *Worse* is the direction of danger. *Cap* is the margin that \"no conflict\" counts "
+        'actor. *Worse* is the direction of danger. *Cap* is the margin that "no conflict" counts '
         "with. How they are used is in the [guide](../guide/metrics.md).",
         table(["Metric", "Unit", "Worse", "Meaning", "Cap", "Source", "Definition"], metrics),
         "## Metric series",
@@ -262,7 +264,7 @@ NOTES: Final = {
     "R3": "`adeye run` and `adeye.run` take the same file",
     "R4": "a nominal and a safety channel in the package, replaceable by name",
     "R5": "channels, sensors and metrics of others by name; no faults, no executors",
-    "R6": "bicycle with actuator lag and friction circle, occlusion, weather; no other road physics",
+    "R6": "bicycle with actuator lag and friction circle, occlusion, weather; no slopes, no slip",
     "R7": "by dotted path",
     "R8": "camera, radar and lidar as object lists; no GNSS, IMU or ultrasonic model",
     "R9": "to linked channels and to the trace; no export",

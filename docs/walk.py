@@ -8,9 +8,9 @@ is its output. A line ``…`` stands for lines left out. A Python block is execu
 block right after it is what it prints. A block after ``<!-- file PATH -->`` is that file.
 
 Pages are walked in the order given, in one project that begins as a copy of ``odd/`` and
-``scenarios_db/``. Of a page, first the files are written, then the console blocks are executed, then
-the Python blocks. Digests, dates, sizes and versions of highway-env are not compared, everything else
-character by character.
+``scenarios_db/``. Of a page, first the files are written, then the console blocks are executed,
+then the Python blocks. Digests, dates, sizes and versions of highway-env are not compared,
+everything else character by character.
 """
 
 from __future__ import annotations
@@ -22,9 +22,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
 
 ROOT = Path(__file__).resolve().parent.parent
 COPIED = ("odd", "scenarios_db")
@@ -175,7 +178,7 @@ class Walk:
         script = "".join(
             f"__code=$?; printf '{_MARK}\\n'; (exit $__code)\n{command.text}\n" for command in flat
         )
-        done = subprocess.run(  # noqa: S603 - our own pages
+        done = subprocess.run(
             ["/bin/bash"],
             input=script,
             capture_output=True,
@@ -207,7 +210,7 @@ class Walk:
 
     def python(self, source: str) -> str:
         """Execute a Python block in the project and return what it printed."""
-        done = subprocess.run(  # noqa: S603 - our own pages
+        done = subprocess.run(
             [sys.executable, "-W", "error", "-"],
             input=source,
             capture_output=True,

@@ -76,11 +76,11 @@ class Project:
         self.odd = folder / "odd" / "tested.yaml"
         self.db = folder / "adeye.db"
         self.write("odd/tested.yaml", MINI if odd is None else odd)
-        # The shipped concept asks for as many exercised runs as the shipped ODD has, and names a
-        # scenario of it.
-        # The shipped safety channel leaves the legacy suite little to fail; this one does visibly.
+        # The shipped safety channel leaves few contacts to the legacy suite; a stuck switch does.
         with self.edited(LEGACY) as legacy:
             legacy["switch"]["policy"] = "stuck"
+        # The shipped concept asks for as many exercised runs as the shipped ODD has, and names a
+        # scenario of it.
         used = {use.get("as", use["use"]) for use in self.read("odd/tested.yaml")["scenarios"]}
         with self.edited(CONCEPT) as concept:
             concept["requirements"] = [

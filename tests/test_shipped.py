@@ -25,9 +25,10 @@ def shipped(folder: Path, odd: Path) -> Project:
     project = Project(folder)
     content = project.read(f"odd/{odd.name}")
     project.write("odd/tested.yaml", content)
-    # The project fixture relaxes the concept for small ODDs; the shipped one stands here.
-    for path in (ROOT / "odd" / "concepts").glob("*.yaml"):
-        (folder / "odd" / "concepts" / path.name).write_text(path.read_text("utf-8"), "utf-8")
+    # A project relaxes concept and legacy architecture for small ODDs; the shipped ones stand here.
+    for kind in ("architectures", "concepts"):
+        for path in (ROOT / "odd" / kind).glob("*.yaml"):
+            (folder / "odd" / kind / path.name).write_text(path.read_text("utf-8"), "utf-8")
     return project
 
 

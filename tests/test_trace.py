@@ -149,7 +149,8 @@ def test_digest_covers_length_horizon_end_and_clock(changes: dict[str, Any]) -> 
 def test_digest_covers_type_and_shape() -> None:
     before = make().digests()[0]
     other = make()
-    other.columns["contact"] = other.columns["contact"].astype(np.int32)
+    narrow: Any = other.columns["contact"].astype(np.int32)
+    other.columns["contact"] = narrow
     assert other.digests()[0] != before
     reshaped = make()
     reshaped.columns["command"] = reshaped.columns["command"].reshape(RUNS, ROWS, 1, 2)

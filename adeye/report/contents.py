@@ -156,8 +156,9 @@ def elements_of(content: CampaignContent) -> Iterable[Element]:
     """List the elements and the parts that realise them."""
     realised: dict[str, list[str]] = defaultdict(list)
     for name, part_of in content.odd["architectures"].items():
-        parts = {**part_of["sensors"], **part_of["channels"], "switch": part_of["switch"]}
-        for key, part in parts.items():
+        # A sensor and a channel may have one name.
+        parts = [*part_of["sensors"].items(), *part_of["channels"].items()]
+        for key, part in (*parts, ("switch", part_of["switch"])):
             if part.get("realises"):
                 realised[part["realises"]].append(f"{name}.{key}")
     for element in content.concept.elements:

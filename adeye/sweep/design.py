@@ -89,7 +89,8 @@ def full_factorial(
         levels = _levels(flat, sizes)
         kept.append(flat[_feasible(axes, levels, relations, fixed)])
     flat = np.concatenate(kept)
-    return _points(axes, _levels(flat, sizes), raw, relations, where)
+    _require_points(flat.shape[0], raw, relations, where)
+    return _points(axes, _levels(flat, sizes), raw, flat.shape[0])
 
 
 def zipped(
@@ -113,8 +114,10 @@ def zipped(
         )
     raw = sizes.pop() if sizes else 1
     levels = [np.arange(raw, dtype=np.int64) for _ in axes]
-    mask = _feasible(axes, levels, relations, fixed) if axes else np.ones(raw, dtype=bool)
-    return _points(axes, [level[mask] for level in levels], raw, relations, where)
+    mask = _feasible(axes, levels, relations, fixed)
+    count = int(mask.sum())
+    _require_points(count, raw, relations, where)
+    return _points(axes, [level[mask] for level in levels], raw, count)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,14 +238,9 @@ def _holds(
     return np.broadcast_to(np.asarray(result, dtype=bool), (count,))
 
 
-def _points(
-    axes: Sequence[Axis],
-    levels: Sequence[NDArray[np.int64]],
-    raw: int,
-    relations: Sequence[Relation],
-    where: SourceLocation,
-) -> Points:
-    count = int(levels[0].shape[0]) if levels else 1
+def _require_points(
+    count: int, raw: int, relations: Sequence[Relation], where: SourceLocation
+) -> None:
     if count == 0:
         wanted = " and ".join(item.expression.text for item in relations)
         raise SweepError(
@@ -250,6 +248,11 @@ def _points(
             where=where,
             remedy="Relax the relations or widen the axes.",
         )
+
+
+def _points(
+    axes: Sequence[Axis], levels: Sequence[NDArray[np.int64]], raw: int, count: int
+) -> Points:
     columns = {axis.name: _column(axis, level) for axis, level in zip(axes, levels, strict=True)}
     texts = {
         axis.name: np.array([str(text) for text in axis.texts])[level]

@@ -150,7 +150,7 @@ def test_error_is_placed_in_the_file_that_holds_it(write: Any, tmp_path: Path) -
     base = tmp_path / "base.yaml"
     base.write_text(BASE.replace("s: 50 m", "s: 50 s"), encoding="utf-8")
     near.write_text("extends: base\nscenario: near\nego: {speed: 20 m/s}\n", encoding="utf-8")
-    with pytest.raises(SpecError, match=r"base.yaml:9:18: ego.s: '50 s' is a time"):
+    with pytest.raises(SpecError, match=r"base.yaml:9:19: ego.s: '50 s' is a time"):
         load_scenario(near)
 
 
@@ -163,7 +163,7 @@ def test_unknown_key_is_placed_at_the_key_of_its_file(write: Any) -> None:
 def test_places_of_the_loaded_content_are_in_the_nearest_file(write: Any) -> None:
     loaded = load_scenario(write("near", "extends: base\nscenario: near\nego: {lane: 1}\n"))
     assert str(loaded.locate(("ego", "lane"))).endswith("near.yaml:3:13")
-    assert str(loaded.locate(("ego", "s"))).endswith("base.yaml:9:18")
+    assert str(loaded.locate(("ego", "s"))).endswith("base.yaml:9:19")
     assert str(loaded.locate(("actors", "lead", "kind"))).endswith("base.yaml:11:16")
 
 

@@ -51,7 +51,7 @@ def test_fault_without_its_target_does_not_count_for_that_architecture(load: Loa
 
 def test_fault_whose_target_nobody_has_is_an_error(load: Load) -> None:
     lost = {**CAMERA_OUT, "target": "sensors.rear_camera"}
-    with pytest.raises(SweepError, match="no architecture has sensors.rear_camera"):
+    with pytest.raises(SweepError, match=r"no architecture has sensors\.rear_camera"):
         expand(load(faults=[lost]))
 
 
@@ -87,7 +87,10 @@ def test_relations_and_scenario_constraints_exclude_points(load: Load) -> None:
 def test_zip_walks_axes_in_step(load: Load) -> None:
     sweep = {
         "design": "zip",
-        "parameters": {"ego_speed": ["80 km/h", "100 km/h", "100 km/h"], "gap": ["30 m", "40 m", "50 m"]},
+        "parameters": {
+            "ego_speed": ["80 km/h", "100 km/h", "100 km/h"],
+            "gap": ["30 m", "40 m", "50 m"],
+        },
     }
     points = [case.point for case in expand(load(sweep)).cases()][:3]
     assert [point["gap"] for point in points] == [30.0, 40.0, 50.0]
@@ -129,7 +132,11 @@ def test_a_billion_combinations_are_refused_before_expansion(load: Load) -> None
         "parameters": {
             "gap": thousand,
             axis: thousand,
-            "architecture.sensors.front_camera.mount.x": {"from": "0 m", "to": "0.999 m", "step": "0.001 m"},
+            "architecture.sensors.front_camera.mount.x": {
+                "from": "0 m",
+                "to": "0.999 m",
+                "step": "0.001 m",
+            },
         }
     }
     with pytest.raises(SweepError, match=r"1,000,000,000 combinations"):
@@ -168,7 +175,11 @@ def test_adding_a_sensor_leaves_every_situation(load: Load) -> None:
 
 def test_cost_and_texts_are_no_part_of_the_identity(load: Load) -> None:
     sweep = {"parameters": {"architecture.cost": [1, 2]}}
-    cases = [case for case in expand(load(sweep)).cases() if case.architecture.architecture == "camera_radar"]
+    cases = [
+        case
+        for case in expand(load(sweep)).cases()
+        if case.architecture.architecture == "camera_radar"
+    ]
     assert cases[0].digest == cases[1].digest
 
 
@@ -185,3 +196,54 @@ def test_clock_and_horizon_are_in_the_test_case_not_in_the_stream(load: Load) ->
     assert one.situation_digest == finer.situation_digest
     assert one.stream_seed == finer.stream_seed
     assert one.digest != finer.digest
+
+
+def test_relation_that_the_fixed_values_break_is_refused(load: Load) -> None:
+    use = {"parameters": {"ego_speed": "20 km/h", "relative_speed": "-50 km/h"}}
+    with pytest.raises(SweepError, match="none of 1 combinations fulfils"):
+        expand(load({}, use=use))
+
+
+def test_whole_numbers_stay_whole_on_their_way_into_a_file(load: Load) -> None:
+    sweep = {"parameters": {"scenario.world.road.lanes": [2, 3]}}
+    cases = list(expand(load(sweep)).cases())
+    assert [case.scenario.world.road.lanes for case in cases] == [2, 3, 2, 3]
+
+
+def test_swept_rate_is_checked_against_the_clock(load: Load) -> None:
+    sweep = {"parameters": {"architecture.sensors.front_camera.rate": ["7 Hz"]}}
+    with pytest.raises(SweepError, match=r"example.yaml:\d+:\d+: sensors.front_camera.rate: 7 Hz"):
+        list(expand(load(sweep)).cases())
+
+
+def test_swept_horizon_is_checked_against_the_clock(load: Load) -> None:
+    with pytest.raises(SweepError, match=r"example.yaml:\d+:\d+: horizon: 1.01 s is no whole"):
+        list(expand(load({"parameters": {"scenario.horizon": ["1.01 s"]}})).cases())
+
+
+def test_point_of_another_variant_does_not_lead_out_of_the_odd(load: Load) -> None:
+    sweep = {
+        "design": "zip",
+        "parameters": {
+            "ego_speed": ["80 km/h", "120 km/h"],
+            "scenario.ego.speed": ["ego_speed + 30 km/h", "ego_speed"],
+        },
+    }
+    limits = {"dynamic_elements": {"ego_speed": {"max": "120 km/h"}}}
+    assert all(case.inside_odd for case in expand(load(sweep, attributes=limits)).cases())
+
+
+def test_the_point_that_leaves_the_odd_is_the_one_that_is_told(load: Load) -> None:
+    sweep = {"parameters": {"ego_speed": ["80 km/h", "125 km/h", "110 km/h"]}}
+    limits = {"dynamic_elements": {"ego_speed": {"max": "100 km/h"}}}
+    with pytest.raises(SweepError, match="ego_speed: 125 km/h is above"):
+        list(expand(load(sweep, attributes=limits)).cases())
+
+
+def test_fixed_values_are_in_every_test_case(load: Load) -> None:
+    mass = "architecture.vehicle.mass"
+    use = {"parameters": {"rain": "5 mm/h", mass: 2000}}
+    cases = list(expand(load(use=use)).cases())
+    assert {case.parameters["rain"] for case in cases} == {5e-3 / 3600}
+    assert {case.architecture.vehicle.mass for case in cases} == {2000.0}
+    assert "rain" not in cases[0].point

@@ -24,7 +24,7 @@ ACTORS: dict[str, Any] = {
         "kind": "truck",
         "start": {"lane": 1, "speed": "22 m/s", "ahead_of": "ego", "gap": "gap"},
     },
-    "idm": {
+    "rear": {
         "kind": "car",
         "start": {"lane": 2, "speed": "25 m/s", "s": "100 m"},
         "reactive": {"desired_speed": "ego_speed + 2 m/s", "lane_changes": True},
@@ -47,7 +47,7 @@ def test_actors_come_first_and_static_objects_after_them(
     scenario = make_scenario(actors=ACTORS, world={"objects": {"wall": WALL}})
     world = compile_world([make_case(scenario)])
     context = world.context
-    assert context.object_ids == ("lead", "idm", "wall")
+    assert context.object_ids == ("lead", "rear", "wall")
     assert context.actor_count == 2
     assert [OBJECT_CLASSES[k] for k in context.object_classes] == ["truck", "car", "barrier"]
     assert world.objects[0, 2].tolist() == pytest.approx([400.0, -2.0, math.radians(10), 0.0, 0.0])
@@ -135,6 +135,6 @@ def test_test_cases_of_different_steps_do_not_share_a_batch(
 
 
 def test_a_negative_desired_speed_is_refused(make_scenario: Make, make_case: Case) -> None:
-    actors = {"idm": {**ACTORS["idm"], "reactive": {"desired_speed": "ego_speed - 40 m/s"}}}
+    actors = {"rear": {**ACTORS["rear"], "reactive": {"desired_speed": "ego_speed - 40 m/s"}}}
     with pytest.raises(SpecError, match="desired speed is negative"):
         compile_world([make_case(make_scenario(actors=actors))])

@@ -78,7 +78,7 @@ def test_offsets_count_from_the_lane_centre_or_the_right_edge(resolve: Resolve) 
 
 def test_a_size_of_its_own_replaces_the_default(resolve: Resolve) -> None:
     small = {**car(s="250 m"), "size": {"length": "3 m", "width": "1.5 m", "height": "1.4 m"}}
-    starts = resolve(actors={"small": small, "plain": car(s="350 m")})
+    starts = resolve(actors={"small": small, "wide": car(s="350 m")})
     assert starts.sizes[0].tolist() == [[3.0, 1.5, 1.4], [4.5, 1.8, 1.5]]
 
 

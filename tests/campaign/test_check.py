@@ -1,0 +1,200 @@
+"""What a plan would simulate is checked before it runs: variants, onsets, values and plug-ins."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+
+from adeye.campaign.check import check_cases, check_onsets, check_scenarios
+from adeye.errors import SpecError
+from adeye.spec.load import load_odd
+from adeye.sweep.expand import expand
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adeye.spec.load import OddFiles
+
+ROOT = Path(__file__).parents[2]
+PLUGIN = """\
+from adeye.ports import Parameters
+
+
+class Planner:
+    monitor_ids = ()
+
+    class Parameters(Parameters):
+        gain: float = 1.0
+
+    def reset(self, context): ...
+
+    def act(self, observation): ...
+"""
+
+
+def onset(when: str) -> dict[str, Any]:
+    return {
+        "id": "out",
+        "target": "sensors.front_camera",
+        "model": "drop_out",
+        "onset": {"when": when},
+    }
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """Copy the shipped content."""
+    shutil.copytree(ROOT / "scenarios_db", tmp_path / "scenarios_db")
+    shutil.copytree(ROOT / "odd", tmp_path / "odd")
+    return tmp_path
+
+
+@pytest.fixture
+def load(project: Path) -> Callable[..., OddFiles]:
+    """Write an ODD of a cut-in and a braking lead with changes on top, and load it."""
+
+    def make(sweep: dict[str, Any] | None = None, **changes: Any) -> OddFiles:
+        content = {
+            "odd": "example",
+            "scenarios": [{"use": "cut_in", "sweep": sweep or {}}, {"use": "lead_braking"}],
+            "architectures": ["architectures/camera_radar.yaml"],
+            "concept": "concepts/motorway_chauffeur.yaml",
+            **changes,
+        }
+        path = project / "odd" / "example.yaml"
+        path.write_text(yaml.safe_dump(content), encoding="utf-8")
+        return load_odd(path)
+
+    return make
+
+
+def check(files: OddFiles) -> None:
+    check_cases(files, list(expand(files).cases()))
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def test_what_is_shipped_passes(load: Callable[..., OddFiles]) -> None:
+    files = load(faults=[onset("time > 1 s")])
+    check_scenarios(files)
+    check_onsets(files)
+    check(files)
+
+
+def test_formula_is_refused_in_the_line_of_the_scenario(
+    project: Path, load: Callable[..., OddFiles]
+) -> None:
+    path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
+    replace(path, "s: 100 m", "s: 100 m + ego_sped * 1 s")
+    with pytest.raises(SpecError, match=r"cut_in.yaml:\d+:\d+: .*Did you mean 'ego_speed'"):
+        check_scenarios(load())
+
+
+@pytest.mark.parametrize(
+    ("when", "said"),
+    [
+        ("cuter.gap < 9 m", "scenario cut_in has nothing named 'cuter.gap'. Did you mean"),
+        ("cutter.gap < 9 m", "scenario lead_braking has nothing named 'cutter.gap'"),
+        ("time > 9 m", "puts a time and a length together"),
+        ("time > 9", "puts a time and a plain number together"),
+        ("time == 'late'", "uses text"),
+    ],
+)
+def test_onset_condition_is_refused_at_its_place(
+    load: Callable[..., OddFiles], when: str, said: str
+) -> None:
+    with pytest.raises(SpecError) as caught:
+        check_onsets(load(faults=[onset(when)]))
+    assert said in str(caught.value)
+    assert caught.value.where is not None
+    assert caught.value.where.path.endswith("example.yaml")
+
+
+def test_onset_is_checked_only_where_the_fault_occurs(load: Callable[..., OddFiles]) -> None:
+    scenarios = [
+        {"use": "cut_in", "faults": [["out", "late"]]},
+        {"use": "lead_braking", "faults": []},
+    ]
+    late = {**onset("time > 1 s"), "id": "late"}
+    check_onsets(load(faults=[onset("cutter.gap < 9 m"), late], scenarios=scenarios))
+
+
+@pytest.mark.parametrize(
+    ("axis", "values", "said"),
+    [
+        ("scenario.actors.cutter.start.ahead_of", ["ego", "nobody"], "no actor 'nobody'"),
+        ("scenario.actors.cutter.start.gap", ["30 m", "gpa"], "'gpa', which does not exist"),
+        ("scenario.storyboard.cut_in.actor", ["cutter", "other"], "no actor 'other'"),
+        ("scenario.ego.lane", [1, 7], "7 is no lane of a road with lanes 0 to 2"),
+        ("faults.out.onset.when", ["time > 1 s", "tiem > 1 s"], "Did you mean 'time'"),
+    ],
+)
+def test_swept_variant_is_checked_like_the_file(
+    load: Callable[..., OddFiles], axis: str, values: list[Any], said: str
+) -> None:
+    files = load({"parameters": {axis: values}}, faults=[onset("time > 1 s")])
+    with pytest.raises(SpecError) as caught:
+        check(files)
+    assert said in str(caught.value)
+    check(load({"parameters": {axis: values[:1]}}, faults=[onset("time > 1 s")]))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("lane_width: 3.5 m", "lane_width: 0 m", "world.road.lane_width: 0 m is not above 0 m"),
+        ("friction: friction", "friction: friction - 1", "environment.friction: -0.1"),
+        ("shoulder: 3 m", "shoulder: -3 m", "world.road.shoulder: -3 m"),
+        ("speed: ego_speed + relative_speed", "speed: relative_speed", "actors.cutter.start.speed"),
+    ],
+)
+def test_impossible_value_is_refused_in_the_line_of_its_formula(
+    project: Path, load: Callable[..., OddFiles], old: str, new: str, said: str
+) -> None:
+    path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
+    replace(path, old, new)
+    with pytest.raises(SpecError) as caught:
+        check(load())
+    assert said in str(caught.value)
+    line = path.read_text("utf-8")[: path.read_text("utf-8").index(new)].count("\n") + 1
+    assert caught.value.where is not None
+    assert (caught.value.where.path, caught.value.where.line) == (str(path), line)
+
+
+def test_one_impossible_point_among_many_is_found(
+    project: Path, load: Callable[..., OddFiles]
+) -> None:
+    replace(
+        project / "scenarios_db" / "motorway" / "cut_in.yaml",
+        "shoulder: 3 m",
+        "shoulder: gap - 30 m",
+    )
+    check(load({"parameters": {"gap": {"from": "30 m", "to": "60 m", "step": "1 m"}}}))
+    with pytest.raises(SpecError, match=r"world\.road\.shoulder: -1 m"):
+        check(load({"parameters": {"gap": {"from": "29 m", "to": "60 m", "step": "1 m"}}}))
+
+
+def test_swept_parameter_of_a_plugin_is_checked(
+    project: Path, load: Callable[..., OddFiles]
+) -> None:
+    folder = project / "odd" / "architectures"
+    (folder / "planner.py").write_text(PLUGIN, encoding="utf-8")
+    replace(
+        folder / "camera_radar.yaml",
+        "kind: nominal",
+        "kind: ./planner.py:Planner\n    parameters: {gain: 2}",
+    )
+    axis = "architecture.channels.nominal.parameters.gain"
+    check(load({"parameters": {axis: [2, 3]}}))
+    with pytest.raises(
+        SpecError, match=r"with the swept values, channels\.nominal\.parameters\.gain"
+    ):
+        check(load({"parameters": {axis: [2, "fast"]}}))

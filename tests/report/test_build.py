@@ -1,0 +1,220 @@
+"""The report of a campaign, put together from its database."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from datetime import date
+from typing import Any
+
+import pytest
+
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.report.build import (
+    MAX_REPLAYS,
+    WORST_PER_FSR,
+    ReplayRequest,
+    ReportBuilder,
+    binding_of,
+    margin_of,
+)
+from adeye.report.model import Cell, Report
+from adeye.report.replay import Replay
+from adeye.store.repository import Repository
+from adeye.store.rows import VerdictRecord
+from tests.project import CONCEPT, Executed, Project, rows_of
+
+
+def no_replays(_: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
+    return ()
+
+
+@pytest.fixture(scope="module")
+def repository(mini: Executed) -> Iterator[Repository]:
+    with Repository.open(mini.db, create=False) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def builder(repository: Repository, mini: Executed) -> ReportBuilder:
+    return ReportBuilder(repository, repository.find_campaign(mini.summary.campaign), "my.db")
+
+
+@pytest.fixture(scope="module")
+def built(builder: ReportBuilder) -> Report:
+    return builder.build(no_replays)
+
+
+@pytest.fixture(scope="module")
+def rows(mini: Executed) -> list[dict[str, Any]]:
+    return mini.project.rows()
+
+
+def total(report: Report, fsr: str, architecture: str) -> Cell:
+    return next(
+        cell
+        for cell in report.cells
+        if (cell.fsr, cell.architecture, cell.scenario) == (fsr, architecture, None)
+    )
+
+
+def test_report_counts_what_the_database_holds(built: Report, rows: list[dict[str, Any]]) -> None:
+    assert (built.planned, built.accounted, len(rows)) == (28, 28, 28)
+    assert sum(built.outcomes.values()) == 28
+    for cell in built.cells:
+        own = [
+            row["verdicts"][cell.fsr]
+            for row in rows
+            if row["architecture"] == cell.architecture
+            and cell.scenario in {None, row["scenario"]}
+            and cell.fsr in row["verdicts"]
+        ]
+        assert {key.value: count for key, count in cell.counts.items()} == Counter(own)
+
+
+def test_report_has_the_gates_verdict(built: Report, mini: Executed) -> None:
+    assert (built.exit_code, built.message) == (mini.summary.exit_code, mini.summary.message)
+    assert built.exit_code is ExitCode.OK
+    folded = {(line.architecture, line.fsr): line.verdict for line in mini.summary.verdicts}
+    for (architecture, fsr), verdict in folded.items():
+        assert total(built, fsr, architecture).verdict is verdict
+
+
+def test_every_number_has_a_command_on_this_database(built: Report) -> None:
+    commands = [item.command for item in (*built.cells, *built.worst_cases)]
+    commands += [item.minimum.command for item in built.metrics if item.minimum]
+    assert len(commands) > 50
+    assert all(text.endswith(" --db my.db") for text in commands)
+    assert built.command.startswith("adeye run ")
+
+
+def test_default_database_needs_no_option(repository: Repository, mini: Executed) -> None:
+    campaign = repository.find_campaign(mini.summary.campaign)
+    assert ReportBuilder(repository, campaign).replay_command("ab" * 32) == "adeye replay abababababab"
+
+
+def test_worst_run_of_a_cell_is_the_one_with_the_least_robustness(
+    built: Report, rows: list[dict[str, Any]]
+) -> None:
+    cell = total(built, "FSR-02", "camera_radar")
+    own = [row for row in rows if row["architecture"] == "camera_radar"]
+    worst = max(own, key=lambda row: row["max_required_deceleration_mps2"] or 0.0)
+    assert cell.worst_run == worst["run"]
+    assert cell.margin is not None
+    assert cell.margin.value == pytest.approx(6.0 - worst["max_required_deceleration_mps2"])
+
+
+def test_worst_cases_begin_with_failures_and_are_few_per_requirement(built: Report) -> None:
+    verdicts = [case.verdict for case in built.worst_cases]
+    failures = verdicts.count(Verdict.FAIL)
+    assert failures > 0
+    assert set(verdicts[:failures]) == {Verdict.FAIL}
+    per_fsr = Counter((case.fsr, case.architecture) for case in built.worst_cases)
+    assert max(per_fsr.values()) <= WORST_PER_FSR
+    assert Verdict.VACUOUS not in verdicts
+
+
+def test_worst_case_says_its_point_in_the_users_units(built: Report) -> None:
+    labels = {item.label: item.value for item in built.worst_cases[0].parameters}
+    assert labels["ego_speed"] in {"80 km/h", "120 km/h"}
+    assert labels["gap"] in {"30 m", "50 m"}
+
+
+def test_page_draws_the_worst_of_failing_fsrs_and_a_passing_run_per_scenario(
+    builder: ReportBuilder, rows: list[dict[str, Any]]
+) -> None:
+    asked: list[ReplayRequest] = []
+
+    def remember(requests: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
+        asked.extend(requests)
+        return ()
+
+    report = builder.build(remember)
+    assert 0 < len(asked) <= MAX_REPLAYS
+    runs = {row["run"]: row for row in rows}
+    chosen = [runs[item.run.result_digest] for item in asked]
+    assert len({row["run"] for row in chosen}) == len(chosen)
+    failing = {
+        (cell.fsr, cell.architecture)
+        for cell in report.cells
+        if cell.verdict is Verdict.FAIL and cell.scenario is None
+    }
+    assert failing
+    for fsr, architecture in failing:
+        drawn = [row for row in chosen if row["verdicts"].get(fsr) == "FAIL"]
+        assert any(row["architecture"] == architecture for row in drawn), (fsr, architecture)
+    passing = {row["scenario"] for row in chosen if "FAIL" not in row["verdicts"].values()}
+    assert passing == {"cut_in", "lead_braking"}
+    assert all(item.why for item in asked)
+
+
+def test_without_replays_nothing_is_executed(builder: ReportBuilder) -> None:
+    def refuse(_: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
+        raise AssertionError
+
+    assert builder.build(refuse, replays=0).replays == ()
+
+
+def test_report_without_a_time_of_day_is_the_same_every_time(builder: ReportBuilder) -> None:
+    assert builder.build(no_replays) == builder.build(no_replays)
+
+
+def test_no_axis_of_the_mini_campaign_is_dead(built: Report) -> None:
+    assert built.dead_axes == ()
+
+
+def test_waiver_counts_what_it_sets_aside(project_with_waiver: Project) -> None:
+    project = project_with_waiver
+    project.run()
+    with Repository.open(project.db, create=False) as repository:
+        campaign = repository.latest_campaign()
+        assert campaign is not None
+        report = ReportBuilder(repository, campaign).build(no_replays)
+        rows = rows_of(repository)
+    open_runs = [row for row in rows if row["verdicts"]["FSR-03"] == "INCONCLUSIVE"]
+    assert [(item.fsr, item.runs, item.is_expired) for item in report.waivers] == [
+        ("FSR-03", len(open_runs), False)
+    ]
+
+
+@pytest.fixture
+def project_with_waiver(tmp_path: Any) -> Project:
+    project = Project(tmp_path / "project")
+    with project.edited_odd() as odd:
+        odd["scenarios"] = odd["scenarios"][:1]
+        odd["scenarios"][0]["sweep"]["parameters"]["gap"] = ["10 m"]
+        odd["scenarios"][0]["faults"] = ["none"]
+    with project.edited(CONCEPT) as concept:
+        concept["waivers"] = [
+            {
+                "requirement": "FSR-03",
+                "reason": "contact ends the run",
+                "author": "safety engineer",
+                "expires": date(2100, 1, 1),
+            }
+        ]
+    return project
+
+
+def record(**changes: Any) -> VerdictRecord:
+    fields: dict[str, Any] = {
+        "fsr_id": "FSR-1",
+        "fsr_digest": "a" * 64,
+        "verdict": Verdict.PASS,
+        "is_exercised": True,
+    }
+    return VerdictRecord(**{**fields, **changes})
+
+
+def test_verdict_without_a_number_has_no_margin_and_no_binding() -> None:
+    assert margin_of(record()) is None
+    assert binding_of(record()) is None
+    margin = margin_of(record(margin=-1.5, unit="m", robustness_low=-0.15))
+    assert margin is not None
+    assert (margin.value, margin.unit, margin.robustness) == (-1.5, "m", -0.15)
+
+
+def test_results_are_parsed_once(builder: ReportBuilder, rows: list[dict[str, Any]]) -> None:
+    assert [row["point"] for row in builder.results] == [row["point"] for row in rows]
+    assert all(isinstance(json.loads(row["verdicts"]), dict) for row in builder.results)

@@ -1,0 +1,160 @@
+"""What a report repeats from the files of a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import date
+
+import pytest
+
+from adeye.report import contents
+from adeye.report.contents import (
+    CampaignContent,
+    architectures_of,
+    assumptions_of,
+    elements_of,
+    factors_of,
+    fsr_of,
+    goals_of,
+    hazards_of,
+    measure_text,
+    scenarios_of,
+    waivers_of,
+)
+from adeye.report.model import Cell
+from adeye.evaluation.verdict import Verdict
+from adeye.spec.concept import Requirement, Waiver
+from adeye.store.repository import Repository
+from tests.project import Executed
+
+
+@pytest.fixture(scope="module")
+def content(mini: Executed) -> Iterator[CampaignContent]:
+    with Repository.open(mini.db, create=False) as repository:
+        campaign = repository.find_campaign(mini.summary.campaign)
+        odd = repository.content("odd", campaign.odd_digest)
+    yield CampaignContent(campaign, mini.plan.files.concept.spec, odd)
+
+
+@pytest.fixture
+def fsrs(mini: Executed) -> dict[str, Requirement]:
+    return {item.id: item for item in mini.plan.files.concept.spec.requirements}
+
+
+def test_architecture_is_listed_with_what_it_is_made_of(content: CampaignContent) -> None:
+    found = {item.id: item for item in architectures_of(content)}
+    parts = {name: {p.label: p.value for p in item.parts} for name, item in found.items()}
+    assert parts["camera_radar"]["sensor front_radar"] == "radar"
+    assert "sensor front_radar" not in parts["legacy_camera"]
+    assert parts["legacy_camera"]["channel safety"] == "safety ← truth, channels.nominal, switch"
+    assert parts["camera_radar"]["switch"] == "fixed_priority: safety > nominal"
+    assert [item.id for item in found.values() if item.is_gate] == ["camera_radar"]
+    assert found["camera_radar"].cost == 270
+
+
+def test_scenario_has_its_exposure_per_hour_or_none(content: CampaignContent) -> None:
+    assert {item.id: item.exposure for item in scenarios_of(content)} == {
+        "cut_in": "",
+        "lead_braking": "",
+    }
+    uses = [dict(use) for use in content.odd["odd"]["scenarios"]]
+    uses[0]["exposure"] = 0.6 / 3600.0
+    odd = {**content.odd, "odd": {**content.odd["odd"], "scenarios": uses}}
+    shown = {item.id: item for item in scenarios_of(replace(content, odd=odd))}
+    assert shown["cut_in"].exposure == "0.6 /h"
+    assert {tag.label for tag in shown["cut_in"].tags} == {"iso34502", "nhtsa", "r157"}
+
+
+def test_factors_say_how_the_cases_of_a_scenario_were_counted(content: CampaignContent) -> None:
+    factor = next(item for item in factors_of(content) if item.scenario == "cut_in")
+    assert (factor.points, factor.architectures, factor.replicates) == (4, 2, 1)
+    assert factor.fault_entries == ("none", "front_camera_out", "nominal_silent")
+    assert factor.test_cases == 4 * 3 * 2
+    assert {axis.label: axis.value for axis in factor.axes}["gap"] == "30 m, 50 m"
+    assert factor.command.startswith("adeye plan ")
+
+
+def test_fsr_has_the_shortest_interval_of_its_goals(
+    content: CampaignContent, fsrs: dict[str, Requirement]
+) -> None:
+    shown = fsr_of(content, fsrs["FSR-03"])
+    assert (shown.ftti_s, shown.fdti_s, shown.frti_s) == (1.0, 0.5, None)
+    both = fsrs["FSR-03"].model_copy(update={"goals": ("SG-01", "SG-02", "SG-03")})
+    assert fsr_of(content, both).ftti_s == 1.0
+
+
+def test_hazards_and_goals_have_their_derived_asil(content: CampaignContent) -> None:
+    assert {item.id: item.asil for item in hazards_of(content)} == {
+        "HE-01": "D",
+        "HE-02": "D",
+        "HE-03": "C",
+    }
+    assert {item.id: item.asil for item in goals_of(content)} == {
+        "SG-01": "D",
+        "SG-02": "D",
+        "SG-03": "C",
+    }
+
+
+def test_element_names_the_parts_that_realise_it(content: CampaignContent) -> None:
+    found = {item.id: item.realised_by for item in elements_of(content)}
+    assert found["front_radar"] == ("camera_radar.front_radar",)
+    assert set(found["switch"]) == {"legacy_camera.switch", "camera_radar.switch"}
+
+
+def test_sensor_and_channel_of_one_name_both_realise_their_element(
+    content: CampaignContent,
+) -> None:
+    candidate = content.odd["architectures"]["camera_radar"]
+    sensors = {**candidate["sensors"], "nominal": candidate["sensors"]["front_radar"]}
+    twin = {**candidate, "sensors": sensors}
+    odd = {**content.odd, "architectures": {"camera_radar": twin}}
+    found = {item.id: item.realised_by for item in elements_of(replace(content, odd=odd))}
+    assert "camera_radar.nominal" in found["front_radar"]
+    assert found["nominal_channel"] == ("camera_radar.nominal",)
+
+
+def test_assumption_expires_the_day_after(
+    content: CampaignContent, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for day, expired in ((date(2027, 12, 31), False), (date(2028, 1, 1), True)):
+        monkeypatch.setattr(contents, "_today", lambda day=day: day)
+        found = {item.is_expired for item in assumptions_of(content)}
+        assert found == {expired}
+
+
+def test_waiver_counts_the_runs_without_evidence_and_never_failures(
+    content: CampaignContent, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waiver = Waiver(
+        requirement="FSR-03", reason="known", author="me", expires=date(2030, 6, 1)
+    )
+    concept = content.concept.model_copy(update={"waivers": (waiver,)})
+    counts = {Verdict.PASS: 5, Verdict.VACUOUS: 4, Verdict.FAIL: 3, Verdict.INCONCLUSIVE: 2}
+    whole = Cell(
+        fsr="FSR-03",
+        architecture="camera_radar",
+        verdict=Verdict.FAIL,
+        counts=counts,
+        exercised=8,
+        runs=14,
+        command="adeye query",
+    )
+    part = whole.model_copy(update={"scenario": "cut_in"})
+    waived = replace(content, concept=concept)
+    for day, expired in ((date(2030, 6, 1), False), (date(2030, 6, 2), True)):
+        monkeypatch.setattr(contents, "_today", lambda day=day: day)
+        found = list(waivers_of(waived, [whole, part]))
+        assert [(item.fsr, item.runs, item.is_expired) for item in found] == [
+            ("FSR-03", 2, expired)
+        ]
+
+
+def test_measure_is_written_as_formula_or_bound(fsrs: dict[str, Requirement]) -> None:
+    assert measure_text(fsrs["FSR-01"]) == "always(not contact)"
+    assert measure_text(fsrs["FSR-02"]) == "max_required_deceleration_mps2 <= 6.0"
+    least = fsrs["FSR-02"].model_copy(
+        update={"bound": fsrs["FSR-02"].bound.model_copy(update={"at_least": 0.0, "at_most": None})}  # type: ignore[union-attr]
+    )
+    assert measure_text(least) == "max_required_deceleration_mps2 >= 0.0"

@@ -1,0 +1,142 @@
+"""One FSR for one architecture over all runs, and the gate's exit code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.store.repository import Repository
+from adeye.store.totals import Total, gate_code, totals
+
+
+def folded(repository: Repository, campaign: str) -> dict[tuple[str, str], Total]:
+    found = totals(repository, repository.find_campaign(campaign))
+    return {(item.fsr, item.architecture): item for item in found}
+
+
+def gate(repository: Repository, campaign: str) -> tuple[ExitCode, str]:
+    return gate_code(repository, repository.find_campaign(campaign))
+
+
+def failing(fsr: str, architecture_ordinal: int, verdict: Verdict = Verdict.FAIL) -> Any:
+    """Judge one FSR so in every run of an architecture: legacy 0, new 1."""
+
+    def verdict_of(case: Any, name: str) -> Verdict:
+        is_meant = name == fsr and case.ordinal % 2 == architecture_ordinal
+        return verdict if is_meant else Verdict.PASS
+
+    return verdict_of
+
+
+@pytest.fixture(autouse=True)
+def everywhere(example: Any) -> None:
+    """Judge FSR3, which is for other conditions, inside the ODD, too."""
+    example.requirements = tuple(
+        item.model_copy(update={"applies": "everywhere"}) for item in example.requirements
+    )
+
+
+def test_runs_of_all_scenarios_are_counted_together(repository: Repository, example: Any) -> None:
+    campaign = example.campaign(repository, 8)
+    found = folded(repository, campaign)["FSR1", "new"]
+    assert (found.verdict, found.runs, found.exercised) == (Verdict.PASS, 4, 4)
+    assert dict(found.counts) == {Verdict.PASS: 4}
+    assert (found.asil, found.is_mandatory, found.is_in_gate) == ("B", True, True)
+
+
+def test_fsr_of_one_scenario_counts_its_runs_only(repository: Repository, example: Any) -> None:
+    assert folded(repository, example.campaign(repository, 8))["FSR3", "new"].runs == 2
+
+
+def test_worst_run_is_the_one_with_the_least_margin(repository: Repository, example: Any) -> None:
+    found = folded(repository, example.campaign(repository, 8))["FSR1", "new"]
+    assert found.worst is not None
+    run, record = found.worst
+    assert (run.ordinal, record.margin) == (1, 2.0)
+
+
+def test_gate_is_green_when_every_mandatory_fsr_passes(
+    repository: Repository, example: Any
+) -> None:
+    code, message = gate(repository, example.campaign(repository))
+    assert code is ExitCode.OK
+    assert message == "Every mandatory requirement passes for new."
+
+
+@pytest.mark.parametrize(
+    ("fsr", "architecture", "code"),
+    [
+        ("FSR1", 1, ExitCode.FAILED),
+        ("FSR1", 0, ExitCode.OK),  # the legacy architecture is not in the gate
+        ("FSR2", 1, ExitCode.OK),  # not mandatory
+    ],
+)
+def test_only_mandatory_failures_in_the_gate_count(
+    repository: Repository, example: Any, fsr: str, architecture: int, code: ExitCode
+) -> None:
+    example.verdict_of = failing(fsr, architecture)
+    campaign = example.campaign(repository)
+    found, message = gate(repository, campaign)
+    assert found is code
+    assert ("FSR1 FAIL for new" in message) is (code is ExitCode.FAILED)
+    name = ("legacy", "new")[architecture]
+    assert folded(repository, campaign)[fsr, name].verdict is Verdict.FAIL
+
+
+@pytest.mark.parametrize(
+    "verdict", [Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.VACUOUS]
+)
+def test_anything_but_pass_leaves_the_gate_open_and_is_named(
+    repository: Repository, example: Any, verdict: Verdict
+) -> None:
+    example.verdict_of = failing("FSR1", 1, verdict)
+    code, message = gate(repository, example.campaign(repository))
+    assert code is ExitCode.INCOMPLETE
+    assert f"FSR1 {verdict} for new" in message
+
+
+def test_unfinished_campaign_is_no_success(repository: Repository, example: Any) -> None:
+    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=4)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    repository.complete_block(block, example.runs(block), example.judged(block))
+    code, message = gate(repository, plan.campaign)
+    assert code is ExitCode.INCOMPLETE
+    assert "4 of 8 test cases accounted for" in message
+    found = folded(repository, plan.campaign)["FSR1", "new"]
+    assert found.verdict is Verdict.NOT_RUN
+    assert dict(found.counts) == {Verdict.PASS: 2, Verdict.NOT_RUN: 2}
+
+
+def test_fsr_that_the_gate_cannot_judge_is_never_green(
+    repository: Repository, example: Any
+) -> None:
+    example.not_applicable = {"FSR1": {"new": "no sensor radar"}}
+    campaign = example.campaign(repository)
+    found = folded(repository, campaign)["FSR1", "new"]
+    assert (found.verdict, found.note, found.worst) == (None, "no sensor radar", None)
+    code, message = gate(repository, campaign)
+    assert code is ExitCode.INCOMPLETE
+    assert "FSR1 ERROR for new" in message
+
+
+def test_fsr_that_another_architecture_cannot_have_is_only_noted(
+    repository: Repository, example: Any
+) -> None:
+    example.not_applicable = {"FSR1": {"legacy": "no sensor radar"}}
+    campaign = example.campaign(repository)
+    assert folded(repository, campaign)["FSR1", "legacy"].verdict is None
+    assert gate(repository, campaign)[0] is ExitCode.OK
+
+
+def test_too_few_exercised_runs_are_vacuous(repository: Repository, example: Any) -> None:
+    example.requirements = tuple(
+        item.model_copy(update={"min_exercised": 5}) for item in example.requirements
+    )
+    campaign = example.campaign(repository, 8)
+    found = folded(repository, campaign)
+    assert found["FSR1", "new"].verdict is Verdict.VACUOUS
+    assert found["FSR2", "legacy"].verdict is Verdict.VACUOUS
+    assert gate(repository, campaign)[0] is ExitCode.INCOMPLETE

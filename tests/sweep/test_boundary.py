@@ -1,0 +1,112 @@
+"""Planned attributes against the ODD: limits are inclusive in any unit, and NaN is outside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.spec.load import load_scenario
+from adeye.spec.odd import Attributes
+from adeye.spec.quantity import SI
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.axes import default_values
+from adeye.sweep.boundary import Breach, breaches
+
+SCENARIO = load_scenario(
+    Path(__file__).parents[2] / "scenarios_db" / "motorway" / "cut_in.yaml"
+).spec
+
+
+def found(
+    attributes: dict[str, Any], scenario: LogicalScenario = SCENARIO, **columns: Any
+) -> list[Breach]:
+    count = max((len(column) for column in columns.values()), default=1)
+    values: dict[str, Any] = {**default_values(scenario), **columns}
+    return breaches(scenario, values, count, Attributes.model_validate(attributes))
+
+
+def test_no_attribute_admits_everything() -> None:
+    assert found({}, ego_speed=np.array([1e9])) == []
+
+
+@pytest.mark.parametrize(
+    ("attributes", "name", "columns", "outside", "text"),
+    [
+        (
+            {"dynamic_elements": {"ego_speed": {"max": "100 km/h"}}},
+            "ego_speed",
+            {"ego_speed": [90 / 3.6, 100 / 3.6, 101 / 3.6]},
+            [False, False, True],
+            "ego_speed: 101 km/h is above the ODD's maximum 100 km/h",
+        ),
+        (
+            {"environment": {"rain": {"max": "7.5 mm/h"}}},
+            "rain",
+            {"rain": [0.0, 7.5e-3 / 3600, 8e-3 / 3600]},
+            [False, False, True],
+            "rain: 8 mm/h is above the ODD's maximum 7.5 mm/h",
+        ),
+        (
+            {"environment": {"friction": {"min": 0.5}}},
+            "friction",
+            {"friction": [0.5, 0.4, 0.3]},
+            [False, True, True],
+            "friction: 0.4 is below the ODD's minimum 0.5",
+        ),
+        (
+            {"environment": {"fog": {"min_visibility": "20 km"}}},
+            "fog visibility",
+            {},
+            [True],
+            "fog visibility: 10000 m is below the ODD's minimum 20000 m",
+        ),
+    ],
+)
+def test_limit_is_inside_and_the_first_breach_is_told(
+    attributes: dict[str, Any],
+    name: str,
+    columns: dict[str, list[float]],
+    outside: list[bool],
+    text: str,
+) -> None:
+    arrays: dict[str, Any] = {key: np.array(values) for key, values in columns.items()}
+    breach = next(item for item in found(attributes, **arrays) if item.attribute == name)
+    assert breach.outside.tolist() == outside
+    assert breach.text == text
+
+
+def test_inside_is_no_breach() -> None:
+    attributes = {"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}}
+    assert found(attributes, ego_speed=np.array([130 / 3.6])) == []
+
+
+@pytest.mark.parametrize(
+    ("attributes", "attribute", "text"),
+    [
+        ({"scenery": {"lanes": {"min": 4}}}, "lanes", "3 lanes, the ODD has 4 to 8"),
+        ({"scenery": {"lanes": {"max": 2}}}, "lanes", "3 lanes, the ODD has 1 to 2"),
+        ({"scenery": {"road_type": ["urban"]}}, "road_type", "motorway, the ODD has urban"),
+        ({"environment": {"illumination": ["night"]}}, "illumination", "day, the ODD has night"),
+        ({"dynamic_elements": {"actors": ["truck"]}}, "actors", "actor cutter is a car"),
+    ],
+)
+def test_word_outside_holds_for_every_point(
+    attributes: dict[str, Any], attribute: str, text: str
+) -> None:
+    (breach,) = found(attributes, gap=np.array([20.0, 30.0]))
+    assert breach.attribute == attribute
+    assert breach.outside.tolist() == [True, True]
+    assert text in breach.text
+
+
+def test_radius_of_a_curve_is_looked_at() -> None:
+    content = SCENARIO.model_dump(mode="json")
+    content["world"]["road"] |= {"kind": "curve", "radius": "300 m"}
+    curve = LogicalScenario.model_validate(content, context=SI)
+    (breach,) = found({"scenery": {"min_radius": "400 m"}}, curve)
+    assert breach.text == "radius: 300 m is below the ODD's minimum 400 m"
+    assert found({"scenery": {"min_radius": "300 m"}}, curve) == []
+    assert found({"scenery": {"min_radius": "400 m"}}) == []

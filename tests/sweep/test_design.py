@@ -1,0 +1,210 @@
+"""Designs on hand-made axes: which combinations are points, in which order, and how many."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adeye.errors import ExpressionError, SourceLocation, SweepError
+from adeye.spec.expression import parse
+from adeye.sweep import design
+from adeye.sweep.axes import Axis
+from adeye.sweep.design import RandomDesign, Relation, full_factorial, zipped
+
+WHERE = SourceLocation("odd.yaml", 9, 7)
+
+
+def axis(name: str, *values: float | str, kind: Any = "parameter") -> Axis:
+    return Axis(name, kind, (), tuple(values), tuple(values), WHERE)
+
+
+def relation(text: str) -> Relation:
+    return Relation(parse(text), WHERE)
+
+
+def rows(points: design.Points) -> list[tuple[Any, ...]]:
+    return list(zip(*(column.tolist() for column in points.columns.values()), strict=True))
+
+
+# --- full factorial -------------------------------------------------------------------------------
+
+
+def test_last_axis_varies_fastest() -> None:
+    points = full_factorial([axis("a", 1.0, 2.0), axis("b", 3.0, 4.0, 5.0)], [], {}, WHERE)
+    assert rows(points) == [(1, 3), (1, 4), (1, 5), (2, 3), (2, 4), (2, 5)]
+    assert (points.raw, points.count) == (6, 6)
+
+
+@given(sizes=st.lists(st.integers(1, 5), min_size=1, max_size=4))
+def test_points_are_all_combinations_once(sizes: list[int]) -> None:
+    axes = [axis(f"a{k}", *map(float, range(size))) for k, size in enumerate(sizes)]
+    points = full_factorial(axes, [], {}, WHERE)
+    assert points.count == points.raw == math.prod(sizes) == len(set(rows(points)))
+
+
+def test_relation_excludes_points_and_keeps_the_count_before() -> None:
+    points = full_factorial(
+        [axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)], [relation("a < b")], {}, WHERE
+    )
+    assert rows(points) == [(1, 2), (1, 3), (2, 3)]
+    assert (points.raw, points.count) == (9, 3)
+
+
+def test_relation_may_name_what_does_not_vary() -> None:
+    points = full_factorial([axis("a", 1.0, 3.0)], [relation("a > limit")], {"limit": 2.0}, WHERE)
+    assert rows(points) == [(3,)]
+
+
+def test_varied_value_wins_over_the_fixed_one() -> None:
+    points = full_factorial([axis("a", 1.0, 3.0)], [relation("a > 2")], {"a": 9.0}, WHERE)
+    assert rows(points) == [(3,)]
+
+
+def test_without_axes_there_is_one_point() -> None:
+    points = full_factorial([], [relation("limit > 1")], {"limit": 2.0}, WHERE)
+    assert (points.raw, points.count, points.columns) == (1, 1, {})
+    with pytest.raises(SweepError, match="none of 1 combinations fulfils limit > 3"):
+        full_factorial([], [relation("limit > 3")], {"limit": 2.0}, WHERE)
+
+
+def test_text_stays_text() -> None:
+    points = full_factorial([axis("policy", "stuck", "free", kind="architecture")], [], {}, WHERE)
+    assert points.columns["policy"].tolist() == ["stuck", "free"]
+    assert points.texts["policy"].tolist() == ["stuck", "free"]
+
+
+def test_no_feasible_point_is_refused_with_the_relations() -> None:
+    with pytest.raises(SweepError, match=r"none of 2 combinations fulfils a > 5 and a < 9"):
+        full_factorial([axis("a", 1.0, 2.0)], [relation("a > 5"), relation("a < 9")], {}, WHERE)
+
+
+def test_unknown_name_is_refused() -> None:
+    with pytest.raises(SweepError, match="names 'c', which the sweep does not have"):
+        full_factorial([axis("a", 1.0)], [relation("c > 5")], {}, WHERE)
+
+
+def test_relation_that_mixes_text_and_numbers_is_refused() -> None:
+    with pytest.raises(ExpressionError, match="mixes text and numbers"):
+        full_factorial([axis("a", "x")], [relation("a > 5")], {}, WHERE)
+
+
+def test_too_many_combinations_are_refused_without_being_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(design, "MAX_RAW_POINTS", 5)
+    axes = [axis("a", 1.0, 2.0), axis("b", 1.0, 2.0, 3.0)]
+    with pytest.raises(SweepError, match=r"6 combinations: a \(2\) × b \(3\); at most 5"):
+        full_factorial(axes, [], {}, WHERE)
+
+
+def test_size_of_the_chunks_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    axes = [axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)]
+    whole = rows(full_factorial(axes, [relation("a != b")], {}, WHERE))
+    monkeypatch.setattr(design, "CHUNK", 2)
+    assert rows(full_factorial(axes, [relation("a != b")], {}, WHERE)) == whole
+
+
+# --- zip ------------------------------------------------------------------------------------------
+
+
+def test_zip_walks_in_step() -> None:
+    points = zipped([axis("a", 1.0, 2.0), axis("b", 5.0, 6.0)], [], {}, WHERE)
+    assert rows(points) == [(1, 5), (2, 6)]
+    assert points.raw == 2
+
+
+def test_zip_drops_what_is_not_feasible() -> None:
+    points = zipped([axis("a", 1.0, 2.0), axis("b", 5.0, 1.0)], [relation("a < b")], {}, WHERE)
+    assert rows(points) == [(1, 5)]
+    assert (points.raw, points.count) == (2, 1)
+
+
+def test_zip_of_unequal_lengths_is_refused() -> None:
+    with pytest.raises(SweepError, match=r"these have a \(1\), b \(2\)"):
+        zipped([axis("a", 1.0), axis("b", 5.0, 1.0)], [], {}, WHERE)
+
+
+def test_zip_without_a_feasible_point_is_refused() -> None:
+    with pytest.raises(SweepError, match="none of 1 combinations"):
+        zipped([axis("a", 1.0)], [relation("a > 1")], {}, WHERE)
+    with pytest.raises(SweepError, match="none of 1 combinations"):
+        zipped([], [relation("limit > 1")], {"limit": 0.0}, WHERE)
+
+
+# --- random ---------------------------------------------------------------------------------------
+
+AXES = [axis("a", 0.0, 10.0), axis("b", -1.0, 1.0)]
+
+
+def draw(samples: int = 50, seed: int = 7, stream: str = "cut_in", **given: Any) -> Any:
+    arguments: dict[str, Any] = {"axes": AXES, "relations": [], "fixed": {}, **given}
+    return RandomDesign(samples, seed, stream).draw(where=WHERE, **arguments)
+
+
+def test_draws_lie_between_the_ends_and_fill_the_range() -> None:
+    points = draw(400)
+    a = points.columns["a"]
+    assert points.count == points.raw == 400
+    assert (a > 0.0).all()
+    assert (a < 10.0).all()
+    assert abs(float(a.mean()) - 5.0) < 5.0 * 10.0 / math.sqrt(12.0 * 400)
+    assert a.min() < 0.5
+    assert a.max() > 9.5
+
+
+def test_more_samples_begin_with_the_same_points() -> None:
+    assert rows(draw(80))[:50] == rows(draw(50))
+
+
+def test_seed_and_stream_decide_the_points() -> None:
+    assert rows(draw()) == rows(draw())
+    assert rows(draw()) != rows(draw(seed=8))
+    assert rows(draw()) != rows(draw(stream="cut_out"))
+
+
+def test_another_axis_leaves_the_draws_of_the_first() -> None:
+    alone = draw(axes=AXES[:1]).columns["a"]
+    assert alone.tolist() == draw().columns["a"].tolist()
+
+
+def test_feasible_draws_are_those_of_the_free_design() -> None:
+    free = rows(draw(200))
+    kept = rows(draw(20, relations=[relation("a > 5 and b < 0")]))
+    assert kept == [(a, b) for a, b in free if a > 5 and b < 0][:20]
+
+
+def test_size_of_the_random_chunks_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = rows(draw(30, relations=[relation("a > 5")]))
+    monkeypatch.setattr(design, "DRAWS", 7)
+    assert rows(draw(30, relations=[relation("a > 5")])) == whole
+
+
+def test_values_are_written_so_that_they_read_back() -> None:
+    points = draw(20)
+    assert [float(text) for text in points.texts["a"]] == points.columns["a"].tolist()
+
+
+def test_infeasible_random_design_is_refused() -> None:
+    with pytest.raises(SweepError, match="only 0 of 5,000 draws fulfil a > 10"):
+        draw(5, relations=[relation("a > 10")])
+
+
+def test_hopeless_random_design_is_given_up_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(design, "HOPELESS", 10_000)
+    with pytest.raises(SweepError, match="only 0 of 12,288 draws"):
+        draw(100_000, relations=[relation("a > 10")])
+
+
+def test_random_draws_parameters_only() -> None:
+    with pytest.raises(SweepError, match="draws scenario parameters only"):
+        draw(axes=[axis("architecture.cost", 1.0, 2.0, kind="architecture")])
+
+
+def test_levels_of_a_point_are_of_one_type() -> None:
+    points = full_factorial([axis("a", 1.0, 2.0)], [], {}, WHERE)
+    assert points.columns["a"].dtype == np.float64

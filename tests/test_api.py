@@ -1,0 +1,56 @@
+"""The public functions do what the command line does."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import adeye
+from adeye.evaluation.verdict import ExitCode
+from tests.project import Executed
+
+
+def test_exported_names_are_pinned() -> None:
+    assert adeye.__all__ == ["__version__", "plan", "replay", "results", "run"]
+    for name in adeye.__all__:
+        assert getattr(adeye, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'simulate'"):
+        _ = adeye.simulate
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    script = (
+        "import adeye, sys; print([m for m in ('numpy', 'pandas', 'numba') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"
+
+
+def test_plan_counts_without_running(mini: Executed) -> None:
+    plan = adeye.plan(mini.project.odd)
+    assert plan.expansion.count == len(mini.project.rows())
+
+
+def test_run_takes_a_plan_and_reuses_every_result(mini: Executed) -> None:
+    summary = adeye.run(mini.plan, db=mini.db)
+    assert summary.executed == 0
+    assert summary.exit_code is mini.summary.exit_code is ExitCode.OK
+
+
+def test_replay_is_identical(mini: Executed) -> None:
+    run = mini.project.rows()[0]["run"]
+    done = adeye.replay(run[:12], db=mini.db)
+    assert done.run == run
+    assert done.identical
+
+
+def test_results_are_a_typed_table(mini: Executed) -> None:
+    frame = adeye.results(db=mini.db)
+    assert len(frame) == mini.summary.planned
+    assert str(frame["min_distance_m"].dtype) == "Float64"
+    assert str(frame["scenario"].dtype) == "string" or str(frame["scenario"].dtype) == "str"
+    assert frame["run"].is_unique

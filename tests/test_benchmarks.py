@@ -1,0 +1,66 @@
+"""Benchmarks run, say their question in line 1 and measure nothing when they only smoke."""
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+FILES = sorted((ROOT / "benchmarks").glob("*.py"))
+
+
+def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_benchmark_asks_one_question_in_its_first_line(file: Path) -> None:
+    text = ast.get_docstring(ast.parse(file.read_text("utf-8"))) or ""
+    assert text.partition("\n")[0].endswith("?")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_smoke_prints_a_table_and_writes_no_result(file: Path) -> None:
+    results = ROOT / "reports" / "benchmarks"
+    before = set(results.glob("*"))
+    done = run(file, "--smoke")
+    assert done.returncode == 0, done.stderr
+    assert "ratio" in done.stdout
+    assert len(done.stdout.splitlines()) >= 2
+    assert set(results.glob("*")) == before
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_a_median_of_fewer_than_three_rounds_is_refused(file: Path) -> None:
+    done = run(file, "--rounds", "2")
+    assert done.returncode == 2
+    assert "fewer than 3 rounds" in done.stderr
+
+
+def test_result_names_the_machine_and_keeps_earlier_ones(tmp_path: Path) -> None:
+    script = (
+        "import sys; sys.path.insert(0, 'benchmarks')\n"
+        "from pathlib import Path\n"
+        "from support.results import machine, write_result\n"
+        "result = {'machine': machine(), 'ratio': 2.0}\n"
+        f"print(write_result('law', result, Path({str(tmp_path)!r})))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    content = json.loads(Path(done.stdout.strip()).read_text("utf-8"))
+    assert content["benchmark"] == "law"
+    assert content["ratio"] == 2.0
+    assert {"processor", "python", "load", "libraries"} <= set(content["machine"])

@@ -1,0 +1,126 @@
+"""Reports written to files, and the runs that a page embeds."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from adeye.campaign.runner import Progress
+from adeye.errors import InputError, UsageError
+from adeye.report.model import Report
+from adeye.reporting import find_campaign, write_replay, write_reports
+from adeye.store.repository import Repository
+from tests.project import Executed, count_rows, table_hash
+
+
+@pytest.fixture(scope="module")
+def written(
+    mini: Executed, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Report, list[Progress]]:
+    folder = tmp_path_factory.mktemp("reports")
+    seen: list[Progress] = []
+    report = write_reports(
+        mini.db,
+        None,
+        html=folder / "report.html",
+        junit=folder / "junit.xml",
+        json=folder / "report.json",
+        progress=seen.append,
+    )
+    return folder, report, seen
+
+
+def test_page_embeds_runs_with_their_replays(
+    written: tuple[Path, Report, list[Progress]], mini: Executed
+) -> None:
+    folder, report, _ = written
+    page = (folder / "report.html").read_text("utf-8")
+    assert len(report.replays) >= 3
+    digests = {row["run"]: row["trace_digest"] for row in mini.project.rows()}
+    for replay in report.replays:
+        # What is drawn is what was judged: the run was executed again to the same bits.
+        assert replay.trace_digest == digests[replay.run]
+        assert replay.run[:12] in page
+    assert "http://" not in page.replace("http://www.w3.org/", "")
+    assert "https://" not in page
+    assert len(page.encode()) < 10_000_000
+
+
+def test_drawn_run_has_verdicts_events_and_signals(
+    written: tuple[Path, Report, list[Progress]],
+) -> None:
+    replay = written[1].replays[0]
+    assert {item.fsr for item in replay.verdicts} >= {"FSR-01", "FSR-06"}
+    assert any(event.kind == "storyboard" for event in replay.events)
+    assert {item.name for item in replay.signals} >= {"ego.speed", "any_actor.distance"}
+    assert {item.label for item in replay.parameters} >= {"ego_speed", "gap"}
+
+
+def test_junit_and_json_agree_with_the_page(
+    written: tuple[Path, Report, list[Progress]], mini: Executed
+) -> None:
+    folder, report, _ = written
+    document = json.loads((folder / "report.json").read_text("utf-8"))
+    assert document["campaign"] == report.campaign == mini.summary.campaign
+    tree = ET.parse(folder / "junit.xml").getroot()  # noqa: S314 - written by ourselves
+    failures = [
+        case for case in tree.iter("testcase") if case.find("failure") is not None
+    ]
+    assert failures
+    assert all("legacy_camera" in f"{case.get('classname')}{case.get('name')}" for case in failures)
+
+
+def test_progress_counts_the_runs_that_are_drawn(
+    written: tuple[Path, Report, list[Progress]],
+) -> None:
+    _, report, seen = written
+    assert [item.done for item in seen] == list(range(len(report.replays) + 1))
+    assert {(item.phase, item.total) for item in seen} == {("report", len(report.replays))}
+
+
+def test_reporting_changes_nothing_in_the_database(mini: Executed, tmp_path: Path) -> None:
+    before = count_rows(mini.db, "run"), table_hash(mini.db)
+    report = write_reports(mini.db, mini.summary.campaign[:8], junit=tmp_path / "junit.xml")
+    assert report.replays == ()
+    assert list(tmp_path.iterdir()) == [tmp_path / "junit.xml"]
+    assert (count_rows(mini.db, "run"), table_hash(mini.db)) == before
+
+
+def test_one_run_has_a_page_of_its_own(mini: Executed, tmp_path: Path) -> None:
+    run = mini.project.rows()[5]["run"]
+    write_replay(mini.db, run[:12], tmp_path / "replay.html")
+    page = (tmp_path / "replay.html").read_text("utf-8")
+    assert run[:12] in page
+    assert "asked for" in page
+
+
+def test_folder_that_is_not_there_is_made_or_refused(mini: Executed, tmp_path: Path) -> None:
+    path = tmp_path / "deep" / "junit.xml"
+    write_reports(mini.db, None, junit=path)
+    assert path.is_file()
+
+
+def test_database_without_a_campaign_is_a_usage_error(tmp_path: Path) -> None:
+    db = tmp_path / "adeye.db"
+    Repository.open(db).close()
+    with pytest.raises(UsageError, match="has no campaign"):
+        write_reports(db, None, junit=tmp_path / "junit.xml")
+
+
+def test_unknown_campaign_and_missing_database_are_input_errors(
+    mini: Executed, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError):
+        write_reports(mini.db, "fedcba", junit=tmp_path / "junit.xml")
+    with pytest.raises(InputError):
+        write_reports(tmp_path / "missing.db", None, junit=tmp_path / "junit.xml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_campaign_is_found_by_its_beginning_or_as_the_newest(mini: Executed) -> None:
+    with Repository.open(mini.db, create=False) as repository:
+        assert find_campaign(repository, None).id == mini.summary.campaign
+        assert find_campaign(repository, mini.summary.campaign[:10]).id == mini.summary.campaign
