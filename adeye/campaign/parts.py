@@ -27,18 +27,21 @@ class Parts:
     Attributes:
         plugins: Plug-ins that it names.
         monitors: Monitor ids that its channels declare, in the order of the channels.
+        metrics: Metrics from outside the package that the ODD lists.
     """
 
     plugins: tuple[Part, ...]
     monitors: tuple[str, ...]
+    metrics: tuple[Part, ...] = ()
 
     @property
     def digest(self) -> str:
         """Hash of the plug-ins' code and versions; empty without plug-ins."""
-        return plugins_digest(self.plugins) if self.plugins else ""
+        parts = (*self.plugins, *self.metrics)
+        return plugins_digest(parts) if parts else ""
 
 
-def load_parts(loaded: Loaded[Architecture]) -> Parts:
+def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
     """Load the plug-ins of an architecture and ask its channels for their monitors.
 
     Raises:
@@ -73,7 +76,7 @@ def load_parts(loaded: Loaded[Architecture]) -> Parts:
                     remedy="Monitor ids are unique within an architecture.",
                 )
             monitors.append(monitor)
-    return Parts(tuple(plugins), tuple(monitors))
+    return Parts(tuple(plugins), tuple(monitors), metrics)
 
 
 def _placed(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChannel:

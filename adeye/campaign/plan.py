@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.check import check_cases, check_onsets, check_scenarios
 from adeye.campaign.content import Contents
+from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
 from adeye.campaign.provenance import provenance
 from adeye.campaign.work import WorkContext
 from adeye.engine import DRIVER, EngineIdentity, identity
-from adeye.errors import SpecError
+from adeye.errors import InputError, SpecError
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
 from adeye.spec.load import OddFiles, load_odd
 from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, PlannedCase
@@ -25,6 +26,7 @@ from adeye.units import Dimension
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from adeye.registry import Part
     from adeye.signals import SignalType
     from adeye.sweep.case import TestCase
 
@@ -132,6 +134,8 @@ class CampaignPlan:
             folders=self.folders,
             requirements=self.files.concept.spec.requirements,
             faults=self.faults,
+            metrics=self.files.odd.spec.plugins,
+            odd_folder=self.path.parent,
         )
 
     def record(self) -> CampaignRecord:
@@ -242,7 +246,8 @@ def make_plan(path: str | Path, *, backend: str = "highway") -> CampaignPlan:
     files = load_odd(path)
     check_scenarios(files)
     engine = identity(backend)
-    parts = {name: load_parts(item) for name, item in files.architectures.items()}
+    metrics = _load_metrics(files)
+    parts = {name: load_parts(item, metrics) for name, item in files.architectures.items()}
     expansion = expand(files)
     check_onsets(files)
     requirements = check_requirements(
@@ -261,6 +266,20 @@ def make_plan(path: str | Path, *, backend: str = "highway") -> CampaignPlan:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
     check_cases(files, plan.cases)
     return plan
+
+
+def _load_metrics(files: OddFiles) -> tuple[Part, ...]:
+    """Load the ODD's metrics; a message points at the first that is not one."""
+    names = files.odd.spec.plugins
+    for count in range(1, len(names) + 1):
+        where = files.odd.locate(("plugins", count - 1))
+        try:
+            use_plugin_metrics(names[:count], files.odd.path.parent)
+        except InputError as error:
+            if error.where is not None:
+                raise
+            raise SpecError(error.message, where=where, remedy=error.remedy) from error
+    return use_plugin_metrics(names, files.odd.path.parent)
 
 
 def judged_plan(files: OddFiles, parts: Mapping[str, Parts]) -> JudgedPlan:

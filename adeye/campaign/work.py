@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.campaign.happenings import events_of
+from adeye.campaign.metrics import plugin_of, use_plugin_metrics
 from adeye.engine import run as run_batch
 from adeye.errors import AdeyeError
 from adeye.evaluation.judge import Evaluation, Judgement, evaluate_trace
@@ -44,6 +45,8 @@ class WorkContext:
         folders: Folder of the file that names plug-ins, by architecture id.
         requirements: FSRs of the concept; a worker compiles them once.
         faults: Fault ids of the ODD.
+        metrics: Entry points of metrics from outside the package.
+        odd_folder: Folder of the ODD's file, where those are looked for.
     """
 
     backend: str
@@ -51,6 +54,8 @@ class WorkContext:
     folders: Mapping[str, Path]
     requirements: tuple[Requirement, ...]
     faults: tuple[str, ...]
+    metrics: tuple[str, ...]
+    odd_folder: Path
 
 
 @dataclass(frozen=True)
@@ -111,6 +116,7 @@ def _execute(task: BatchTask) -> BatchResult:
     cases = [*task.execute, *(case for case, _, _ in task.judge)]
     if not cases:
         return BatchResult()
+    use_plugin_metrics(task.context.metrics, task.context.odd_folder)
     trace = run_batch(cases, backend=task.context.backend, base_dirs=task.context.folders)
     evaluation = evaluate(trace, cases, task.context.requirements, task.context.faults)
     runs = tuple(
@@ -173,14 +179,30 @@ def describe(trace: Trace, run: int, evaluation: Evaluation, key: EngineKey) -> 
         trace_digest=trace.digests()[run],
         is_realised=happened.is_realised,
         end_reason=happened.end_reason,
-        metrics={name: _metric(trace, column, run) for name, column in evaluation.metrics.items()},
+        metrics={
+            name: _metric(trace, column, run)
+            for name, column in evaluation.metrics.items()
+            if plugin_of(name) is None
+        },
         verdicts=[_verdict(item) for item in evaluation.judgements[run]],
         events=events_of(trace, run),
         outcome_channel=happened.channel,
         outcome_detail=happened.detail,
         executed_by=f"{platform.node()}:{os.getpid()}",
         executed_at=datetime.now(UTC),
+        plugin_metrics=_plugin_metrics(trace, run, evaluation),
     )
+
+
+def _plugin_metrics(
+    trace: Trace, run: int, evaluation: Evaluation
+) -> dict[str, dict[str, MetricValue]]:
+    found: dict[str, dict[str, MetricValue]] = {}
+    for name, column in evaluation.metrics.items():
+        plugin = plugin_of(name)
+        if plugin is not None:
+            found.setdefault(plugin, {})[name] = _metric(trace, column, run)
+    return found
 
 
 def _metric(trace: Trace, column: MetricColumn, run: int) -> MetricValue:

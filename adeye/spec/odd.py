@@ -184,7 +184,7 @@ class Odd(Record):
     catalogue: Text | None = None
     """Folder of scenarios, relative to this file; default: ``scenarios_db`` beside its folder."""
     plugins: Many[Text] = ()
-    """Metrics from outside the package, by entry point."""
+    """Metrics from outside the package, by entry point; files are relative to this one."""
 
     @model_validator(mode="after")
     def _names_resolve(self) -> Self:

@@ -13,7 +13,7 @@ ON_A_BEND = """
 extends: cut_in
 scenario: cut_in_on_a_bend
 title: Cut-in on a bend
-world: {road: {kind: curve, radius: 400 m}}
+world: {road: {kind: curve, radius: 2000 m}}
 actors: {cutter: {kind: van}}
 """
 

@@ -1,0 +1,51 @@
+"""R15: every command carries its channel's id, in the trace and in the database."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from adeye.campaign.happenings import events_of
+from adeye.evaluation.source import TraceSignals
+from tests.project import Executed
+from tests.requirements.loop import driven, scripted
+
+pytestmark = pytest.mark.requirements
+
+
+def test_trace_keeps_each_channels_command_under_its_id(tmp_path: Path) -> None:
+    channels = {"alpha": {"acceleration": -1.0}, "beta": {"acceleration": 0.25}}
+    trace = driven(scripted(tmp_path, channels))
+    assert trace.layout.channels == ("alpha", "beta")
+    signals = TraceSignals(trace)
+    rows = int(trace.length[0]) - 1
+    for name, parameters in channels.items():
+        given = signals.series(f"channel.{name}.acceleration").values[0, :rows]
+        assert np.all(given == parameters["acceleration"])
+
+
+def test_database_names_the_channel_of_every_handover_and_failure(mini: Executed) -> None:
+    trace_rows = [row for row in mini.project.rows() if row["fault_entry"] == "nominal_silent"]
+    from adeye.store.repository import Repository
+
+    with Repository.open(mini.db, create=False) as repository:
+        for row in trace_rows:
+            stored = repository.run_row(row["run"])
+            assert stored is not None
+            states = [item for item in stored.events if item.kind == "channel"]
+            assert ("nominal", "channel nominal: silent") in {(e.subject, e.text) for e in states}
+            if row["architecture"] == "camera_radar":
+                handovers = [item.subject for item in stored.events if item.kind == "switch"]
+                assert "safety" in handovers
+
+
+def test_failing_channel_is_named(tmp_path: Path) -> None:
+    channels = {"alpha": {"fails_from": 0.5}, "beta": {"acceleration": -1.0}}
+    trace = driven(scripted(tmp_path, channels))
+    event = trace.channel_events[0]
+    assert event is not None
+    assert (event.channel, event.outcome) == ("alpha", "channel_error")
+    failure = [item for item in events_of(trace, 0) if "told to fail" in item.text]
+    assert [item.subject for item in failure] == ["alpha"]

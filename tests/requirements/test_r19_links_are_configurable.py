@@ -1,0 +1,78 @@
+"""R19: the link table decides which sensor feeds which channel, and can be swept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, MINI, Project, run_cases
+
+pytestmark = pytest.mark.requirements
+
+
+def project_with(make_project: MakeProject, *variants: tuple[str, list[str]]) -> Project:
+    """One cut-in; one architecture per link table of the nominal channel."""
+    names = [f"architectures/{name}.yaml" for name, _ in variants]
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [
+                {
+                    "use": "cut_in",
+                    "faults": ["none"],
+                    "sweep": {"parameters": {"lateral_speed": ["2 m/s"], "gap": ["20 m"]}},
+                }
+            ],
+            "faults": [],
+            "architectures": names,
+            "gate": {"architectures": [variants[0][0]]},
+        }
+    )
+    base = project.read(CANDIDATE)
+    for name, links in variants:
+        base["architecture"] = name
+        base["channels"]["nominal"]["links"] = links
+        project.write(f"odd/architectures/{name}.yaml", base)
+    return project
+
+
+def test_channel_is_fed_by_what_is_linked_to_it(make_project: MakeProject) -> None:
+    project = project_with(
+        make_project,
+        ("both", ["localisation", "front_camera", "front_radar"]),
+        ("camera_only", ["localisation", "front_camera"]),
+        ("blind", ["localisation"]),
+    )
+    plan = project.plan()
+    tracked = {}
+    for case in plan.cases:
+        trace = run_cases(plan, [case])
+        nominal = trace.layout.channels.index("nominal")
+        rows = int(trace.length[0]) - 1
+        known = np.isfinite(trace["tracks"][0, :rows, nominal]).any()
+        # The sensors are there and see, whoever listens to them.
+        radar = trace.layout.sensors.index("front_radar")
+        assert trace["detected"][0, :rows, radar].any()
+        tracked[case.architecture.architecture] = (bool(known), trace.digests()[0])
+    assert {name: known for name, (known, _) in tracked.items()} == {
+        "both": True,
+        "camera_only": True,
+        "blind": False,
+    }
+    # One situation, three link tables, three drives.
+    assert len({case.situation_digest for case in plan.cases}) == 1
+    assert len({digest for _, digest in tracked.values()}) == 3
+
+
+def test_link_tables_are_compared_as_an_axis_of_one_campaign(make_project: MakeProject) -> None:
+    project = project_with(
+        make_project,
+        ("both", ["localisation", "front_camera", "front_radar"]),
+        ("camera_only", ["localisation", "front_camera"]),
+    )
+    summary = project.run()
+    assert (summary.planned, summary.executed) == (2, 2)
+    rows = {row["architecture"]: row for row in project.rows()}
+    assert rows["both"]["situation"] == rows["camera_only"]["situation"]
+    assert rows["both"]["trace_digest"] != rows["camera_only"]["trace_digest"]
