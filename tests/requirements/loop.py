@@ -13,6 +13,7 @@ SCRIPTED = '''
 
 from adeye import ports
 from adeye.channels.scalar import ScalarCommand
+from adeye.signals import OK, REQUESTS_AUTHORITY
 
 
 class Scripted:
@@ -32,7 +33,7 @@ class Scripted:
         return ScalarCommand(
             self.parameters.acceleration,
             self.parameters.steering_angle,
-            "requests_authority" if asks else "ok",
+            REQUESTS_AUTHORITY if asks else OK,
         )
 '''
 
