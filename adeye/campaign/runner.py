@@ -146,7 +146,13 @@ def run_campaign(
             executor.close()
             tasks.release()
         report(replace(state, phase="done"))
-        return summarise(repository, repository.find_campaign(stored.campaign), plan, stored)
+        campaign = repository.find_campaign(stored.campaign)
+        now = repository.progress(stored.campaign).executed - stored.reused
+        summary = replace(summarise(repository, campaign, plan, stored), executed=now)
+        if tasks.failures and campaign.work.quarantined:
+            given_up = f"{campaign.work.quarantined} blocks were given up: {tasks.failures[-1]}"
+            summary = replace(summary, message=f"{summary.message}; {given_up}")
+        return summary
 
 
 class _Tasks(Iterator[BatchTask]):
@@ -158,6 +164,7 @@ class _Tasks(Iterator[BatchTask]):
         self._campaign = stored.campaign
         self._cases: Sequence[TestCase] = plan.cases
         self._held: dict[int, Block] = {}
+        self.failures: list[str] = []
 
     def __next__(self) -> BatchTask:
         block = self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign)
@@ -196,6 +203,7 @@ def _absorb(
     if done.result is None or done.result.failure:
         detail = done.lost if done.result is None else done.result.failure
         repository.fail_block(block, detail)
+        tasks.failures.append(detail)
         return state
     result = done.result
     for digest, trace_digest in result.judged_traces.items():

@@ -230,7 +230,8 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
                 _begin(track, detections[row], places[row], mount_x, mount_y, pose, kind, age)
                 owner[row] = place
         if owner[row] >= 0:
-            tracks[owner[row], TRACK_SEEN] = stamp
+            # When it arrived, not when it was made: a late sensor has not lost the object.
+            tracks[owner[row], TRACK_SEEN] = stamp + age
 
 
 @compiled

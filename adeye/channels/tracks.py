@@ -31,7 +31,7 @@ TRACKS: Final = 8
     TRACK_WIDTH,
     TRACK_CLASS,
     TRACK_HITS,  # detections so far; 0 marks a free place
-    TRACK_SEEN,  # time of the newest sample that has it [s]
+    TRACK_SEEN,  # time at which the newest sample that has it arrived [s]
     TRACK_BRAKING,  # acceleration along x, smoothed; 0 while the speed is not sure [m/s²]
     TRACK_LAST_VX,  # speed along x at the previous tick [m/s]
 ) = range(17)

@@ -269,3 +269,17 @@ def test_wrong_use_of_a_plugin_ends_the_campaign(small: Project, tmp_path: Path)
     (small.folder / "odd" / "architectures" / "steady.py").unlink()
     with pytest.raises(adeye.errors.InputError, match=r"no file .*steady\.py"):
         run_campaign(plan, db=tmp_path / "adeye.db")
+
+
+def test_defect_of_ours_is_named_and_never_green(
+    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object, **__: object) -> None:
+        msg = "no such column"
+        raise KeyError(msg)
+
+    monkeypatch.setattr(work, "run_batch", broken)
+    summary = make_project().run()
+    assert summary.exit_code is ExitCode.INCOMPLETE
+    assert summary.executed == 0
+    assert "blocks were given up: KeyError: 'no such column'" in summary.message

@@ -75,6 +75,11 @@ def test_latency_does_not_bias_place_or_velocity() -> None:
     assert late[TRACK_VX] == pytest.approx(10.0, abs=0.05)
 
 
+@pytest.mark.parametrize("latency", [6, 12, 20])
+def test_sensor_that_is_late_has_not_lost_the_object(latency: int) -> None:
+    assert track(TRUTH, 60, latency=latency)[0][TRACK_HITS] >= 3.0
+
+
 def test_range_rate_gives_the_velocity_at_once() -> None:
     slow, quick = track(CAMERA, 1)[0], track(RADAR, 1, with_rate=True)[0]
     assert quick[TRACK_VX] == pytest.approx(10.0, abs=0.2)
