@@ -1,25 +1,73 @@
-"""R2: one command runs a catalogue of scenarios and goes on where it stopped."""
+"""R2: one command runs a catalogue over several roads, and goes on after an interruption."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import pytest
 
-from tests.conftest import MakeProject
-from tests.project import table_hash
+import adeye
+from adeye.cli.entry import main
+from tests.project import MINI, table_hash
+
+if TYPE_CHECKING:
+    from adeye.campaign.runner import Progress
+    from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements
 
+CATALOGUE: dict[str, Any] = {
+    **MINI,
+    "scenarios": [
+        {"use": "cut_in", "faults": ["none"]},
+        {"use": "cut_in_on_a_bend", "faults": ["none"]},
+        {
+            "use": "lead_braking",
+            "faults": ["none"],
+            "sweep": {"parameters": {"ego_speed": ["60 km/h", "80 km/h"]}},
+        },
+    ],
+    "faults": [],
+    "architectures": ["architectures/camera_radar.yaml"],
+    "gate": {"architectures": ["camera_radar"]},
+}
+BEND: dict[str, Any] = {
+    "extends": "cut_in",
+    "scenario": "cut_in_on_a_bend",
+    "title": "Cut-in on a bend",
+    "world": {"road": {"kind": "curve", "radius": "1500 m"}},
+}
 
-def test_one_command_runs_every_scenario_and_a_second_one_nothing(
+
+def test_one_command_runs_a_catalogue_over_several_roads_and_resumes(
     make_project: MakeProject,
 ) -> None:
-    project = make_project()
-    first = project.run()
-    assert {row["scenario"] for row in project.rows()} == {"cut_in", "lead_braking"}
-    before = table_hash(project.db)
-    second = project.run()
-    assert (first.executed, second.executed) == (first.planned, 0)
-    assert table_hash(project.db) == before
+    project = make_project(CATALOGUE)
+    project.write("scenarios_db/motorway/cut_in_on_a_bend.yaml", BEND)
+
+    def stop(state: Progress) -> None:
+        if state.done:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        adeye.run(project.odd, db=project.db, progress=stop)
+    begun = len(project.rows())
+    assert 0 < begun < 4
+    command = ["run", str(project.odd), "--db", str(project.db), "--workers", "1", "--quiet"]
+    main(command)
+    rows = project.rows()
+    assert [row["scenario"] for row in rows] == [
+        "cut_in",
+        "cut_in_on_a_bend",
+        "lead_braking",
+        "lead_braking",
+    ]
+    # The two roads lead to two drives.
+    assert rows[0]["trace_digest"] != rows[1]["trace_digest"]
+    finished = table_hash(project.db)
+    main(command)
+    assert adeye.run(project.odd, db=project.db).executed == 0
+    assert table_hash(project.db) == finished
 
 
 def test_a_new_point_executes_only_what_is_new(make_project: MakeProject) -> None:

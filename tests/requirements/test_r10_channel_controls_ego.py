@@ -1,14 +1,57 @@
-"""R10: the ego does what the acting channel commands, and nothing else."""
+"""R10: what a channel commands is what the ego does, and what it sees follows from that."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from adeye.sweep.case import TestCase
-from adeye.trace import Trace
+from adeye.signals import EGO_SPEED
+from tests.requirements.loop import driven, scripted
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
 
 pytestmark = pytest.mark.requirements
+
+START = 60.0 / 3.6
+LAG = 0.15
+
+
+def speed_after(trace: Trace, seconds: float) -> float:
+    return float(trace["ego"][0, round(seconds / 0.05), EGO_SPEED])
+
+
+@pytest.mark.parametrize("acceleration", [-3.0, 0.0, 1.0])
+def test_ego_takes_the_commanded_acceleration(tmp_path: Path, acceleration: float) -> None:
+    trace = driven(scripted(tmp_path, {"only": {"acceleration": acceleration}}))
+    # First-order lag: v(t) = v0 + a (t - lag (1 - exp(-t / lag))).
+    expected = START + acceleration * (2.0 - LAG)
+    assert speed_after(trace, 2.0) == pytest.approx(expected, abs=0.05 * abs(acceleration) + 1e-9)
+
+
+def test_ego_turns_where_it_is_steered(tmp_path: Path) -> None:
+    trace = driven(scripted(tmp_path, {"only": {"steering_angle": 0.01}}))
+    side = trace["ego"][0, : round(2.0 / 0.05), 1]
+    assert np.all(np.diff(side) >= 0.0)
+    assert side[-1] > side[0] + 1.0
+
+
+def test_loop_is_closed_over_the_sensors(cut_ins: tuple[list[TestCase], Trace]) -> None:
+    _, trace = cut_ins
+    # The nominal channel brakes for a cutter that it has seen, and not before.
+    rows = round(2.9 / 0.05)
+    for run in range(trace.runs):
+        seen = trace["detected"][run, :rows, :, 0]
+        own = [trace.layout.sensors.index(name) for name in ("front_camera", "front_radar")]
+        first = int(np.argmax(seen[:, own].any(axis=1)))
+        assert seen[first, own].any()
+        braking = trace["acceleration"][run, :rows, 0] < -0.5
+        assert not braking[:first].any()
 
 
 def test_acting_command_is_that_of_the_channel_with_authority(

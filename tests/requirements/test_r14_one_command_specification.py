@@ -1,20 +1,41 @@
-"""R14: every built-in channel passes one conformance suite."""
+"""R14: every channel, built in or not, gives commands of one specification."""
 
 from __future__ import annotations
 
+from string import Template
+
 import pytest
 
-from adeye.channels.nominal import NominalChannel
-from adeye.channels.safety import SafetyChannel
+from adeye.channels.factory import BUILT_IN
+from adeye.cli.examples import EXAMPLES
+from adeye.ports import ControlChannel
 from adeye.spec.architecture import NominalParameters, SafetyParameters
-from adeye.testing import check_channel
+from adeye.testing import ScriptedChannel, check_channel
 
 pytestmark = pytest.mark.requirements
 
+PARAMETERS = {"nominal": NominalParameters(), "safety": SafetyParameters()}
+LINKS = {"nominal": ("front", "pose"), "safety": ("truth", "channels.other", "switch")}
+SENSORS = {
+    "nominal": {"front": "radar", "pose": "localisation"},
+    "safety": {"truth": "ground_truth"},
+}
 
-def test_nominal_channel_conforms() -> None:
-    check_channel(NominalChannel, NominalParameters())
+
+@pytest.mark.parametrize("kind", sorted(BUILT_IN))
+def test_built_in_channel_conforms(kind: str) -> None:
+    check_channel(BUILT_IN[kind], PARAMETERS[kind], links=LINKS[kind], sensors=SENSORS[kind])
+    assert isinstance(BUILT_IN[kind](), ControlChannel)
 
 
-def test_safety_channel_conforms() -> None:
-    check_channel(SafetyChannel, SafetyParameters())
+def test_fake_of_the_package_conforms() -> None:
+    check_channel(lambda: ScriptedChannel([1.0, -1.0]))
+
+
+def test_example_that_is_written_for_users_conforms() -> None:
+    source = Template(EXAMPLES["channel"].source).substitute(class_name="Mine", name="mine")
+    space: dict[str, object] = {"__name__": "mine"}
+    exec(compile(source, "mine.py", "exec"), space)  # noqa: S102 - our own example
+    mine = space["Mine"]
+    assert isinstance(mine, type)
+    check_channel(mine, mine.Parameters())  # type: ignore[attr-defined]

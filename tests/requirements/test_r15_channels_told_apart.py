@@ -1,29 +1,61 @@
-"""R15: commands of different channels carry their ids, in the trace and in the database."""
+"""R15: every command carries its channel's id, in the trace and in the database."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+import numpy as np
 import pytest
 
-from adeye.sweep.case import TestCase
-from adeye.trace import Trace
-from tests.project import Executed
+from adeye.campaign.happenings import events_of
+from adeye.evaluation.source import TraceSignals
+from adeye.store.query import run_query
+from adeye.store.repository import Repository
+from tests.requirements.loop import driven, scripted
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.project import Executed
 
 pytestmark = pytest.mark.requirements
 
 
-def test_columns_of_the_trace_are_named_by_channel(
-    cut_ins: tuple[list[TestCase], Trace],
-) -> None:
-    _, trace = cut_ins
-    nominal, safety = (trace.layout.channels.index(name) for name in ("nominal", "safety"))
+def test_trace_keeps_each_channels_command_under_its_id(tmp_path: Path) -> None:
+    channels = {"alpha": {"acceleration": -1.0}, "beta": {"acceleration": 0.25}}
+    trace = driven(scripted(tmp_path, channels))
+    assert trace.layout.channels == ("alpha", "beta")
+    signals = TraceSignals(trace, np.ones(1, dtype=np.bool_))
     rows = int(trace.length[0]) - 1
-    commands = trace["acceleration"][0, :rows]
-    assert (commands[:, nominal] != commands[:, safety]).any()
+    for name, parameters in channels.items():
+        given = signals.series(f"channel.{name}.acceleration").values[0, :rows]
+        assert np.all(given == parameters["acceleration"])
+
+
+def test_database_names_the_channel_of_every_handover_and_failure(mini: Executed) -> None:
+    silenced = [row for row in mini.project.rows() if row["fault_entry"] == "nominal_silent"]
+    with Repository.open(mini.db, create=False) as repository:
+        for row in silenced:
+            stored = repository.run_row(row["run"])
+            assert stored is not None
+            states = [item for item in stored.events if item.kind == "channel"]
+            assert ("nominal", "channel nominal: silent") in {(e.subject, e.text) for e in states}
+            if row["architecture"] == "camera_radar":
+                handovers = [item.subject for item in stored.events if item.kind == "switch"]
+                assert "safety" in handovers
+
+
+def test_failing_channel_is_named(tmp_path: Path) -> None:
+    channels = {"alpha": {"fails_from": 0.5}, "beta": {"acceleration": -1.0}}
+    trace = driven(scripted(tmp_path, channels))
+    event = trace.channel_events[0]
+    assert event is not None
+    assert (event.channel, event.outcome) == ("alpha", "channel_error")
+    failure = [item for item in events_of(trace, 0) if "told to fail" in item.text]
+    assert [item.subject for item in failure] == ["alpha"]
 
 
 def test_events_in_the_database_name_the_channel(mini: Executed) -> None:
-    from adeye.store.query import run_query
-
     found = run_query(
         mini.db, "SELECT DISTINCT subject FROM v_timeline WHERE kind IN ('channel', 'switch')"
     )

@@ -1,48 +1,59 @@
-"""R17: a scenario is made by hand and adapted by inheritance and overrides, without a copy."""
+"""R17: worlds and scenarios are written by hand, inherited from and overridden."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import pytest
 
-from tests.conftest import MakeProject
-from tests.project import run_cases
+from adeye.signals import PLACE_CURVATURE, PLACE_LANE
+from tests.project import MINI, run_cases
+
+if TYPE_CHECKING:
+    from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements
 
-ON_A_BEND = """
-extends: cut_in
-scenario: cut_in_on_a_bend
-title: Cut-in on a bend
-world: {road: {kind: curve, radius: 2000 m}}
-actors: {cutter: {kind: van}}
-"""
+ODD: dict[str, Any] = {
+    **MINI,
+    "faults": [],
+    "architectures": ["architectures/camera_radar.yaml"],
+    "scenarios": [
+        {"use": "lead_braking", "faults": ["none"]},
+        {"use": "braking_on_a_bend", "faults": ["none"]},
+        {
+            "use": "braking_on_a_bend",
+            "as": "braking_on_a_wet_bend",
+            "faults": ["none"],
+            "parameters": {"rain": "7.5 mm/h", "scenario.ego.lane": 0},
+        },
+    ],
+}
+BEND: dict[str, Any] = {
+    "extends": "lead_braking",
+    "scenario": "braking_on_a_bend",
+    "title": "Braking of the lead vehicle on a bend",
+    "world": {"road": {"kind": "curve", "radius": "900 m", "lanes": 2}},
+}
 
 
-def test_scenario_extends_another_and_overrides_parts(make_project: MakeProject) -> None:
-    project = make_project()
-    path = project.folder / "scenarios_db" / "motorway" / "cut_in_on_a_bend.yaml"
-    path.write_text(ON_A_BEND, "utf-8")
-    with project.edited_odd() as odd:
-        odd["scenarios"] = [
-            {"use": "cut_in", "faults": ["none"]},
-            {"use": "cut_in_on_a_bend", "faults": ["none"]},
-            {
-                "use": "cut_in",
-                "as": "narrow",
-                "faults": ["none"],
-                "parameters": {"scenario.world.road.lane_width": "3 m"},
-            },
-        ]
+def test_scenario_inherits_and_overrides_by_file_and_by_odd(make_project: MakeProject) -> None:
+    project = make_project(ODD)
+    project.write("scenarios_db/motorway/braking_on_a_bend.yaml", BEND)
     plan = project.plan()
-    cases = {
-        case.scenario_id: case
-        for case in plan.cases
-        if case.architecture.architecture == "camera_radar"
-    }
-    straight = run_cases(plan, [cases["cut_in"]])
-    bend = run_cases(plan, [cases["cut_in_on_a_bend"]])
-    assert abs(straight["ego"][0, -1, 2]) < 0.01
-    assert bend["ego"][0, -1, 2] > 0.1
-    assert cases["cut_in_on_a_bend"].scenario.actors["cutter"].kind == "van"
-    narrow = run_cases(plan, [cases["narrow"]])
-    assert narrow.layout.context.road.lane_width[0] == 3.0
+    straight, bend, wet = plan.cases
+    assert straight.scenario.world.road.kind == "straight"
+    assert (bend.scenario.world.road.kind, bend.scenario.world.road.lanes) == ("curve", 2)
+    # What is not overridden is inherited.
+    assert bend.scenario.storyboard == straight.scenario.storyboard
+    assert wet.parameters["rain"] > bend.parameters["rain"] == 0.0
+    traces = [run_cases(plan, [case]) for case in plan.cases]
+    # A bend begins after a straight lead-in.
+    curvature = [trace["ego_place"][0, 100, PLACE_CURVATURE] for trace in traces]
+    assert curvature == pytest.approx([0.0, 1.0 / 900.0, 1.0 / 900.0], rel=0.02)
+    lanes = [int(trace["ego_place"][0, 0, PLACE_LANE]) for trace in traces]
+    assert lanes == [1, 1, 0]
+    # On the bend the ego stays in its lane, so its heading turns.
+    heading = traces[1]["ego"][0, : traces[1].length[0], 2]
+    assert heading.max() - heading.min() > 0.05
+    assert len({trace.digests()[0] for trace in traces}) == 3

@@ -1,34 +1,87 @@
-"""R19: which sensor feeds which channel is a table that can be changed and whose parts are swept."""
+"""R19: the link table decides which sensor feeds which channel, and can be swept."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+import numpy as np
 import pytest
 
 from adeye.spec.architecture import Radar
-from adeye.sweep.case import TestCase
-from tests.conftest import MakeProject
-from tests.project import CANDIDATE, run_cases
+from tests.project import CANDIDATE, MINI, Project, run_cases
+
+if TYPE_CHECKING:
+    from adeye.sweep.case import TestCase
+    from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements
 
 
-def test_unlinked_sensor_no_longer_reaches_the_channel(make_project: MakeProject) -> None:
-    project = make_project()
-    plan = project.plan()
-    case = next(case for case in plan.cases if _is_candidate(case))
-    linked = run_cases(plan, [case])
-    with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["nominal"]["links"].remove("front_radar")
-    plan = project.plan()
-    case = next(case for case in plan.cases if _is_candidate(case))
-    unlinked = run_cases(plan, [case])
-    radar = linked.layout.sensors.index("front_radar")
-    first = int(linked.length[0]) // 50
-    assert (linked["detected"][0, :first, radar] == unlinked["detected"][0, :first, radar]).all(), (
-        "the sensor itself is as it was"
+def project_with(make_project: MakeProject, *variants: tuple[str, list[str]]) -> Project:
+    """One cut-in; one architecture per link table of the nominal channel."""
+    names = [f"architectures/{name}.yaml" for name, _ in variants]
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [
+                {
+                    "use": "cut_in",
+                    "faults": ["none"],
+                    "sweep": {"parameters": {"lateral_speed": ["2 m/s"], "gap": ["20 m"]}},
+                }
+            ],
+            "faults": [],
+            "architectures": names,
+            "gate": {"architectures": [variants[0][0]]},
+        }
     )
-    nominal = linked.layout.channels.index("nominal")
-    assert (linked["acceleration"][0, :, nominal] != unlinked["acceleration"][0, :, nominal]).any()
+    base = project.read(CANDIDATE)
+    for name, links in variants:
+        base["architecture"] = name
+        base["channels"]["nominal"]["links"] = links
+        project.write(f"odd/architectures/{name}.yaml", base)
+    return project
+
+
+def test_channel_is_fed_by_what_is_linked_to_it(make_project: MakeProject) -> None:
+    project = project_with(
+        make_project,
+        ("both", ["localisation", "front_camera", "front_radar"]),
+        ("camera_only", ["localisation", "front_camera"]),
+        ("blind", ["localisation"]),
+    )
+    plan = project.plan()
+    tracked = {}
+    for case in plan.cases:
+        trace = run_cases(plan, [case])
+        nominal = trace.layout.channels.index("nominal")
+        rows = int(trace.length[0]) - 1
+        known = np.isfinite(trace["tracks"][0, :rows, nominal]).any()
+        # The sensors are there and see, whoever listens to them.
+        radar = trace.layout.sensors.index("front_radar")
+        assert trace["detected"][0, :rows, radar].any()
+        tracked[case.architecture.architecture] = (bool(known), trace.digests()[0])
+    assert {name: known for name, (known, _) in tracked.items()} == {
+        "both": True,
+        "camera_only": True,
+        "blind": False,
+    }
+    # One situation, three link tables, three drives.
+    assert len({case.situation_digest for case in plan.cases}) == 1
+    assert len({digest for _, digest in tracked.values()}) == 3
+
+
+def test_link_tables_are_compared_as_an_axis_of_one_campaign(make_project: MakeProject) -> None:
+    project = project_with(
+        make_project,
+        ("both", ["localisation", "front_camera", "front_radar"]),
+        ("camera_only", ["localisation", "front_camera"]),
+    )
+    summary = project.run()
+    assert (summary.planned, summary.executed) == (2, 2)
+    rows = {row["architecture"]: row for row in project.rows()}
+    assert rows["both"]["situation"] == rows["camera_only"]["situation"]
+    assert rows["both"]["trace_digest"] != rows["camera_only"]["trace_digest"]
 
 
 def test_parameters_of_a_linked_sensor_are_swept(make_project: MakeProject) -> None:

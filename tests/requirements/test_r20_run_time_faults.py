@@ -1,40 +1,104 @@
-"""R20: faults begin and end during a run, by time or condition, on sensors and channels."""
+"""R20: faults of sensors and channels begin by time or by condition while a run goes on."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from adeye.signals import SILENT
-from adeye.sweep.case import TestCase
-from adeye.trace import Trace
-from tests.conftest import MakeProject
-from tests.project import run_cases
+from tests.project import MINI, run_cases
+
+if TYPE_CHECKING:
+    from adeye.trace import Trace
+    from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements
 
-
-def test_silenced_channel_is_silent_from_its_condition_on(
-    cut_ins: tuple[list[TestCase], Trace],
-) -> None:
-    _, trace = cut_ins
-    nominal = trace.layout.channels.index("nominal")
-    for run in range(trace.runs):
-        rows = int(trace.length[run]) - 1
-        silent = trace["status"][run, 1:rows, nominal] == SILENT
-        np.testing.assert_array_equal(silent, trace.time[1:rows] >= 3.0 - 1e-9)
+BY_CONDITION: dict[str, Any] = {
+    "id": "blind_when_near",
+    "target": "sensors.front_radar",
+    "model": "drop_out",
+    "onset": {"when": "cutter.gap <= 36 m"},
+    "duration": "1 s",
+}
 
 
-def test_dropped_out_sensor_comes_back_after_the_duration(make_project: MakeProject) -> None:
-    plan = make_project().plan()
-    case = next(case for case in plan.cases if case.fault_entry == "front_camera_out")
-    trace = run_cases(plan, [case])
+@pytest.fixture
+def traces(make_project: MakeProject) -> dict[str, Trace]:
+    """One cut-in of the candidate without and with each fault, and with two at once."""
+    use = {
+        "use": "cut_in",
+        "faults": [
+            "none",
+            "front_camera_out",
+            "nominal_silent",
+            "blind_when_near",
+            ["front_camera_out", "blind_when_near"],
+        ],
+    }
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [use],
+            "faults": [*MINI["faults"], BY_CONDITION],
+            "architectures": ["architectures/camera_radar.yaml"],
+        }
+    )
+    plan = project.plan()
+    return {case.fault_entry: run_cases(plan, [case]) for case in plan.cases}
+
+
+def rows_of_fault(trace: Trace, name: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    active = trace["fault_active"][0, : trace.length[0] - 1, trace.layout.faults.index(name)]
+    return np.asarray(active, dtype=np.bool_)
+
+
+def test_sensor_drops_out_from_its_time_for_its_duration(traces: dict[str, Trace]) -> None:
+    trace = traces["front_camera_out"]
+    active = rows_of_fault(trace, "front_camera_out")
+    times = trace.time[: active.size][active]
+    assert (times[0], times[-1]) == (pytest.approx(2.0), pytest.approx(4.95))
     camera = trace.layout.sensors.index("front_camera")
-    rows = int(trace.length[0]) - 1
-    dead = ~trace["sensor_alive"][0, :rows, camera]
-    time = trace.time[:rows]
-    np.testing.assert_array_equal(dead, (time >= 2.0 - 1e-9) & (time < 5.0 - 1e-9))
-    np.testing.assert_array_equal(dead, trace["fault_active"][0, :rows, 0])
+    alive = trace["sensor_alive"][0, : active.size, camera]
+    assert np.array_equal(alive, ~active)
+    assert not trace["detected"][0, : active.size, camera][active].any()
+
+
+def test_channel_falls_silent_and_another_takes_over(traces: dict[str, Trace]) -> None:
+    trace = traces["nominal_silent"]
+    active = rows_of_fault(trace, "nominal_silent")
+    assert (trace["status"][0, : active.size, 0][active] == SILENT).all()
+    assert trace["authority"][0, active.size - 1] == trace.layout.channels.index("safety")
+
+
+def test_fault_begins_when_its_condition_first_holds(traces: dict[str, Trace]) -> None:
+    trace = traces["blind_when_near"]
+    active = rows_of_fault(trace, "blind_when_near")
+    first = int(np.argmax(active))
+    assert first > 0
+    assert active.sum() == round(1.0 / 0.05)
+    ego, cutter = trace["ego"][0], trace["objects"][0, :, 0]
+    half = 0.5 * (trace.layout.context.ego_size[0, 0] + trace.layout.context.object_sizes[0, 0, 0])
+    gap = cutter[:, 0] - ego[:, 0] - half
+    assert gap[first] <= 36.0 < gap[first - 1]
+
+
+def test_two_faults_at_once(traces: dict[str, Trace]) -> None:
+    trace = traces["front_camera_out+blind_when_near"]
+    assert set(trace.layout.faults) == {"front_camera_out", "blind_when_near"}
+    assert all(rows_of_fault(trace, name).any() for name in trace.layout.faults)
+
+
+def test_run_is_the_fault_free_one_to_the_bit_until_the_fault(traces: dict[str, Trace]) -> None:
+    none = traces["none"]
+    for name, trace in traces.items():
+        active = trace["fault_active"][0].any(axis=-1)
+        until = int(np.argmax(active)) if active.any() else int(trace.length[0])
+        assert until > 5 or name == "none"
+        for column in ("ego", "objects", "acceleration", "command", "authority"):
+            assert np.array_equal(none[column][0, :until], trace[column][0, :until]), column
 
 
 def test_fault_that_never_begins_leaves_every_bit(make_project: MakeProject) -> None:
