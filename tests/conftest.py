@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.sweep.case import TestCase
-from adeye.trace import Trace
 from tests.project import Executed, Project, run_cases
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
 
 MakeProject = Callable[..., Project]
 

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
 import adeye
 from adeye import engine
 from adeye.campaign.plan import CampaignPlan, make_plan
-from adeye.campaign.runner import CampaignSummary
 from adeye.store.repository import Repository
-from adeye.sweep.case import TestCase
-from adeye.trace import Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from adeye.campaign.runner import CampaignSummary
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
 
 ROOT = Path(__file__).resolve().parents[1]
 

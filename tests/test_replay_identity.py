@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pytest
 
 from adeye.campaign import runner
 from adeye.campaign.reproduce import replay_run
 from tests.project import Project, table_hash
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pytest
 
 SAMPLE = 50
 

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 import pytest
 
-from adeye.campaign.runner import Progress
 from adeye.errors import InputError, UsageError
 from adeye.evaluation.verdict import ExitCode
-from adeye.report.model import Report
 from adeye.reporting import find_campaign, write_replay, write_reports
 from adeye.store.repository import Repository
 from tests.project import Executed, count_rows, table_hash
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.campaign.runner import Progress
+    from adeye.report.model import Report
 
 
 @pytest.fixture(scope="module")

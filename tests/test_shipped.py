@@ -1,12 +1,10 @@
-"""The shipped ODDs say what they claim: green candidate, failing legacy, live axes, monotone rain."""
+"""The shipped ODDs hold what they claim: green candidate, red legacy, live axes, monotone rain."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -14,6 +12,10 @@ import adeye
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.report.dead import moves
 from tests.project import CANDIDATE, ROOT, Executed, Project
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
 
 MOTORWAY = ROOT / "odd" / "motorway_chauffeur.yaml"
 URBAN = ROOT / "odd" / "urban_pedestrian_rain.yaml"

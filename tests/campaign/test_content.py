@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from adeye.campaign.content import FOLDER, Contents, recreate
 from adeye.errors import IntegrityError
 from adeye.store.repository import Repository
-from adeye.store.stored import StoredCase
-from tests.project import Executed
+
+if TYPE_CHECKING:
+    from adeye.store.stored import StoredCase
+    from tests.project import Executed
 
 
 def stored_case(mini: Executed, ordinal: int) -> tuple[StoredCase, Any]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from adeye.campaign.happenings import events_of
 from adeye.store.rows import EventRecord
-from adeye.sweep.case import TestCase
 from adeye.trace import ChannelEvent, Trace
 from tests.project import Executed, run_cases
+
+if TYPE_CHECKING:
+    from adeye.sweep.case import TestCase
 
 
 def changed(trace: Trace, **columns: Any) -> Trace:
@@ -27,6 +29,10 @@ def changed(trace: Trace, **columns: Any) -> Trace:
         one.channel_events,
         one.case_digests,
     )
+
+
+def of_kind(trace: Trace, kind: str) -> list[EventRecord]:
+    return [item for item in events_of(trace, 0) if item.kind == kind]
 
 
 @pytest.fixture
@@ -81,12 +87,12 @@ def test_contact_is_the_last_event_with_its_speed(mini: Executed) -> None:
 def test_what_is_beyond_the_last_decision_is_no_event(trace: Trace) -> None:
     active = np.zeros_like(trace["fault_active"][:1])
     active[:, int(trace.length[0]) - 1 :] = True
-    assert not [item for item in events_of(changed(trace, fault_active=active), 0) if item.kind == "fault"]
+    assert of_kind(changed(trace, fault_active=active), "fault") == []
 
 
 def test_fault_that_is_there_from_the_start_begins_at_zero(trace: Trace) -> None:
     active = np.ones_like(trace["fault_active"][:1])
-    found = [item for item in events_of(changed(trace, fault_active=active), 0) if item.kind == "fault"]
+    found = of_kind(changed(trace, fault_active=active), "fault")
     assert found == [EventRecord(0.0, "fault", "nominal_silent", "fault nominal_silent begins")]
 
 
@@ -109,5 +115,5 @@ def test_failure_of_a_channel_is_an_event_with_its_reason(trace: Trace) -> None:
 def test_authority_of_nobody_is_named(trace: Trace) -> None:
     nobody = np.full_like(trace["authority"][:1], -1)
     nobody[:, 0] = 0
-    found = [item for item in events_of(changed(trace, authority=nobody), 0) if item.kind == "switch"]
-    assert [(item.time_s, item.subject) for item in found] == [(pytest.approx(0.05), "none")]
+    found = of_kind(changed(trace, authority=nobody), "switch")
+    assert [(round(item.time_s, 9), item.subject) for item in found] == [(0.05, "none")]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -12,8 +13,10 @@ from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.verdict import Verdict
 from adeye.store.query import run_query
 from adeye.store.tables import METRIC_IDS
-from tests.conftest import MakeProject
 from tests.project import CONCEPT, Project
+
+if TYPE_CHECKING:
+    from tests.conftest import MakeProject
 
 METRIC = '''
 import numpy as np

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from adeye.campaign.parts import Parts, load_parts
 from adeye.errors import SpecError
 from adeye.spec.load import load_architecture
-from tests.conftest import MakeProject
 from tests.project import CANDIDATE, Project
+
+if TYPE_CHECKING:
+    from tests.conftest import MakeProject
 
 CHANNEL = """
 from adeye import ports

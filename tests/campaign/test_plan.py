@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
 from adeye.campaign.plan import make_plan, signal_table
 from adeye.errors import InputError, SpecError
-from tests.conftest import MakeProject
 from tests.project import CANDIDATE, CONCEPT, ROOT, Executed, Project
+
+if TYPE_CHECKING:
+    from tests.conftest import MakeProject
 
 
 def test_cases_are_counted_by_scenario_architecture_and_fault(mini: Executed) -> None:

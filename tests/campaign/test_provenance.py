@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import subprocess
-from pathlib import Path
-
-import pytest
+from typing import TYPE_CHECKING
 
 import adeye
 from adeye.campaign import provenance as subject
 from adeye.campaign.provenance import PACKAGES, git_state, provenance
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pytest
 
 
 def git(folder: Path, *arguments: str) -> None:
@@ -46,8 +49,8 @@ def test_nothing_depends_on_git_or_a_name(tmp_path: Path, monkeypatch: pytest.Mo
     def missing(*_: object, **__: object) -> None:
         raise OSError
 
-    monkeypatch.setattr(subject.subprocess, "run", missing)
-    monkeypatch.setattr(subject.getpass, "getuser", missing)
+    monkeypatch.setattr("adeye.campaign.provenance.subprocess.run", missing)
+    monkeypatch.setattr("adeye.campaign.provenance.getpass.getuser", missing)
     monkeypatch.setattr(subject, "PACKAGES", ("not-installed-anywhere",))
     found = provenance(tmp_path / "odd.yaml")
     assert (found["git"], found["who"]) == ({}, "")

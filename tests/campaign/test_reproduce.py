@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -11,7 +11,11 @@ from adeye.campaign.reproduce import describe_run, replay_run, rerun
 from adeye.campaign.runner import Progress, run_campaign
 from adeye.errors import InputError
 from adeye.store.repository import Repository
-from tests.project import Executed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.project import Executed
 
 
 @pytest.fixture

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import adeye
 from adeye.campaign import runner, work
 from adeye.campaign.runner import Progress, run_campaign
-from adeye.campaign.work import BatchResult, BatchTask
 from adeye.errors import IntegrityError
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.store.repository import Repository
-from tests.conftest import MakeProject
 from tests.project import CONCEPT, MINI, Executed, Project, count_rows, table_hash
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from adeye.campaign.work import BatchResult, BatchTask
+    from tests.conftest import MakeProject
 
 PLUGIN = """
 from adeye.channels.scalar import ScalarCommand
@@ -72,7 +75,7 @@ def test_candidate_passes_and_legacy_fails(mini: Executed) -> None:
     assert failed.worst_run in {row["run"] for row in mini.project.rows()}
 
 
-def test_second_run_executes_nothing(make_project: MakeProject, mini: Executed) -> None:
+def test_second_run_executes_nothing(mini: Executed) -> None:
     project = mini.project
     before = count_rows(mini.db, "run"), table_hash(mini.db)
     again = run_campaign(project.plan(), db=mini.db, workers=2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -15,13 +15,17 @@ from adeye.evaluation.verdict import Outcome, Verdict
 from adeye.store.tables import METRIC_IDS
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
-from tests.project import Executed
+
+if TYPE_CHECKING:
+    from tests.project import Executed
 
 Candidates = tuple[list[TestCase], Trace]
 
 
 def task(mini: Executed, cases: list[TestCase], **changes: Any) -> BatchTask:
-    return BatchTask(**{"block": 1, "execute": tuple(cases), "judge": (), **changes}, context=mini.plan.work)
+    return BatchTask(
+        **{"block": 1, "execute": tuple(cases), "judge": (), **changes}, context=mini.plan.work
+    )
 
 
 def test_block_is_executed_and_judged(mini: Executed, cut_ins: Candidates) -> None:
@@ -32,7 +36,8 @@ def test_block_is_executed_and_judged(mini: Executed, cut_ins: Candidates) -> No
     assert [run.trace_digest for run in result.runs] == trace.digests()
     first = result.runs[0]
     assert first.outcome is Outcome.COMPLETED
-    assert (first.trace_rows, first.duration_s) == (trace.length[0], pytest.approx(25.0))
+    assert first.trace_rows == trace.length[0]
+    assert first.duration_s == pytest.approx(25.0)
     assert set(first.metrics) == set(METRIC_IDS)
     fsrs = [item.id for item in mini.plan.files.concept.spec.requirements]
     assert [item.fsr_id for item in first.verdicts] == fsrs

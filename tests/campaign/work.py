@@ -12,7 +12,7 @@ DIE: Final = 3
 
 
 def perform(task: str) -> str:
-    """Do what a task says: ``echo:X``, ``die``, ``raise``, ``pid``, ``interrupt``, ``hang:FILE``."""
+    """Do what a task says: echo its argument, die, raise, tell the pid, be interrupted, hang."""
     kind, _, argument = task.partition(":")
     if kind == "die":
         os._exit(DIE)

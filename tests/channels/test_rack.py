@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -16,10 +15,14 @@ from adeye.sensors.rig import Rig
 from adeye.signals import NO_CHANNEL, OK, SILENT, Authority, ControlCommand
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
-from adeye.sweep.case import TestCase
 from adeye.world.compile import ego_desired_speeds
-from tests.project import Executed
 from tests.sensors.scenes import scene, scene_context
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.sweep.case import TestCase
+    from tests.project import Executed
 
 PLUGIN = '''
 import numpy as np
@@ -86,7 +89,9 @@ class Bench:
         content = {
             **base.architecture.model_dump(mode="json"),
             "sensors": {n: {**s, "rate": 20.0} for n, s in SENSORS.items()},
-            "channels": {n: {**s, "rate": float(s["rate"].split()[0])} for n, s in channels.items()},
+            "channels": {
+                n: {**s, "rate": float(s["rate"].split()[0])} for n, s in channels.items()
+            },
             "switch": {"policy": "fixed_priority", "priority": names, "default": names[0]},
         }
         (folder / "plugin.py").write_text(PLUGIN, "utf-8")
@@ -177,14 +182,14 @@ def test_command_and_authority_of_others_are_seen_one_tick_later(
     shown = [item for name, time, item in bench.seen if name == "second" and time != "reset"]
     assert shown[0].authority is None
     assert int(shown[0].commands["first"].status[0]) == SILENT
-    assert [float(item.commands["first"].stamp[0]) for item in shown[1:]] == pytest.approx([0, 0.05])
+    assert [float(item.commands["first"].stamp[0]) for item in shown[1:]] == pytest.approx(
+        [0, 0.05]
+    )
     assert [int(item.authority.channel[0]) for item in shown[1:]] == [0, 1]
 
 
 def test_context_holds_what_is_known_before_the_drive(tmp_path: Path, base: TestCase) -> None:
-    bench = Bench(
-        tmp_path, base, {"one": recorder(links=["pose", "channels.one"], rate="10 Hz")}
-    )
+    bench = Bench(tmp_path, base, {"one": recorder(links=["pose", "channels.one"], rate="10 Hz")})
     name, _, context = bench.seen[0]
     assert name == "one"
     assert (context.step, context.period, context.runs) == (0.05, 0.1, 2)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
 from datetime import date
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -19,11 +18,15 @@ from adeye.report.build import (
     binding_of,
     margin_of,
 )
-from adeye.report.model import Cell, Report
-from adeye.report.replay import Replay
 from adeye.store.repository import Repository
 from adeye.store.rows import VerdictRecord
 from tests.project import CONCEPT, Executed, Project, rows_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from adeye.report.model import Cell, Report
+    from adeye.report.replay import Replay
 
 
 def no_replays(_: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
@@ -82,7 +85,8 @@ def test_report_has_the_gates_verdict(built: Report, mini: Executed) -> None:
 
 
 def test_every_number_has_a_command_on_this_database(built: Report) -> None:
-    commands = [item.command for item in (*built.cells, *built.worst_cases)]
+    commands = [item.command for item in built.cells]
+    commands += [item.command for item in built.worst_cases]
     commands += [item.minimum.command for item in built.metrics if item.minimum]
     assert len(commands) > 50
     assert all(text.endswith(" --db my.db") for text in commands)
@@ -91,7 +95,9 @@ def test_every_number_has_a_command_on_this_database(built: Report) -> None:
 
 def test_default_database_needs_no_option(repository: Repository, mini: Executed) -> None:
     campaign = repository.find_campaign(mini.summary.campaign)
-    assert ReportBuilder(repository, campaign).replay_command("ab" * 32) == "adeye replay abababababab"
+    assert (
+        ReportBuilder(repository, campaign).replay_command("ab" * 32) == "adeye replay abababababab"
+    )
 
 
 def test_worst_run_of_a_cell_is_the_one_with_the_least_robustness(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from datetime import date
+from typing import TYPE_CHECKING
 
 import pytest
 
+from adeye.evaluation.verdict import Verdict
 from adeye.report import contents
 from adeye.report.contents import (
     CampaignContent,
@@ -23,18 +24,19 @@ from adeye.report.contents import (
     waivers_of,
 )
 from adeye.report.model import Cell
-from adeye.evaluation.verdict import Verdict
 from adeye.spec.concept import Requirement, Waiver
 from adeye.store.repository import Repository
-from tests.project import Executed
+
+if TYPE_CHECKING:
+    from tests.project import Executed
 
 
 @pytest.fixture(scope="module")
-def content(mini: Executed) -> Iterator[CampaignContent]:
+def content(mini: Executed) -> CampaignContent:
     with Repository.open(mini.db, create=False) as repository:
         campaign = repository.find_campaign(mini.summary.campaign)
         odd = repository.content("odd", campaign.odd_digest)
-    yield CampaignContent(campaign, mini.plan.files.concept.spec, odd)
+    return CampaignContent(campaign, mini.plan.files.concept.spec, odd)
 
 
 @pytest.fixture
@@ -127,9 +129,7 @@ def test_assumption_expires_the_day_after(
 def test_waiver_counts_the_runs_without_evidence_and_never_failures(
     content: CampaignContent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    waiver = Waiver(
-        requirement="FSR-03", reason="known", author="me", expires=date(2030, 6, 1)
-    )
+    waiver = Waiver(requirement="FSR-03", reason="known", author="me", expires=date(2030, 6, 1))
     concept = content.concept.model_copy(update={"waivers": (waiver,)})
     counts = {Verdict.PASS: 5, Verdict.VACUOUS: 4, Verdict.FAIL: 3, Verdict.INCONCLUSIVE: 2}
     whole = Cell(

@@ -11,9 +11,7 @@ from adeye.store.tables import METRIC_IDS
 
 ODD: dict[str, Any] = {
     "scenarios": {
-        "cut_in": {
-            "parameters": {"gap": {"default": "30 m"}, "ego_speed": {"default": "100 km/h"}}
-        }
+        "cut_in": {"parameters": {"gap": {"default": "30 m"}, "ego_speed": {"default": "100 km/h"}}}
     }
 }
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from adeye.campaign.reproduce import Execution, rerun
 from adeye.report.plots import ALWAYS, MAX_PLOTS, plots_of
-from adeye.report.replay import SignalPlot
 from adeye.spec.concept import MetricBound, Requirement
 from adeye.store.repository import Repository
-from adeye.store.rows import VerdictRecord
-from tests.project import Executed
+
+if TYPE_CHECKING:
+    from adeye.report.replay import SignalPlot
+    from adeye.store.rows import VerdictRecord
+    from tests.project import Executed
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +132,5 @@ def test_verdict_without_a_threshold_in_numbers_has_no_line(
 def test_metric_that_is_no_extreme_of_a_series_adds_no_signal(
     done: Execution, fsrs: dict[str, Requirement]
 ) -> None:
-    bound = fsrs["FSR-02"].model_copy(
-        update={"bound": MetricBound(metric="contact", at_most=0.0)}
-    )
+    bound = fsrs["FSR-02"].model_copy(update={"bound": MetricBound(metric="contact", at_most=0.0)})
     assert list(plots(done, [bound])) == list(ALWAYS)

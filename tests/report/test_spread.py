@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.report.model import MetricSummary
 from adeye.report.spread import metric_title, summarise
 from adeye.store.tables import METRIC_IDS
+
+if TYPE_CHECKING:
+    from adeye.report.model import MetricSummary
 
 
 def row(run: str, distance: float | None, **changes: Any) -> dict[str, Any]:
@@ -30,7 +32,9 @@ def summaries(rows: list[dict[str, Any]]) -> dict[tuple[str, str, str], MetricSu
 def test_extremes_and_median_come_with_the_runs_that_they_come_from() -> None:
     rows = [row(name, value) for name, value in (("a", 3.0), ("b", 1.0), ("c", 2.0), ("d", None))]
     found = summaries(rows)["cut_in", "candidate", "min_distance_m"]
-    values = [(item.value, item.run) for item in (found.minimum, found.median, found.maximum) if item]
+    values = [
+        (item.value, item.run) for item in (found.minimum, found.median, found.maximum) if item
+    ]
     assert values == [(1.0, "b"), (2.0, "c"), (3.0, "a")]
     assert (found.runs, found.undefined) == (4, 1)
     assert found.minimum is not None

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +21,9 @@ from adeye.signals import (
 )
 from adeye.spec.architecture import Architecture
 from adeye.testing.scenes import ego_estimate, straight_road
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
 
 CAR = (4.5, 1.8, 1.5)
 TRUCK = (10.0, 2.5, 3.8)

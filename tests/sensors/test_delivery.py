@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from adeye.sensors.delivery import Delivery, no_measurement
-from adeye.signals import Measurement
+
+if TYPE_CHECKING:
+    from adeye.signals import Measurement
 
 
 def sample(time: float) -> Measurement:

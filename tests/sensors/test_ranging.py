@@ -21,7 +21,7 @@ from adeye.signals import (
 from adeye.spec.architecture import Camera, Lidar, Radar
 from tests.sensors.scenes import CAR, TRUCK, places, scene, scene_context, seen, sensor_context
 
-KINDS = {"camera": Camera, "radar": Radar, "lidar": Lidar}
+KINDS: dict[str, Any] = {"camera": Camera, "radar": Radar, "lidar": Lidar}
 
 
 def spec(kind: str, **changes: Any) -> Any:
@@ -313,6 +313,4 @@ def test_latency_delivers_what_was_true_then(kind: str) -> None:
         delivered.append((round(float(found.stamp[0]), 9), seen(found).get(0, (None,))[0]))
     at = [(0.0, 40.0), (0.1, 42.0), (0.2, 44.0)]
     expected = [(-1.0, None)] * 3 + [at[0]] * 2 + [at[1]] * 2 + [at[2]]
-    assert delivered == [
-        (stamp, None if x is None else pytest.approx(x)) for stamp, x in expected
-    ]
+    assert delivered == [(stamp, None if x is None else pytest.approx(x)) for stamp, x in expected]

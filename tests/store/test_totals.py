@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.store.repository import Repository
 from adeye.store.totals import Total, gate_code, totals
+
+if TYPE_CHECKING:
+    from adeye.store.repository import Repository
 
 
 def folded(repository: Repository, campaign: str) -> dict[tuple[str, str], Total]:

@@ -37,6 +37,7 @@ def test_hook_makes_a_fault_between_channel_and_switch() -> None:
     def silence(_time: float, proposals: list[ControlCommand]) -> list[ControlCommand]:
         quiet = proposals[0].copy()
         quiet.status[:] = SILENT
+        quiet.stamp[:] = -1.0
         return [quiet]
 
     done = drive(

@@ -39,11 +39,11 @@ def reactive(lane: int, s: str, speed: str, desired: str, **more: Any) -> dict[s
 
 
 DENSE: dict[str, Any] = {
-    "slow": reactive(1, "320 m", "18 m/s", "18 m/s"),
-    "fast": reactive(1, "270 m", "28 m/s", "33 m/s"),
-    "right": reactive(0, "300 m", "22 m/s", "24 m/s"),
-    "left": reactive(2, "290 m", "24 m/s", "26 m/s"),
-    "last": reactive(0, "230 m", "25 m/s", "30 m/s"),
+    "a_slow": reactive(1, "320 m", "18 m/s", "18 m/s"),
+    "b_fast": reactive(1, "270 m", "28 m/s", "33 m/s"),
+    "c_right": reactive(0, "300 m", "22 m/s", "24 m/s"),
+    "d_left": reactive(2, "290 m", "24 m/s", "26 m/s"),
+    "e_last": reactive(0, "230 m", "25 m/s", "30 m/s"),
 }
 
 
@@ -111,10 +111,10 @@ def test_a_follower_settles_behind_a_slow_leader_at_the_desired_gap(
     make_scenario: Make, make_case: Case
 ) -> None:
     actors = {
-        "lead": {"kind": "truck", "start": {"lane": 0, "s": "400 m", "speed": "15 m/s"}},
+        "ahead": {"kind": "truck", "start": {"lane": 0, "s": "400 m", "speed": "15 m/s"}},
         "follower": {
             "kind": "car",
-            "start": {"lane": 0, "ahead_of": "lead", "gap": "-60 m", "speed": "25 m/s"},
+            "start": {"lane": 0, "ahead_of": "ahead", "gap": "-60 m", "speed": "25 m/s"},
             "reactive": {"desired_speed": "30 m/s"},
         },
     }
@@ -173,7 +173,7 @@ def test_reactive_actors_follow_a_curve_in_their_lane(
             "start": {"lane": lane, "s": "20 m", "speed": "25 m/s"},
             "reactive": {},
         }
-        for name, lane in (("right", 0), ("left", 2))
+        for name, lane in (("a_right", 0), ("b_left", 2))
     }
     road = {"kind": "s_curve", "radius": radius, "length": "900 m"}
     scenario = make_scenario(actors=actors, world={"road": road}, horizon="60 s")

@@ -65,7 +65,8 @@ def test_empty_road_is_no_conflict(hand_made: Any, column: str) -> None:
 
 def test_decelerations_stop_before_the_contact(hand_made: Any) -> None:
     made = approach(hand_made()).object("lead", s=43.0).touch(20, "lead")
-    assert measure(made, "max_drac_mps2") == (pytest.approx(200.0), "value", pytest.approx(1.9), 0)
+    # The closed form is 200 m/s² at that row; a demand is limited to what can mean anything.
+    assert measure(made, "max_drac_mps2") == (pytest.approx(100.0), "value", pytest.approx(1.9), 0)
 
 
 def test_contact_from_the_start_leaves_the_deceleration_undefined(hand_made: Any) -> None:
