@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import TYPE_CHECKING
 
 import pytest
 
 import adeye
 from adeye.evaluation.verdict import ExitCode
-from tests.project import Executed
+
+if TYPE_CHECKING:
+    from tests.project import Executed
 
 
 def test_exported_names_are_pinned() -> None:

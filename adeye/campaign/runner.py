@@ -12,6 +12,7 @@ from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import IntegrityError
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.kernel.jit import is_cache_warm
+from adeye.store.query import run_query
 from adeye.store.repository import Repository
 from adeye.store.totals import gate_code, totals
 
@@ -149,6 +150,9 @@ def run_campaign(
         campaign = repository.find_campaign(stored.campaign)
         now = repository.progress(stored.campaign).executed - stored.reused
         summary = replace(summarise(repository, campaign, plan, stored), executed=now)
+        failed = failed_channels(repository, stored.campaign)
+        if failed:
+            summary = replace(summary, message=f"{summary.message}; {failed}")
         if tasks.failures and campaign.work.quarantined:
             given_up = f"{campaign.work.quarantined} blocks were given up: {tasks.failures[-1]}"
             summary = replace(summary, message=f"{summary.message}; {given_up}")
@@ -220,6 +224,26 @@ def _absorb(
         for verdicts in judged
     )
     return replace(state, done=state.done + len(judged), failures=state.failures + bad)
+
+
+def failed_channels(repository: Repository, campaign: str) -> str:
+    """Say in how many runs which channel failed; empty if none did.
+
+    A mastered failure of a channel can PASS, but it never goes unmentioned.
+
+    Args:
+        repository: The database.
+        campaign: Id of the campaign.
+    """
+    found = run_query(
+        repository.path,
+        "SELECT architecture, outcome_channel, outcome, COUNT(*) FROM v_runs "  # noqa: S608
+        f"WHERE campaign = '{campaign}' AND outcome_channel IS NOT NULL GROUP BY 1, 2, 3",
+    )
+    return "; ".join(
+        f"{outcome} of channel {channel} in {count} runs of {architecture}"
+        for architecture, channel, outcome, count in found.rows
+    )
 
 
 def summarise(

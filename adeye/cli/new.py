@@ -23,24 +23,39 @@ PartName = Annotated[
     str, typer.Argument(metavar="NAME", help="Its name: lower case, digits, underscores.")
 ]
 Folder = Annotated[
-    Path,
-    typer.Option("--path", metavar="DIR", envvar="ADEYE_PATH", help="Folder that it is put into."),
+    Path | None,
+    typer.Option(
+        "--path",
+        metavar="DIR",
+        envvar="ADEYE_PATH",
+        help="Folder that it is put into, by default that of the files that name it.",
+    ),
 ]
 
 
-def new_channel(name: PartName, path: Folder = Path()) -> None:
+def new_channel(name: PartName, path: Folder = None) -> None:
     """Write a control channel: one Python object per run that answers what it observes."""
-    write_example("channel", name, path)
+    write_example("channel", name, path or usual_folder("channel"))
 
 
-def new_sensor(name: PartName, path: Folder = Path()) -> None:
+def new_sensor(name: PartName, path: Folder = None) -> None:
     """Write a sensor: ground truth in, measurements out, at a rate and a latency."""
-    write_example("sensor", name, path)
+    write_example("sensor", name, path or usual_folder("sensor"))
 
 
-def new_metric(name: PartName, path: Folder = Path()) -> None:
+def new_metric(name: PartName, path: Folder = None) -> None:
     """Write a metric: one number per run that requirements can bound."""
-    write_example("metric", name, path)
+    write_example("metric", name, path or usual_folder("metric"))
+
+
+def usual_folder(kind: str) -> Path:
+    """Return the folder of the files that name such a part, or the present one if there is none.
+
+    Args:
+        kind: ``channel``, ``sensor`` or ``metric``.
+    """
+    folder = Path("odd") if kind == "metric" else Path("odd") / "architectures"
+    return folder if folder.is_dir() else Path()
 
 
 def write_example(kind: str, name: str, folder: Path) -> Path:

@@ -286,3 +286,21 @@ def test_defect_of_ours_is_named_and_never_green(
     assert summary.exit_code is ExitCode.INCOMPLETE
     assert summary.executed == 0
     assert "blocks were given up: KeyError: 'no such column'" in summary.message
+
+
+def test_mastered_failure_of_a_channel_is_mentioned(make_project: MakeProject) -> None:
+    project = make_project(SMALL)
+    folder = project.folder / "odd" / "architectures"
+    (folder / "broken.py").write_text(
+        "class Broken:\n"
+        "    def __init__(self, parameters, context):\n"
+        "        pass\n\n"
+        "    def act(self, observation):\n"
+        "        raise RuntimeError('dead')\n",
+        "utf-8",
+    )
+    with project.edited("odd/architectures/camera_radar.yaml") as candidate:
+        nominal = candidate["channels"]["nominal"]
+        candidate["channels"]["nominal"] = {"kind": "./broken.py:Broken", "links": nominal["links"]}
+    summary = project.run()
+    assert "channel_error of channel nominal in 2 runs of camera_radar" in summary.message
