@@ -152,10 +152,10 @@ def run_campaign(
         summary = replace(summarise(repository, campaign, plan, stored), executed=now)
         failed = failed_channels(repository, stored.campaign)
         if failed:
-            summary = replace(summary, message=f"{summary.message}; {failed}")
+            summary = replace(summary, message=f"{summary.message.rstrip('.')}; {failed}")
         if tasks.failures and campaign.work.quarantined:
             given_up = f"{campaign.work.quarantined} blocks were given up: {tasks.failures[-1]}"
-            summary = replace(summary, message=f"{summary.message}; {given_up}")
+            summary = replace(summary, message=f"{summary.message.rstrip('.')}; {given_up}")
         return summary
 
 
