@@ -33,7 +33,9 @@ ASK = "from adeye.kernel.jit import cache_directory, is_cache_warm; "
 def run(program: str, package: Path, **environment: str) -> list[str]:
     """Run a program on another copy of the package; return the lines it prints."""
     kept = {name: os.environ[name] for name in ("PATH", "HOME") if name in os.environ}
-    environment = {**kept, "PYTHONPATH": str(package), **environment}
+    # Python tells a changed file by its second and size, which are the same here.
+    fixed = {"PYTHONPATH": str(package), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {**kept, **fixed, **environment}
     done = subprocess.run(
         [sys.executable, "-c", program],
         env=environment,
