@@ -12,7 +12,7 @@ DEMO_ODD := odd/motorway_chauffeur.yaml
 DEMO_REPORT := reports/motorway_chauffeur.html
 
 .DEFAULT_GOAL := help
-.PHONY: help env demo test slow check bench clean
+.PHONY: help env demo test slow check lint types docs kernels wheel bench clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)$$/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
@@ -39,16 +39,27 @@ test: $(STAMP)  ## run the tests
 slow: $(STAMP)  ## run the tests that take long
 	$(BIN)/pytest -n $(JOBS) -m slow
 
-check: $(STAMP)  ## everything else that must hold before a merge
+check: lint types docs kernels wheel  ## everything else that must hold before a merge (-j2: faster)
+
+lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy --strict adeye tests
 	$(BIN)/lint-imports
 	$(BIN)/codespell
 	$(BIN)/python -m adeye.spec.schema --check docs/schema
+
+types: $(STAMP)
+	$(BIN)/mypy --strict adeye tests
+
+docs: $(STAMP)
 	$(BIN)/pytest --doctest-modules --ignore=adeye/store/migrations adeye
-	$(BIN)/pytest tests/test_docs.py
-	NUMBA_DISABLE_JIT=1 $(BIN)/pytest -n $(JOBS) -m "not slow" tests/kernel
+	$(BIN)/pytest -m slow tests/test_docs.py
+
+# The kernels as plain Python: what they compute must not hang on the compiler.
+kernels: $(STAMP)
+	NUMBA_DISABLE_JIT=1 $(BIN)/pytest -m "not slow" tests/kernel
+
+wheel: $(STAMP)
 	.ci/lean_install $(BIN)/python
 
 bench: $(STAMP)  ## measure: one question per file in benchmarks/

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests import motorway
 from tests.project import Executed, Project, run_cases
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -26,6 +28,18 @@ def make_project(tmp_path: Path) -> MakeProject:
         return Project(tmp_path / name, odd)
 
     return make
+
+
+@pytest.fixture
+def make_scenario() -> Callable[..., LogicalScenario]:
+    """Return a maker of scenarios: a motorway with nested changes."""
+    return motorway.make_scenario
+
+
+@pytest.fixture
+def make_case() -> Callable[..., TestCase]:
+    """Return a maker of test cases: a scenario, values of its parameters, vehicle changes."""
+    return motorway.make_case
 
 
 @pytest.fixture(scope="session")

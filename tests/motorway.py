@@ -1,9 +1,7 @@
-"""Scenarios and test cases by the words that a test changes."""
+"""A motorway scenario and its test cases, by the words that a test changes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
-
-import pytest
 
 from adeye.spec.architecture import Architecture
 from adeye.spec.odd import Attributes
@@ -61,43 +59,33 @@ def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
     return out
 
 
-@pytest.fixture
-def make_scenario() -> Callable[..., LogicalScenario]:
-    """Return a maker of scenarios: a motorway with nested changes."""
-
-    def make(**changes: Any) -> LogicalScenario:
-        return LogicalScenario.model_validate(merged(MOTORWAY, changes))
-
-    return make
+def make_scenario(**changes: Any) -> LogicalScenario:
+    """Return the motorway with nested changes."""
+    return LogicalScenario.model_validate(merged(MOTORWAY, changes))
 
 
-@pytest.fixture
-def make_case() -> Callable[..., TestCase]:
-    """Return a maker of test cases: a scenario, values of its parameters, vehicle changes."""
-
-    def make(
-        scenario: LogicalScenario,
-        parameters: Mapping[str, float] | None = None,
-        *,
-        vehicle: Mapping[str, str] | None = None,
-        step: float = 0.05,
-        seed: int = 7,
-    ) -> TestCase:
-        values = {"ego_speed": 30.0, "gap": 40.0, **(parameters or {})}
-        architecture = merged(ARCHITECTURE, {"vehicle": vehicle or {}})
-        return TestCase(
-            scenario_id=scenario.scenario,
-            scenario=scenario,
-            parameters=values,
-            architecture=Architecture.model_validate(architecture),
-            faults=(),
-            fault_entry="none",
-            replicate=0,
-            seed=seed,
-            step=step,
-            point={},
-            inside_odd=True,
-            attributes=Attributes(),
-        )
-
-    return make
+def make_case(
+    scenario: LogicalScenario,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    vehicle: Mapping[str, str] | None = None,
+    step: float = 0.05,
+    seed: int = 7,
+) -> TestCase:
+    """Return a test case of a scenario: values of its parameters, changes of the vehicle."""
+    values = {"ego_speed": 30.0, "gap": 40.0, **(parameters or {})}
+    architecture = merged(ARCHITECTURE, {"vehicle": vehicle or {}})
+    return TestCase(
+        scenario_id=scenario.scenario,
+        scenario=scenario,
+        parameters=values,
+        architecture=Architecture.model_validate(architecture),
+        faults=(),
+        fault_entry="none",
+        replicate=0,
+        seed=seed,
+        step=step,
+        point={},
+        inside_odd=True,
+        attributes=Attributes(),
+    )
