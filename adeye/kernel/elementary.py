@@ -6,21 +6,32 @@ order. Error below one unit in the last place, 1.5 for ``atan2`` and 2 for ``tan
 
 Source:
     Coefficients and reductions of fdlibm 5.3 (K. C. Ng, Sun Microsystems, 1993), as in ``s_sin.c``,
-    ``s_atan.c``, ``e_exp.c`` and ``e_log.c``.
+    ``s_atan.c``, ``e_asin.c``, ``e_exp.c`` and ``e_log.c``.
 """
 
 from __future__ import annotations
 
 import math
+from decimal import Context, Decimal
 
 import numpy as np
 
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 
 __all__ = ["asin", "atan", "atan2", "cos", "exp", "log", "power", "sin", "sin_cos", "tan"]
 
 #: Largest angle [rad] whose reduction is exact; beyond it the circular functions return NaN.
 LARGEST_ANGLE = 1.6e6
+_FIRST_QUADRANT = 0.785
+_ROOT_HALF = 0.70710678118654752440
+# Scaling by a power of two is exact, whoever does it; a product is sooner done than a call.
+_NEAR = 32
+_POWERS_OF_TWO = np.ldexp(1.0, np.arange(-_NEAR, _NEAR + 1))
+# Decimal numbers round alike everywhere.
+_EXACT = Context(prec=30)
+_LOGS = np.array([float(_EXACT.ln(Decimal(max(k, 1)) / 128)) for k in range(193)])
+_INVERSES = np.array([128.0 / max(k, 1) for k in range(193)])
+_ROOTS = np.array([float(_EXACT.power(Decimal(2), Decimal(j) / 32)) for j in range(32)])
 
 
 @compiled
@@ -65,10 +76,13 @@ def _kernel_cos(x: float, rest: float) -> float:
 
 
 @compiled
-def sin_cos(angle: float) -> tuple[float, float]:
+def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for each quadrant
     """Return (sine, cosine) of an angle [rad]; NaN beyond ``LARGEST_ANGLE``."""
     if angle == 0.0:
         return angle, 1.0
+    if abs(angle) <= _FIRST_QUADRANT:
+        # Nothing to take away; the same bits, sooner.
+        return _kernel_sin(angle, 0.0), _kernel_cos(angle, 0.0)
     if not abs(angle) <= LARGEST_ANGLE:
         return math.nan, math.nan
     turns = math.floor(angle * 6.36619772367581382433e-01 + 0.5)
@@ -95,6 +109,8 @@ def sin_cos(angle: float) -> tuple[float, float]:
 @compiled
 def sin(angle: float) -> float:
     """Return the sine of an angle [rad]; NaN beyond ``LARGEST_ANGLE``."""
+    if angle != 0.0 and abs(angle) <= _FIRST_QUADRANT:
+        return _kernel_sin(angle, 0.0)
     return sin_cos(angle)[0]
 
 
@@ -183,9 +199,54 @@ def atan2(y: float, x: float) -> float:
     return -angle if y < 0.0 else angle
 
 
-@compiled
+@inlined
+def _asin_half(x: float) -> float:
+    """Return the arc sine of abs(x) <= 0.5 [rad]."""
+    z = x * x
+    if z <= 0.00390625:
+        # The series ends sooner than a division.
+        w = z * z
+        tail = (1.0 / 6.0 + z * 0.075) + w * (
+            (15.0 / 336.0 + z * (105.0 / 3456.0)) + w * (945.0 / 42240.0 + z * (10395.0 / 599040.0))
+        )
+        return x + x * (z * tail)
+    p = z * (
+        1.66666666666666657415e-01
+        + z
+        * (
+            -3.25565818622400915405e-01
+            + z
+            * (
+                2.01212532134862925881e-01
+                + z
+                * (
+                    -4.00555345006794114027e-02
+                    + z * (7.91534994289814532176e-04 + z * 3.47933107596021167570e-05)
+                )
+            )
+        )
+    )
+    q = 1.0 + z * (
+        -2.40339491173441421878e00
+        + z
+        * (
+            2.02094576023350569471e00
+            + z * (-6.88283971605453293030e-01 + z * 7.70381505559019352791e-02)
+        )
+    )
+    return x + x * (p / q)
+
+
+@inlined
 def asin(x: float) -> float:
     """Return the arc sine [rad]; NaN outside [-1, 1]."""
+    if abs(x) <= 0.5:
+        return _asin_half(x)
+    return _asin_steep(x)
+
+
+@compiled
+def _asin_steep(x: float) -> float:
     if not abs(x) <= 1.0:
         return math.nan
     return atan2(x, math.sqrt((1.0 - x) * (1.0 + x)))
@@ -219,6 +280,8 @@ def exp(x: float) -> float:
         )
     )
     y = 1.0 - ((low - (r * c) / (2.0 - c)) - high)
+    if abs(k) <= _NEAR:
+        return y * _POWERS_OF_TWO[int(power_of_two) + _NEAR]
     return math.ldexp(y, int(power_of_two))
 
 
@@ -229,10 +292,16 @@ def log(x: float) -> float:
         return -math.inf if x == 0.0 else math.nan
     if x == math.inf:
         return math.inf
-    mantissa, power_of_two = math.frexp(x)
-    if mantissa < 0.70710678118654752440:
-        mantissa *= 2.0
-        power_of_two -= 1
+    mantissa, power_of_two = x, 0
+    if 0.02 < x < 2.0 * _ROOT_HALF:
+        while mantissa < _ROOT_HALF:
+            mantissa *= 2.0
+            power_of_two -= 1
+    else:
+        mantissa, power_of_two = math.frexp(x)
+        if mantissa < _ROOT_HALF:
+            mantissa *= 2.0
+            power_of_two -= 1
     k = float(power_of_two)
     f = mantissa - 1.0
     s = f / (2.0 + f)
@@ -252,6 +321,30 @@ def log(x: float) -> float:
     )
 
 
+@inlined
+def _near_power(base: float, exponent: float) -> float:
+    """Return a base in [0.25, 1.5] to a power in [-16, 16], with no division.
+
+    The logarithm goes on from that of the nearest 128th, the exponential from the nearest 32nd
+    part of a power of two; both rests are below a 64th, where short series do.
+    """
+    k = int(base * 128.0 + 0.5)
+    f = (base - k * 0.0078125) * _INVERSES[k]
+    z = f * f
+    w = z * z
+    tail = (f * (1.0 / 3.0) - 0.5) + z * (f * 0.2 - 0.25)
+    tail += w * ((f * (1.0 / 7.0) - 1.0 / 6.0) - z * 0.125)
+    y = exponent * (_LOGS[k] + (f + z * tail))
+    n = math.floor(y * 4.61662413084468283841e01 + 0.5)
+    # A 32nd of log(2) in two parts, of which n times the first is exact.
+    r = (y - float(n) * 2.16608493865351192653e-02) - float(n) * 5.96317165397058692545e-12
+    z = r * r
+    series = (0.5 + r * (1.0 / 6.0)) + z * ((1.0 / 24.0 + r * (1.0 / 120.0)) + z * (1.0 / 720.0))
+    whole = int(n)
+    root = _ROOTS[whole & 31]
+    return (root + root * (r + z * series)) * _POWERS_OF_TWO[(whole >> 5) + _NEAR]
+
+
 @compiled
 def power(base: float, exponent: float) -> float:
     """Return a base >= 0 to a power; NaN for a negative base with a broken exponent.
@@ -267,6 +360,8 @@ def power(base: float, exponent: float) -> float:
         if exponent >= 0.0:
             return result
         return np.inf if result == 0.0 else 1.0 / result
+    if size <= 16.0 and 0.25 <= base <= 1.5:
+        return _near_power(base, exponent)
     if base == 0.0:
         return 0.0 if exponent > 0.0 else np.inf
     return exp(exponent * log(base))

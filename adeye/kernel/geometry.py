@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 
 from adeye.kernel.elementary import LARGEST_ANGLE, sin_cos
-from adeye.kernel.jit import compiled
-from adeye.kernel.sight import box_bearings, ray_box_distance, visible_fraction
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.sight import ray_box_distance, visible_fraction
 
 __all__ = [
-    "box_bearings",
     "box_distance",
     "boxes_overlap",
     "contains_point",
@@ -31,7 +30,7 @@ SWEEP_TOLERANCE = 1e-4
 _DEEPEST = 24
 
 
-@compiled
+@inlined
 def wrap_to_pi(angle: float) -> float:
     """Return the same direction in (-pi, pi] [rad]; NaN beyond ``LARGEST_ANGLE``."""
     if -math.pi < angle <= math.pi:

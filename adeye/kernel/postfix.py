@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.kernel.elementary import cos, exp, log, power, sin
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import allocating, compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -58,7 +58,7 @@ FUNCTION_CODES: Final = {
 """Operation codes; the numbers stand in ``run_program`` as well."""
 
 
-@compiled
+@allocating
 def run_program(
     ops: NDArray[np.int64], args: NDArray[np.float64], variables: NDArray[np.float64]
 ) -> float:
@@ -103,7 +103,7 @@ def run_program(
     return float(stack[top])
 
 
-@compiled
+@allocating
 def unary_column(op: int, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Apply an operation of one operand to every value of a column (N,)."""
     results = np.empty(values.shape[0])
@@ -112,7 +112,7 @@ def unary_column(op: int, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return results
 
 
-@compiled
+@allocating
 def power_column(bases: NDArray[np.float64], exponents: NDArray[np.float64]) -> NDArray[np.float64]:
     """Raise every value of a column (N,) to a power (N,)."""
     results = np.empty(bases.shape[0])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.geometry import wrap_to_pi
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 
 __all__ = ["lane_center", "lane_of", "local", "offset_curvature", "position", "road_length"]
 
@@ -39,7 +39,7 @@ def road_length(segments: Floats) -> float:
     return length
 
 
-@compiled
+@inlined
 def position(segments: Floats, s: float, d: float) -> tuple[float, float, float]:
     """Return the point at a place on the road and the road's heading there.
 
@@ -71,7 +71,7 @@ def position(segments: Floats, s: float, d: float) -> tuple[float, float, float]
     return x - d * sine, y + d * cosine, heading
 
 
-@compiled
+@inlined
 def _project(along: float, across: float, length: float, curvature: float) -> tuple[float, float]:
     """Return (s, d) of a point given in the frame of a segment's start, without bounds on s."""
     if abs(curvature) <= STRAIGHTEST:
@@ -90,7 +90,7 @@ def _project(along: float, across: float, length: float, curvature: float) -> tu
     return angle * radius, inward if curvature > 0.0 else -inward
 
 
-@compiled
+@inlined
 def local(segments: Floats, x: float, y: float) -> tuple[float, float, float, float]:
     """Return the place of a point on the road: the nearest on the reference line.
 
@@ -132,7 +132,7 @@ def local(segments: Floats, x: float, y: float) -> tuple[float, float, float, fl
     return best_s, best_d, wrap_to_pi(best_heading), best_curvature
 
 
-@compiled
+@inlined
 def offset_curvature(curvature: float, d: float) -> float:
     """Return the curvature [1/m] of the line that runs beside a reference line.
 
@@ -147,13 +147,13 @@ def offset_curvature(curvature: float, d: float) -> float:
     return curvature / scale if scale > 0.0 else math.nan
 
 
-@compiled
+@inlined
 def lane_center(lane: int, lane_width: float) -> float:
     """Return d of a lane's centre [m]; lane 0 is the rightmost."""
     return (lane + 0.5) * lane_width
 
 
-@compiled
+@inlined
 def lane_of(d: float, lane_width: float, lanes: int) -> int:
     """Return the lane that a point is in, 0 at the right; -1 off the lanes or for NaN.
 

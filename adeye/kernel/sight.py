@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import math
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel.elementary import atan2, sin_cos
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import allocating, compiled, inlined
 
-__all__ = ["box_bearings", "ray_box_distance", "visible_fraction"]
+__all__ = [
+    "OUTLINE_WIDTH",
+    "box_bearings",
+    "outline",
+    "ray_box_distance",
+    "visible_fraction",
+    "visible_share",
+]
 
 Floats = NDArray[np.float64]
 
 
-@compiled
+@inlined
 def _cut(start: float, rate: float, half: float, near: float, far: float) -> tuple[float, float]:
     """Cut [near, far] down to the part of a ray with abs(start + rate * t) <= half."""
     if rate == 0.0:
@@ -55,29 +63,37 @@ def ray_box_distance(
     s, c = sin_cos(box_heading)
     dx = x - box_x
     dy = y - box_y
-    along = dx * c + dy * s
-    across = dy * c - dx * s
-    forward = direction_x * c + direction_y * s
-    sideways = direction_y * c - direction_x * s
-    if math.isnan(along + across + forward + sideways + box_length + box_width):
+    return _ray(
+        dx * c + dy * s,
+        dy * c - dx * s,
+        direction_x * c + direction_y * s,
+        direction_y * c - direction_x * s,
+        box_length,
+        box_width,
+    )
+
+
+@inlined
+def _ray(
+    along: float, across: float, forward: float, sideways: float, length: float, width: float
+) -> float:
+    """Return how far a ray travels to a box, both given in the frame of the box [m]."""
+    if math.isnan(along + across + forward + sideways + length + width):
         return math.nan
-    near, far = _cut(along, forward, 0.5 * box_length, 0.0, math.inf)
-    near, far = _cut(across, sideways, 0.5 * box_width, near, far)
+    near, far = _cut(along, forward, 0.5 * length, 0.0, math.inf)
+    near, far = _cut(across, sideways, 0.5 * width, near, far)
     return near if near <= far else math.inf
 
 
-@compiled
-def _outline(
-    dx: float, dy: float, heading: float, length: float, width: float
+@inlined
+def _corners(
+    dx: float, dy: float, c: float, s: float, half_length: float, half_width: float
 ) -> tuple[bool, float, float, float, float]:
     """Return whether the origin is in a box, and its rightmost and leftmost corners (x, y) [m].
 
     Seen from outside, a convex outline spans less than half a turn, so the sign of a cross product
     orders its corners without any angle.
     """
-    s, c = sin_cos(heading)
-    half_length = 0.5 * length
-    half_width = 0.5 * width
     inside = abs(dx * c + dy * s) <= half_length and abs(dy * c - dx * s) <= half_width
     right_x = left_x = dx + half_length * c - half_width * s
     right_y = left_y = dy + half_length * s + half_width * c
@@ -93,55 +109,70 @@ def _outline(
     return inside, right_x, right_y, left_x, left_y
 
 
-@compiled
-def _bearings(
-    right_x: float, right_y: float, left_x: float, left_y: float, ahead_x: float, ahead_y: float
-) -> tuple[float, float]:
-    """Return the bearings [rad] of two corners about a direction, the left one not below."""
-    right = atan2(ahead_x * right_y - ahead_y * right_x, ahead_x * right_x + ahead_y * right_y)
-    left = atan2(ahead_x * left_y - ahead_y * left_x, ahead_x * left_x + ahead_y * left_y)
-    if left < right:
-        left += 2.0 * math.pi
-    return right, left
+# Columns of how a box looks from a sensor.
+(
+    DX,  # its centre from the sensor, in the map [m]
+    DY,
+    DISTANCE,  # of its centre [m]
+    HALF,  # radius of a circle around it [m]
+    COSINE,  # of its heading
+    SINE,
+    INSIDE,  # 1 where the sensor is in it
+    RIGHT_X,  # its rightmost corner from the sensor [m]
+    RIGHT_Y,
+    LEFT_X,  # its leftmost corner from the sensor [m]
+    LEFT_Y,
+    RIGHT,  # bearing of its right edge in (-pi, pi] [rad], NaN before it is asked for
+    LEFT,  # of its left edge, in [right, right + pi) [rad]
+) = range(13)
+OUTLINE_WIDTH: Final = 13
 
 
-@compiled
-def box_bearings(
-    sensor_x: float,
-    sensor_y: float,
-    boresight: float,
-    box_x: float,
-    box_y: float,
-    box_heading: float,
-    box_length: float,
-    box_width: float,
-) -> tuple[float, float, float]:
-    """Return how a box looks from a sensor: nearest distance and its bearings about the boresight.
+@inlined
+def outline(sensor_x: float, sensor_y: float, box: Floats, size: Floats, out: Floats) -> None:
+    """Find how a box looks from a sensor.
 
     Args:
         sensor_x: [m].
         sensor_y: [m].
-        boresight: Direction that the sensor looks in [rad].
-        box_x: Centre [m].
-        box_y: Centre [m].
-        box_heading: [rad].
-        box_length: [m].
-        box_width: [m].
+        box: (>= 3,) x [m], y [m], heading [rad].
+        size: (>= 2,) length [m], width [m].
+        out: (OUTLINE_WIDTH,) out.
+    """
+    dx, dy = box[0] - sensor_x, box[1] - sensor_y
+    s, c = sin_cos(box[2])
+    inside, right_x, right_y, left_x, left_y = _corners(dx, dy, c, s, 0.5 * size[0], 0.5 * size[1])
+    out[DX], out[DY] = dx, dy
+    out[DISTANCE] = math.sqrt(dx * dx + dy * dy)
+    out[HALF] = 0.5 * (size[0] + size[1])
+    out[COSINE], out[SINE] = c, s
+    out[INSIDE] = 1.0 if inside else 0.0
+    out[RIGHT_X], out[RIGHT_Y], out[LEFT_X], out[LEFT_Y] = right_x, right_y, left_x, left_y
+    out[RIGHT] = out[LEFT] = math.nan
+
+
+@inlined
+def box_bearings(
+    ahead_x: float, ahead_y: float, size: Floats, look: Floats
+) -> tuple[float, float, float]:
+    """Return how a box looks from a sensor: nearest distance and its bearings about the boresight.
+
+    Args:
+        ahead_x: Unit vector of the direction that the sensor looks in.
+        ahead_y: Of the same.
+        size: (>= 2,) length [m], width [m].
+        look: (OUTLINE_WIDTH,) of the box; its bearings are kept there.
 
     Returns:
         Distance of the nearest point [m], bearing of the right edge in (-pi, pi] and of the left
         edge in [right, right + pi) [rad], counter-clockwise. From inside: 0, -pi, pi.
     """
-    dx = box_x - sensor_x
-    dy = box_y - sensor_y
-    inside, right_x, right_y, left_x, left_y = _outline(dx, dy, box_heading, box_length, box_width)
-    if inside:
+    if look[INSIDE] > 0.0:
         return 0.0, -math.pi, math.pi
-    ahead_y, ahead_x = sin_cos(boresight)
-    right, left = _bearings(right_x, right_y, left_x, left_y, ahead_x, ahead_y)
-    s, c = sin_cos(box_heading)
-    along = abs(dx * c + dy * s) - 0.5 * box_length
-    across = abs(dy * c - dx * s) - 0.5 * box_width
+    right, left = _bearings(look, ahead_x, ahead_y)
+    dx, dy, c, s = look[DX], look[DY], look[COSINE], look[SINE]
+    along = abs(dx * c + dy * s) - 0.5 * size[0]
+    across = abs(dy * c - dx * s) - 0.5 * size[1]
     if along <= 0.0:
         return across, right, left
     if across <= 0.0:
@@ -149,56 +180,63 @@ def box_bearings(
     return math.sqrt(along * along + across * across), right, left
 
 
-@compiled
+@inlined
+def _bearings(look: Floats, ahead_x: float, ahead_y: float) -> tuple[float, float]:
+    """Return the bearings [rad] of a box about a direction, the left one not below; once."""
+    if math.isnan(look[RIGHT]):
+        x, y = look[RIGHT_X], look[RIGHT_Y]
+        right = atan2(ahead_x * y - ahead_y * x, ahead_x * x + ahead_y * y)
+        x, y = look[LEFT_X], look[LEFT_Y]
+        left = atan2(ahead_x * y - ahead_y * x, ahead_x * x + ahead_y * y)
+        look[RIGHT] = right
+        look[LEFT] = left + 2.0 * math.pi if left < right else left
+    return look[RIGHT], look[LEFT]
+
+
+@inlined
 def _is_nearer(
-    sensor_x: float,
-    sensor_y: float,
-    direction_x: float,
-    direction_y: float,
-    occluder: int,
-    target: int,
-    objects: Floats,
-    sizes: Floats,
+    direction_x: float, direction_y: float, other: Floats, target: Floats, sizes: Floats, rows: Any
 ) -> bool:
-    """Tell whether a ray meets the occluder before the target."""
-    blocked = ray_box_distance(
-        sensor_x,
-        sensor_y,
-        direction_x,
-        direction_y,
-        objects[occluder, 0],
-        objects[occluder, 1],
-        objects[occluder, 2],
-        sizes[occluder, 0],
-        sizes[occluder, 1],
-    )
-    free = ray_box_distance(
-        sensor_x,
-        sensor_y,
-        direction_x,
-        direction_y,
-        objects[target, 0],
-        objects[target, 1],
-        objects[target, 2],
-        sizes[target, 0],
-        sizes[target, 1],
-    )
-    return blocked < free
+    """Tell whether a ray from the sensor meets the other box before the target."""
+    # Circles around both decide most cases.
+    if other[DISTANCE] + other[HALF] < target[DISTANCE] - target[HALF]:
+        return True
+    if other[DISTANCE] - other[HALF] > target[DISTANCE] + target[HALF]:
+        return False
+    blocked = _way_to(direction_x, direction_y, other, sizes[rows[0]])
+    return blocked < _way_to(direction_x, direction_y, target, sizes[rows[1]])
 
 
-@compiled
+@inlined
+def _way_to(direction_x: float, direction_y: float, look: Floats, size: Floats) -> float:
+    """Return how far a ray from the sensor travels to a box [m], infinity past it."""
+    c, s = look[COSINE], look[SINE]
+    return _ray(
+        -look[DX] * c - look[DY] * s,
+        look[DX] * s - look[DY] * c,
+        direction_x * c + direction_y * s,
+        direction_y * c - direction_x * s,
+        size[0],
+        size[1],
+    )
+
+
+@inlined
 def _common(start: float, end: float, right: float, left: float) -> tuple[float, float]:
-    """Return the common part of two bearing intervals, the first also one turn further right.
+    """Return the common part of two bearing intervals, the first also a turn further on.
 
-    Both span less than half a turn, so only one of its two places can meet the second.
+    Both span less than half a turn, so only one of its places can meet the second.
     """
     if start > left:
         start -= 2.0 * math.pi
         end -= 2.0 * math.pi
+    elif end < right:
+        start += 2.0 * math.pi
+        end += 2.0 * math.pi
     return max(start, right), min(end, left)
 
 
-@compiled
+@inlined
 def _uncovered(right: float, left: float, pieces: Floats, count: int) -> float:
     """Return the length of [right, left] outside of every piece; sorts the first pieces."""
     for k in range(1, count):
@@ -221,7 +259,7 @@ def _uncovered(right: float, left: float, pieces: Floats, count: int) -> float:
     return seen
 
 
-@compiled
+@allocating
 def visible_fraction(
     sensor_x: float, sensor_y: float, target: int, objects: Floats, sizes: Floats
 ) -> float:
@@ -240,44 +278,66 @@ def visible_fraction(
     Returns:
         Share in [0, 1]: 1 from inside the target, 0 from inside another box, NaN with a NaN.
     """
-    ahead_x = objects[target, 0] - sensor_x
-    ahead_y = objects[target, 1] - sensor_y
-    inside, right_x, right_y, left_x, left_y = _outline(
-        ahead_x, ahead_y, objects[target, 2], sizes[target, 0], sizes[target, 1]
-    )
-    if inside:
+    looks = np.empty((objects.shape[0], OUTLINE_WIDTH))
+    for thing in range(objects.shape[0]):
+        outline(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
+    distance = looks[target, DISTANCE]
+    ahead_x, ahead_y = 1.0, 0.0
+    if distance > 0.0:
+        ahead_x, ahead_y = looks[target, DX] / distance, looks[target, DY] / distance
+    return visible_share(target, ahead_x, ahead_y, sizes, looks, np.empty((objects.shape[0], 2)))
+
+
+@inlined
+def visible_share(  # noqa: C901 - a kernel
+    target: int, ahead_x: float, ahead_y: float, sizes: Floats, looks: Floats, pieces: Floats
+) -> float:
+    """Return what ``visible_fraction`` does, of outlines that are known.
+
+    Args:
+        target: Row of the object that is looked at.
+        ahead_x: Unit vector that bearings count from.
+        ahead_y: Of the same.
+        sizes: (M, >= 2) length [m], width [m].
+        looks: (M, OUTLINE_WIDTH) of every object that may cover it, see ``outline``.
+        pieces: (M, 2) scratch.
+    """
+    mine = looks[target]
+    if mine[INSIDE] > 0.0:
         return 1.0
-    distance = math.sqrt(ahead_x * ahead_x + ahead_y * ahead_y)
-    right, left = _bearings(right_x, right_y, left_x, left_y, ahead_x, ahead_y)
-    if not right < left:
+    if not mine[RIGHT_X] * mine[LEFT_Y] - mine[RIGHT_Y] * mine[LEFT_X] > 0.0:
         return math.nan
-    farthest = distance + 0.5 * (sizes[target, 0] + sizes[target, 1])
-    pieces = np.empty((objects.shape[0], 2))
+    # Unit vectors along the edges of the wedge that the target fills.
+    size = math.sqrt(mine[RIGHT_X] * mine[RIGHT_X] + mine[RIGHT_Y] * mine[RIGHT_Y])
+    edge_x, edge_y = mine[RIGHT_X] / size, mine[RIGHT_Y] / size
+    size = math.sqrt(mine[LEFT_X] * mine[LEFT_X] + mine[LEFT_Y] * mine[LEFT_Y])
+    far_x, far_y = mine[LEFT_X] / size, mine[LEFT_Y] / size
+    right = left = 0.0
     count = 0
-    for other in range(objects.shape[0]):
+    for other in range(looks.shape[0]):
         if other == target:
             continue
-        dx = objects[other, 0] - sensor_x
-        dy = objects[other, 1] - sensor_y
-        beyond = farthest + 0.5 * (sizes[other, 0] + sizes[other, 1])
-        if dx * dx + dy * dy > beyond * beyond:
+        dx, dy, half = looks[other, DX], looks[other, DY], looks[other, HALF]
+        if looks[other, DISTANCE] > mine[DISTANCE] + mine[HALF] + half:
             continue
-        inside, right_x, right_y, left_x, left_y = _outline(
-            dx, dy, objects[other, 2], sizes[other, 0], sizes[other, 1]
-        )
-        if inside:
+        # A circle around it that does not meet the wedge spares the angles.
+        if edge_x * dy - edge_y * dx < -half or far_x * dy - far_y * dx > half:
+            continue
+        if looks[other, INSIDE] > 0.0:
             return 0.0
-        start, end = _bearings(right_x, right_y, left_x, left_y, ahead_x, ahead_y)
+        right, left = _bearings(mine, ahead_x, ahead_y)
+        start, end = _bearings(looks[other], ahead_x, ahead_y)
         if not start <= end:
             return math.nan
         start, end = _common(start, end, right, left)
         if start >= end:
             continue
         s, c = sin_cos(0.5 * (start + end))
-        direction_x = (ahead_x * c - ahead_y * s) / distance
-        direction_y = (ahead_x * s + ahead_y * c) / distance
-        if _is_nearer(sensor_x, sensor_y, direction_x, direction_y, other, target, objects, sizes):
+        direction_x, direction_y = ahead_x * c - ahead_y * s, ahead_x * s + ahead_y * c
+        if _is_nearer(direction_x, direction_y, looks[other], mine, sizes, (other, target)):
             pieces[count, 0] = start
             pieces[count, 1] = end
             count += 1
+    if count == 0:
+        return 1.0
     return _uncovered(right, left, pieces, count) / (left - right)

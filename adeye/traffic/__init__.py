@@ -12,10 +12,20 @@ from adeye.ports import TrafficBackend
 if TYPE_CHECKING:
     from adeye.signals import Bools, Ints
 
-__all__ = ["BACKENDS", "Traffic", "make_traffic", "variant_of"]
+__all__ = ["BACKENDS", "VARIANTS", "Traffic", "make_traffic", "variant_of"]
 
-BACKENDS: Final = {"highway": ("adeye.traffic.highway", "HighwayTraffic", "highway-env")}
-"""Module, class and distribution behind each name; imported when it is made, never before."""
+BACKENDS: Final = {
+    "highway": ("adeye.traffic.highway", "HighwayTraffic"),
+    "batch": ("adeye.traffic.batch", "BatchTraffic"),
+}
+"""Module and class behind each name; imported when it is made, never before."""
+
+VARIANTS: Final = {
+    "highway": {"highway-env": f"highway-env-{version('highway-env')}"},
+    "batch": {"reference": "reference-1", "fast": "fast-1"},
+}
+"""Arithmetics of each implementation, the first one unless another is asked for; with the number
+of their version, which is raised whenever their bits change on purpose."""
 
 
 class Traffic(TrafficBackend, Protocol):
@@ -42,33 +52,44 @@ class Traffic(TrafficBackend, Protocol):
         """Runs that ended by goal or horizon, not by contact (B,)."""
 
 
-def make_traffic(name: str) -> Traffic:
+def make_traffic(name: str, variant: str | None = None) -> Traffic:
     """Make a traffic implementation.
 
     Args:
         name: One of ``BACKENDS``.
+        variant: One of its ``VARIANTS``, with or without its version; None for the first.
 
     Raises:
-        UsageError: There is none of that name.
+        UsageError: There is none of that name, or it has no such variant.
     """
-    module, kind, _ = _find(name)
-    return cast("Traffic", getattr(import_module(module), kind)())
+    chosen = _find(name, variant)
+    module, kind = BACKENDS[name]
+    make = getattr(import_module(module), kind)
+    return cast("Traffic", make(chosen) if len(VARIANTS[name]) > 1 else make())
 
 
-def variant_of(name: str) -> str:
+def variant_of(name: str, variant: str | None = None) -> str:
     """Name the arithmetic that an implementation would run with, without importing it.
 
     Args:
         name: One of ``BACKENDS``.
+        variant: One of its ``VARIANTS``, with or without its version; None for the first.
 
     Raises:
-        UsageError: There is none of that name.
+        UsageError: There is none of that name, or it has no such variant.
     """
-    _, _, distribution = _find(name)
-    return f"{distribution}-{version(distribution)}"
+    chosen = _find(name, variant)
+    return VARIANTS[name][chosen]
 
 
-def _find(name: str) -> tuple[str, str, str]:
+def _find(name: str, variant: str | None) -> str:
+    """Return the variant without its version."""
     if name not in BACKENDS:
         raise UsageError(f"there is no traffic {name!r}", remedy=suggest(name, BACKENDS))
-    return BACKENDS[name]
+    known = VARIANTS[name]
+    if variant is None:
+        return next(iter(known))
+    for short, full in known.items():
+        if variant in (short, full):
+            return short
+    raise UsageError(f"traffic {name!r} has no variant {variant!r}", remedy=suggest(variant, known))

@@ -80,19 +80,23 @@ class Stage:
 
     def scene(self) -> Scene:
         """Copy what is true at the present tick."""
+        return self._scene().copy()
+
+    def _scene(self) -> Scene:
+        """Show what is true at the present tick, without a copy."""
         contacts = self._contacts
         return Scene(
             tick=self._tick,
             time=self._tick * self.world.context.step,
-            ego=self.ego.copy(),
-            ego_place=self._ego_place.copy(),
-            objects=self.objects.copy(),
-            object_places=self._object_places.copy(),
-            begun=self._begun.copy(),
-            contact=contacts.touched.copy(),
-            impact_speed=contacts.impact_speed.copy(),
-            foreign_contact=contacts.foreign.copy(),
-            running=self.ending.running.copy(),
+            ego=self.ego,
+            ego_place=self._ego_place,
+            objects=self.objects,
+            object_places=self._object_places,
+            begun=self._begun,
+            contact=contacts.touched,
+            impact_speed=contacts.impact_speed,
+            foreign_contact=contacts.foreign,
+            running=self.ending.running,
         )
 
     def _settle(self, running: Bools) -> None:
@@ -115,7 +119,7 @@ class Stage:
                 script.args,
                 script.lengths,
                 script.programs,
-                world.triggers.values(self.scene()),
+                world.triggers.values(self._scene()),
                 world.triggers.first_event,
                 script.actions,
                 self._tick,

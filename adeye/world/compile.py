@@ -105,6 +105,8 @@ def compile_world(cases: Sequence[Situation]) -> World:
         event_ids=tuple(scenario.storyboard),
     )
     triggers = TriggerTable.of(cases, context)
+    script = compile_script(formulas, road, triggers.index)
+    triggers.watch(script.ops, script.args)
     wheelbase = np.array([vehicle.wheelbase for vehicle in vehicles])
     return World(
         context=context,
@@ -121,7 +123,7 @@ def compile_world(cases: Sequence[Situation]) -> World:
         goal=formulas.values(
             "ego.goal.s", lambda s: None if s.ego.goal is None else s.ego.goal.s, np.inf
         ),
-        script=compile_script(formulas, road, triggers.index),
+        script=script,
         triggers=triggers,
         horizon=scenario.horizon,
         tail=scenario.tail,
@@ -239,13 +241,27 @@ def place_objects(
 
 def _actor_states(starts: Starts, actors: int) -> Floats:
     states = np.zeros((starts.s.shape[0], actors, ACTOR_WIDTH))
+    place_actors(starts.s, starts.d, starts.heading, starts.speed, states)
+    return states
+
+
+@compiled
+def place_actors(s: Floats, d: Floats, heading: Floats, speed: Floats, states: Floats) -> None:
+    """Place the actors of each run, the first objects, before they have moved.
+
+    Args:
+        s: (B, M) along the road [m].
+        d: (B, M) from the right edge [m].
+        heading: (B, M) relative to the road [rad].
+        speed: (B, M) [m/s].
+        states: (B, A, ACTOR_WIDTH) out.
+    """
     for run in range(states.shape[0]):
-        for actor in range(actors):
+        for actor in range(states.shape[1]):
             place_actor(
                 states[run, actor],
-                starts.s[run, actor],
-                starts.d[run, actor],
-                starts.heading[run, actor],
-                starts.speed[run, actor],
+                s[run, actor],
+                d[run, actor],
+                heading[run, actor],
+                speed[run, actor],
             )
-    return states

@@ -14,6 +14,7 @@ import numpy as np
 from adeye.kernel.elementary import cos, sin_cos
 from adeye.kernel.geometry import box_distance
 from adeye.kernel.jit import compiled
+from adeye.kernel.postfix import PUSH_VARIABLE
 from adeye.signals import (
     EGO_HEADING,
     EGO_SPEED,
@@ -26,7 +27,9 @@ from adeye.signals import (
     PLACE_D,
     PLACE_HEADING,
     PLACE_S,
+    Bools,
     Floats,
+    Ints,
     Scene,
     SceneContext,
 )
@@ -113,6 +116,7 @@ class TriggerTable:
         names += list(parameters)
         self.index: dict[str, int] = {name: column for column, name in enumerate(names)}
         self._context = context
+        self._wanted: Bools = np.ones(len(names), dtype=np.bool_)
         self._table = np.zeros((context.runs, len(names)))
         for name, column in parameters.items():
             self._table[:, self.index[name]] = column
@@ -124,6 +128,16 @@ class TriggerTable:
         columns = {name: np.array([case.parameters[name] for case in cases]) for name in names}
         return cls(context, columns)
 
+    def watch(self, ops: Ints, args: Floats) -> None:
+        """Fill from now on only what some programs read: most conditions name few of the variables.
+
+        Args:
+            ops: (P, L) operations of the programs, see ``kernel.postfix``.
+            args: (P, L) their arguments.
+        """
+        self._wanted[:] = False
+        self._wanted[args[ops == PUSH_VARIABLE].astype(np.int64)] = True
+
     def values(self, scene: Scene) -> Floats:
         """Fill the variables with what is true in a scene.
 
@@ -131,11 +145,16 @@ class TriggerTable:
             scene: Ground truth at a tick.
 
         Returns:
-            (B, V) in SI; the array is filled anew by the next call.
+            (B, V) in SI; the array is filled anew by the next call, in runs that have not ended.
         """
         table = self._table
         table[:, 0] = scene.time
+        if not self._wanted[1 : self.first_event].any():
+            table[:, self.first_event : self._first_parameter] = ~np.isnan(scene.begun)
+            return table
         fill_motion(
+            scene.running,
+            self._wanted,
             scene.ego,
             scene.ego_place,
             self._context.ego_size,
@@ -190,6 +209,8 @@ def road_extent(size: Floats, angle: float) -> float:
 
 @compiled
 def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
+    running: Bools,
+    wanted: Bools,
     ego: Floats,
     ego_place: Floats,
     ego_size: Floats,
@@ -201,6 +222,8 @@ def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     """Fill the variables that change with the motion of ego and objects.
 
     Args:
+        running: (B,) runs to do it in.
+        wanted: (V,) variables that somebody reads.
         ego: (B, 7).
         ego_place: (B, 6).
         ego_size: (B, 3).
@@ -210,6 +233,8 @@ def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         table: (B, V) out.
     """
     for run in range(ego.shape[0]):
+        if not running[run]:
+            continue
         ego_s = ego_place[run, PLACE_S]
         angle = ego[run, EGO_HEADING] - ego_place[run, PLACE_HEADING]
         extent = road_extent(ego_size[run], angle)
@@ -218,24 +243,27 @@ def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         table[run, 2] = ego_s
         table[run, 3] = ego_place[run, PLACE_D]
         for thing in range(objects.shape[1]):
-            row = table[run, FIRST_OBJECT + 6 * thing : FIRST_OBJECT + 6 * thing + 6]
+            first = FIRST_OBJECT + 6 * thing
+            row = table[run, first : first + 6]
             heading = objects[run, thing, OBJECT_HEADING]
             turned = heading - places[run, thing, PLACE_HEADING]
             speed = objects[run, thing, OBJECT_SPEED]
             row[0] = speed
             row[1] = places[run, thing, PLACE_S]
             row[2] = places[run, thing, PLACE_D]
-            row[3] = road_gap(ego_s, extent, row[1], road_extent(sizes[run, thing], turned))
-            row[4] = road_ttc(row[3], along, speed * cos(turned))
-            row[5] = box_distance(
-                ego[run, EGO_X],
-                ego[run, EGO_Y],
-                ego[run, EGO_HEADING],
-                ego_size[run, 0],
-                ego_size[run, 1],
-                objects[run, thing, OBJECT_X],
-                objects[run, thing, OBJECT_Y],
-                heading,
-                sizes[run, thing, 0],
-                sizes[run, thing, 1],
-            )
+            if wanted[first + 3] or wanted[first + 4]:
+                row[3] = road_gap(ego_s, extent, row[1], road_extent(sizes[run, thing], turned))
+                row[4] = road_ttc(row[3], along, speed * cos(turned))
+            if wanted[first + 5]:
+                row[5] = box_distance(
+                    ego[run, EGO_X],
+                    ego[run, EGO_Y],
+                    ego[run, EGO_HEADING],
+                    ego_size[run, 0],
+                    ego_size[run, 1],
+                    objects[run, thing, OBJECT_X],
+                    objects[run, thing, OBJECT_Y],
+                    heading,
+                    sizes[run, thing, 0],
+                    sizes[run, thing, 1],
+                )

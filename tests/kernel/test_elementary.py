@@ -33,6 +33,8 @@ def ulps(value: float, exact: float) -> float:
         (own.tan, math.tan, -1.5, 1.5, 2.5),
         (own.atan, math.atan, -50.0, 50.0, 1.0),
         (own.asin, math.asin, -1.0, 1.0, 3.0),
+        (own.asin, math.asin, -0.5, 0.5, 1.0),
+        (own.asin, math.asin, -0.07, 0.07, 1.0),
         (own.exp, math.exp, -700.0, 700.0, 1.5),
         (own.exp, math.exp, -2.0, 2.0, 1.5),
         (own.log, math.log, 1e-9, 3.0, 1.0),

@@ -7,10 +7,12 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from adeye.kernel import jit
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
+from adeye.signals import Floats
 
 INNER = """
 from adeye.kernel.jit import compiled
@@ -168,3 +170,28 @@ def test_relative_cache_home_is_ignored(package: Path, tmp_path: Path) -> None:
 def test_this_process_has_a_writable_folder() -> None:
     with tempfile.TemporaryFile(dir=jit.cache_directory()):
         assert len(jit.source_digest()) == 24
+
+
+@compiled
+def fill(values: Floats, number: float) -> None:
+    for place in range(values.shape[0]):
+        values[place] = double(number) + place
+
+
+@inlined
+def double(number: float) -> float:
+    return 2.0 * number
+
+
+def test_a_compiled_function_changes_the_array_and_leaves_it_to_its_owner() -> None:
+    values = np.zeros(3)
+    before = sys.getrefcount(values)
+    for _ in range(100):
+        fill(values, 1.5)
+        fill(values[1:], 1.5)
+    assert values.tolist() == [3.0, 3.0, 4.0]
+    assert sys.getrefcount(values) == before
+
+
+def test_an_inlined_function_can_be_called_by_itself() -> None:
+    assert double(0.5) == 1.0

@@ -1,0 +1,183 @@
+"""Who is ahead and behind: both searches give the same answer, which is highway-env's."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adeye.kernel import neighbours as n
+from adeye.kernel.lanes import LANE_WIDTH, lane_local, write_straight
+from adeye.kernel.network import build_links
+from adeye.kernel.steering import locate
+from adeye.signals import Floats, Ints
+from benchmarks.support.highway_scenes import ROADS, Converted, Draw, convert, scene
+from tests.kernel.lane_road import LaneRoad
+
+
+def both(
+    lanes: Floats, links: Ints, traffic: tuple[Floats, Ints], lane: int, who: int, s: float
+) -> tuple[int, int]:
+    """Return the one answer of the two searches on straight lanes."""
+    vehicles, marks = traffic
+    seen, along, listed = n.make_lists(len(lanes), len(vehicles))
+    n.forget_lists(listed)
+    n.see_around(lanes, links, None, vehicles, seen, listed, lane)
+    found = n.neighbours(lanes, links, seen, lane, who, s)
+    n.forget_lists(listed)
+    n.sort_along(vehicles, marks)
+    n.list_around(lanes, links, None, vehicles, marks, seen, along, listed, lane)
+    front = n.front_listed(lanes, links, marks, seen, along, listed, lane, who, s)
+    assert (front, n.rear_listed(lanes, links, seen, along, listed, lane, who, s)) == found
+    return found
+
+
+def around(road: LaneRoad, lane: int, who: int) -> tuple[int, int]:
+    place = float(road.vehicles[who, n.S])
+    return both(road.lanes, road.links, (road.vehicles, road.marks), lane, who, place)
+
+
+def test_alone_nobody_is_ahead_or_behind() -> None:
+    road = LaneRoad()
+    road.put(1, 100.0)
+    assert [around(road, lane, 0) for lane in range(3)] == [(-1, -1)] * 3
+
+
+def test_the_nearest_on_the_lane_counts_not_the_nearest() -> None:
+    road = LaneRoad()
+    who = road.put(1, 100.0)
+    road.put(0, 105.0)
+    far, near = road.put(1, 150.0), road.put(1, 120.0)
+    behind = road.put(1, 60.0)
+    assert around(road, 1, who) == (near, behind)
+    assert far != near
+
+
+def test_somebody_abreast_on_the_other_lane_is_ahead() -> None:
+    road = LaneRoad()
+    who, other = road.put(1, 100.0), road.put(0, 100.0)
+    assert around(road, 0, who) == (other, -1)
+
+
+def test_of_equal_places_the_last_is_ahead_and_the_first_behind() -> None:
+    road = LaneRoad()
+    who = road.put(1, 100.0)
+    ahead = [road.put(1, 120.0) for _ in range(3)]
+    behind = [road.put(1, 80.0) for _ in range(3)]
+    assert around(road, 1, who) == (ahead[-1], behind[0])
+
+
+def test_a_vehicle_between_two_lanes_is_seen_on_both() -> None:
+    road = LaneRoad(2)
+    who = road.put(1, 100.0)
+    between = road.put(1, 130.0)
+    road.vehicles[between, n.Y] = -2.0
+    assert around(road, 0, who) == around(road, 1, who) == (between, -1)
+
+
+def test_a_vehicle_more_than_a_metre_off_the_lane_is_not_seen() -> None:
+    road = LaneRoad(1)
+    who, other = road.put(0, 100.0), road.put(0, 130.0)
+    road.vehicles[other, n.Y] = 3.0
+    assert around(road, 0, who) == (other, -1)
+    road.vehicles[other, n.Y] = 3.001
+    assert around(road, 0, who) == (-1, -1)
+
+
+def test_a_fixed_object_is_seen() -> None:
+    road = LaneRoad(1)
+    who, thing = road.put(0, 100.0), road.put(0, 150.0, 0.0, n.FIXED)
+    assert around(road, 0, who) == (thing, -1)
+
+
+def two_roads() -> tuple[Floats, Ints]:
+    """One lane of 100 m after another."""
+    lanes = np.zeros((2, LANE_WIDTH))
+    write_straight(lanes[0], 0.0, 0.0, 0.0, 100.0, 4.0, math.inf)
+    write_straight(lanes[1], 100.0, 0.0, 0.0, 100.0, 4.0, math.inf)
+    return lanes, build_links([("a", "b", 1), ("b", "c", 1)])
+
+
+@pytest.mark.parametrize(("me", "other", "expected"), [(80, 140, (1, -1)), (140, 80, (-1, 1))])
+def test_beyond_the_ends_of_a_lane_the_linked_ones_count(
+    me: float, other: float, expected: tuple[int, int]
+) -> None:
+    lanes, links = two_roads()
+    vehicles = np.zeros((2, n.VEHICLE_WIDTH))
+    vehicles[:, n.X], vehicles[:, n.COSINE] = (me, other), 1.0
+    marks = np.zeros((2, n.MARK_WIDTH), dtype=np.int64)
+    marks[:, n.ORDER] = 0, 1
+    for who in range(2):
+        locate(lanes, links, None, vehicles, marks, who)
+    lane, s = int(marks[0, n.LANE]), float(vehicles[0, n.S])
+    assert both(lanes, links, (vehicles, marks), lane, 0, s) == expected
+    unlinked = build_links([("a", "b", 1), ("b", "c", 1)], connected=False)
+    assert both(lanes, unlinked, (vehicles, marks), lane, 0, s) == (-1, -1)
+
+
+def test_place_along_is_kept_on_the_own_lane_and_computed_on_others() -> None:
+    road = LaneRoad()
+    who = road.put(1, 100.0)
+    road.vehicles[who, n.S] = 101.0
+    assert n.place_along(road.lanes, None, road.vehicles, road.marks, 1, who) == 101.0
+    assert n.place_along(road.lanes, None, road.vehicles, road.marks, 0, who) == 100.0
+
+
+def answers(ours: Converted) -> set[tuple[int, int]]:
+    """See that both searches agree on everybody's own lane and on all others."""
+    seen, along, listed = ours.lists
+    lanes, links, curves, vehicles, marks = (
+        ours.lanes,
+        ours.links,
+        ours.curves,
+        ours.vehicles,
+        ours.marks,
+    )
+    plain = n.make_lists(len(lanes), len(vehicles))
+    n.forget_lists(listed)
+    n.forget_lists(plain[2])
+    n.sort_along(vehicles, marks)
+    found = set()
+    for who in range(len(vehicles)):
+        for lane in range(len(lanes)):
+            s = n.place_along(lanes, curves, vehicles, marks, lane, who)
+            n.see_around(lanes, links, curves, vehicles, plain[0], plain[2], lane)
+            naive = n.neighbours(lanes, links, plain[0], lane, who, s)
+            n.list_around(lanes, links, curves, vehicles, marks, seen, along, listed, lane)
+            front = n.front_listed(lanes, links, marks, seen, along, listed, lane, who, s)
+            rear = n.rear_listed(lanes, links, seen, along, listed, lane, who, s)
+            assert (front, rear) == naive
+            found.add(naive)
+    return found
+
+
+@pytest.mark.parametrize("kind", ROADS)
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_sorted_search_is_the_naive_one_to_the_bit(kind: str, seed: int) -> None:
+    ours = convert(scene(kind, 40 + seed, 15))
+    assert len(answers(ours)) > 5
+    # Again with many in equal places, and with the order of the tick before.
+    ours.vehicles[5:10, n.X : n.SPEED] = ours.vehicles[0, n.X : n.SPEED]
+    for who in range(len(ours.vehicles)):
+        locate(ours.lanes, ours.links, ours.curves, ours.vehicles, ours.marks, who)
+    answers(ours)
+
+
+@pytest.mark.parametrize("kind", ROADS)
+@pytest.mark.parametrize("seed", [3, 4, 5, 6])
+def test_neighbours_are_highway_env_s(kind: str, seed: int) -> None:
+    road = scene(kind, seed, 6)
+    ours = convert(road)
+    things = [*road.vehicles, *road.objects]
+    seen, _, listed = ours.lists
+    n.forget_lists(listed)
+    names = list(road.network.lanes_dict())
+    draw = Draw(seed)
+    for who, vehicle in enumerate(road.vehicles):
+        for lane in {int(ours.marks[who, n.LANE]), draw.below(len(names))}:
+            x, y = ours.vehicles[who, [n.X, n.Y]]
+            s, _ = lane_local(ours.lanes, lane, ours.curves, x, y)
+            n.see_around(ours.lanes, ours.links, ours.curves, ours.vehicles, seen, listed, lane)
+            found = n.neighbours(ours.lanes, ours.links, seen, lane, who, s)
+            theirs = road.neighbour_vehicles(vehicle, names[lane])
+            expected = [things.index(v) if v is not None else -1 for v in theirs]
+            assert list(found) == expected

@@ -1,0 +1,227 @@
+"""The compiled traffic is the reference traffic, and a run is the same in any batch."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import UsageError
+from adeye.signals import Floats, Scene
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.traffic import make_traffic, variant_of
+from adeye.traffic.batch import BatchTraffic
+from adeye.traffic.highway import HighwayTraffic
+
+Make = Callable[..., LogicalScenario]
+Case = Callable[..., TestCase]
+SAME = 1e-9
+VARIANTS = ["reference", "fast"]
+
+
+def car(lane: int, s: str, speed: str, desired: str, **more: Any) -> dict[str, Any]:
+    return {
+        "kind": "car",
+        "start": {"lane": lane, "s": s, "speed": speed},
+        "reactive": {"desired_speed": desired, "lane_changes": True},
+        **more,
+    }
+
+
+DENSE: dict[str, Any] = {
+    "a_slow": car(1, "320 m", "18 m/s", "18 m/s"),
+    "b_fast": car(1, "270 m", "28 m/s", "33 m/s"),
+    "c_right": car(0, "300 m", "22 m/s", "24 m/s"),
+    "d_left": car(2, "290 m", "24 m/s", "26 m/s"),
+    "e_last": car(0, "230 m", "25 m/s", "30 m/s"),
+    "truck": {
+        "kind": "truck",
+        "start": {"lane": 0, "s": "380 m", "speed": "16 m/s"},
+        "reactive": {"desired_speed": "20 m/s"},
+    },
+    "van": {"kind": "van", "start": {"lane": 2, "s": "400 m", "speed": "20 m/s"}},
+}
+# Enough for sorted lists.
+MANY: dict[str, Any] = {
+    f"car_{k:02}": car(k % 2, f"{240 + 14 * k} m", f"{20 + k % 5} m/s", f"{22 + 3 * (k % 4)} m/s")
+    for k in range(16)
+}
+PARKED = {
+    "kind": "parked_truck",
+    "s": "700 m",
+    "offset": "1.75 m",
+    "length": "12 m",
+    "width": "2.5 m",
+    "height": "3.8 m",
+}
+S_CURVE = {"road": {"kind": "s_curve", "radius": "600 m", "length": "1200 m"}}
+
+
+def worlds() -> dict[str, dict[str, Any]]:
+    slow_ego = {"speed": "10 m/s"}
+    return {
+        "dense": {"actors": DENSE, "ego": slow_ego},
+        "many": {"actors": MANY, "ego": slow_ego},
+        "object": {"actors": DENSE, "ego": slow_ego, "world": {"objects": {"truck": PARKED}}},
+        "left": {"actors": DENSE, "ego": slow_ego, "world": S_CURVE},
+        "right": {
+            "actors": DENSE,
+            "ego": slow_ego,
+            "world": {"road": {**S_CURVE["road"], "radius": "-600 m"}},
+        },
+    }
+
+
+def drive(
+    traffic: Any, cases: list[TestCase], ticks: int, command: tuple[float, float] = (0.0, 0.0)
+) -> Floats:
+    """Return the object states (B, ticks + 1, M, 5)."""
+    _, scene = traffic.reset(cases)
+    rows = [scene.objects]
+    rows += [traffic.step(np.tile(command, (len(cases), 1))).objects for _ in range(ticks)]
+    return np.stack(rows, axis=1)
+
+
+@pytest.mark.parametrize("world", worlds())
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_it_is_the_reference_traffic_to_a_billionth(
+    make_scenario: Make, make_case: Case, world: str, variant: str
+) -> None:
+    case = make_case(make_scenario(**worlds()[world], horizon="30 s"))
+    ours = drive(BatchTraffic(variant), [case], 300)[0]
+    theirs = drive(HighwayTraffic(), [case], 300)[0]
+    # Below half a metre a second the reference's steering is ill-conditioned.
+    moving = theirs[:, [k for k in range(theirs.shape[1]) if theirs[0, k, 3] > 0.0], 3]
+    slow = (moving <= 0.5).any(axis=1)
+    until = int(np.argmax(slow)) if slow.any() else len(slow)
+    assert until > 100
+    np.testing.assert_allclose(ours[:until], theirs[:until], rtol=0, atol=SAME)
+    # Somebody changed lanes.
+    assert np.ptp(theirs[:until, :5, 1], axis=0).max() > 3.0
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_run_has_the_same_bits_alone_and_in_a_batch_of_any_order(
+    make_scenario: Make, make_case: Case, variant: str
+) -> None:
+    scenario = make_scenario(actors=DENSE)
+    cases = [make_case(scenario, {"ego_speed": speed}) for speed in np.linspace(20.0, 35.0, 6)]
+    together = drive(BatchTraffic(variant), cases, 60)
+    turned = drive(BatchTraffic(variant), cases[::-1], 60)
+    np.testing.assert_array_equal(turned[::-1], together)
+    for run, case in enumerate(cases):
+        np.testing.assert_array_equal(drive(BatchTraffic(variant), [case], 60)[0], together[run])
+
+
+def test_a_second_reset_begins_anew(make_scenario: Make, make_case: Case) -> None:
+    traffic = BatchTraffic()
+    case = make_case(make_scenario(actors=DENSE))
+    first = drive(traffic, [case], 40)
+    np.testing.assert_array_equal(drive(traffic, [case], 40), first)
+
+
+def test_the_variants_are_two_arithmetics(make_scenario: Make, make_case: Case) -> None:
+    case = make_case(make_scenario(actors=DENSE, ego={"speed": "10 m/s"}, horizon="20 s"))
+    reference, fast = (drive(BatchTraffic(variant), [case], 300) for variant in VARIANTS)
+    assert not np.array_equal(reference, fast)
+    assert BatchTraffic("fast").variant == variant_of("batch", "fast") != variant_of("batch")
+
+
+def test_a_variant_may_be_named_with_its_version() -> None:
+    for variant in VARIANTS:
+        full = variant_of("batch", variant)
+        assert BatchTraffic(full).variant == full
+    assert make_traffic("batch").variant == variant_of("batch", "reference")
+
+
+def test_an_unknown_variant_is_refused() -> None:
+    with pytest.raises(UsageError, match="has no variant 'quick'"):
+        BatchTraffic("quick")
+
+
+def test_a_driver_brakes_for_the_ego(make_scenario: Make, make_case: Case) -> None:
+    actors = {
+        "follower": {
+            "kind": "car",
+            "start": {"lane": 1, "s": "170 m", "speed": "25 m/s"},
+            "reactive": {"desired_speed": "25 m/s"},
+        }
+    }
+    followed = []
+    for lane in (1, 2):
+        scenario = make_scenario(actors=actors, ego={"lane": lane, "speed": "20 m/s"})
+        followed.append(drive(BatchTraffic(), [make_case(scenario)], 60, (-3.0, 0.0))[0, -1, 0, 3])
+    behind_the_ego, beside_it = followed
+    assert beside_it == pytest.approx(25.0, abs=1e-9)
+    assert behind_the_ego < 18.0
+
+
+def test_a_driver_brakes_for_a_scripted_actor_and_for_a_static_object(
+    make_scenario: Make, make_case: Case
+) -> None:
+    follower = {
+        "kind": "car",
+        "start": {"lane": 0, "s": "300 m", "speed": "20 m/s"},
+        "reactive": {},
+    }
+    ahead = {"kind": "truck", "start": {"lane": 0, "s": "350 m", "speed": "8 m/s"}}
+    case = make_case(make_scenario(actors={"ahead": ahead, "follower": follower}, horizon="30 s"))
+    last = drive(BatchTraffic(), [case], 500)[0, -1]
+    assert last[1, 3] == pytest.approx(8.0, abs=0.05)
+    world = {"objects": {"truck": PARKED}}
+    scenario = make_scenario(actors={"follower": follower}, world=world, horizon="60 s")
+    states = drive(BatchTraffic(), [make_case(scenario)], 1000)[0]
+    gap = 700.0 - states[-1, 0, 0] - 6.0 - 2.25
+    assert states[:, 0, 3].min() >= 0.0
+    assert 3.0 < gap < 5.5
+
+
+def test_a_run_that_has_ended_is_frozen_and_the_others_go_on(
+    make_scenario: Make, make_case: Case
+) -> None:
+    free = make_scenario(actors=DENSE, ego={"lane": 1}, horizon="5 s")
+    near = make_scenario(actors=DENSE, ego={"lane": 1, "s": "262 m"}, horizon="5 s")
+    traffic = BatchTraffic()
+    traffic.reset([make_case(near, {"ego_speed": 45.0}), make_case(free)])
+    scenes: list[Scene] = []
+    while traffic.running.any():
+        scenes.append(traffic.step(np.zeros((2, 2))))
+    ended = next(k for k, scene in enumerate(scenes) if not scene.running[0])
+    assert ended < len(scenes) - 1
+    assert traffic.complete.tolist() == [False, True]
+    assert traffic.ended.tolist() == [True, True]
+    assert traffic.arrived.tolist() == [False, False]
+    assert traffic.horizon_row.tolist() == [ended + 1, 100]
+    np.testing.assert_array_equal(scenes[ended].objects[0], scenes[-1].objects[0])
+    assert not np.array_equal(scenes[ended].objects[1], scenes[-1].objects[1])
+
+
+def test_scripted_actors_alone_move_as_in_the_reference_traffic(
+    make_scenario: Make, make_case: Case
+) -> None:
+    actors = {"van": {"kind": "van", "start": {"lane": 2, "s": "400 m", "speed": "20 m/s"}}}
+    case = make_case(make_scenario(actors=actors))
+    ours = drive(BatchTraffic(), [case], 50)
+    np.testing.assert_array_equal(ours, drive(HighwayTraffic(), [case], 50))
+    assert ours[0, -1, 0, 0] == pytest.approx(400.0 + 20.0 * 2.5)
+
+
+def test_timers_follow_the_situation_and_the_actor(make_scenario: Make, make_case: Case) -> None:
+    scenario = make_scenario(actors=DENSE, ego={"speed": "10 m/s"}, horizon="20 s")
+    first, again, other = (
+        drive(BatchTraffic(), [make_case(scenario, seed=seed)], 240) for seed in (7, 7, 8)
+    )
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+@pytest.mark.parametrize("name", ["running", "ended", "arrived", "horizon_row", "complete"])
+def test_asking_before_the_reset_is_an_error(name: str) -> None:
+    with pytest.raises(RuntimeError, match="reset the traffic"):
+        getattr(BatchTraffic(), name)
+
+
+def test_stepping_before_the_reset_is_an_error() -> None:
+    with pytest.raises(RuntimeError, match="reset the traffic"):
+        BatchTraffic().step(np.zeros((1, 2)))
