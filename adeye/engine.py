@@ -15,7 +15,7 @@ import numpy as np
 from adeye.channels.rack import ChannelRack
 from adeye.faults import FaultPlan
 from adeye.ports import SwitchContext
-from adeye.recorder import Recorder
+from adeye.recorder import Memory, Recorder
 from adeye.sensors.rig import Rig
 from adeye.spec.clock import ticks
 from adeye.switch import make_switch
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from adeye.sweep.case import TestCase
 
 DRIVER = "stepwise"
-NUMERICS_VERSION = 1
+DEFAULT_BACKEND = "batch"
+NUMERICS_VERSION = 2
 """Raised whenever the bits of any trace change on purpose."""
 
 
@@ -47,18 +48,25 @@ class EngineIdentity:
     numerics_version: int
 
 
-def identity(backend: str = "highway") -> EngineIdentity:
-    """Name the engine that would run with a traffic backend."""
+def identity(backend: str = DEFAULT_BACKEND, variant: str | None = None) -> EngineIdentity:
+    """Name the engine that would run with a traffic backend and a variant of its arithmetic.
+
+    Raises:
+        UsageError: There is no such backend or variant.
+    """
     from adeye.traffic import variant_of
 
-    return EngineIdentity(backend, variant_of(backend), NUMERICS_VERSION)
+    return EngineIdentity(backend, variant_of(backend, variant), NUMERICS_VERSION)
 
 
-def run(
+def run(  # noqa: PLR0913 - all but the cases has a default
     cases: Sequence[TestCase],
     *,
-    backend: str = "highway",
+    backend: str = DEFAULT_BACKEND,
+    variant: str | None = None,
     base_dirs: Mapping[str, Path] | None = None,
+    drawn: bool = False,
+    memory: Memory | None = None,
     on_tick: Callable[[int], None] | None = None,
 ) -> Trace:
     """Run a batch of test cases of one structure in closed loop.
@@ -66,7 +74,10 @@ def run(
     Args:
         cases: Test cases that share scenario structure, architecture structure, faults and step.
         backend: Traffic implementation.
+        variant: Its arithmetic; None for its first.
         base_dirs: Folder of the file that names plug-ins, by architecture id.
+        drawn: Whether to record what only pictures need, ``trace.DRAWN``; the digest is the same.
+        memory: Where the trace lies; a later run with the same memory overwrites it.
         on_tick: Called after each tick with the number of runs that have ended.
 
     Returns:
@@ -74,10 +85,10 @@ def run(
     """
     first = cases[0]
     base_dir = (base_dirs or {}).get(first.architecture.architecture, Path())
-    traffic = make_traffic(backend)
+    traffic = make_traffic(backend, variant)
     context, scene = traffic.reset(cases)
     rig = Rig(cases, context, base_dir)
-    rack = ChannelRack(cases, context, base_dir)
+    rack = ChannelRack(cases, context, base_dir, drawn=drawn)
     faults = FaultPlan(cases, context)
     channels = tuple(first.architecture.channels)
     switch = make_switch(
@@ -97,7 +108,9 @@ def run(
         realised=scenario.realised,
     )
     last = ticks(scenario.horizon, first.step, "horizon") + ticks(scenario.tail, first.step, "tail")
-    recorder = Recorder(layout, last + 1, tuple(case.digest for case in cases))
+    recorder = Recorder(
+        layout, last + 1, tuple(case.digest for case in cases), drawn=drawn, memory=memory
+    )
     while scene.running.any():
         active = faults.update(scene)
         readings = faults.on_readings(rig.sense(scene), active)

@@ -81,6 +81,8 @@ class ChannelContext:
         desired_speed: (B) speed that the ego is asked to drive [m/s].
         step: Master clock [s].
         period: Time between two of its ticks [s].
+        shows_tracks: Whether somebody looks at ``ControlCommand.tracks``; otherwise a channel may
+            leave them out, which saves time and changes nothing else.
     """
 
     channel_id: str
@@ -93,6 +95,7 @@ class ChannelContext:
     desired_speed: Floats
     step: float
     period: float
+    shows_tracks: bool = True
 
     @property
     def runs(self) -> int:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import allocating, compiled
 from adeye.signals import (
     FAULT,
     NO_CHANNEL,
@@ -114,7 +114,7 @@ class PrioritySwitch:
         return command, Authority(decision[:, 0].copy(), decision[:, 1].copy())
 
 
-@compiled
+@allocating
 def _arbitrate(  # noqa: PLR0913, PLR0917 - a kernel
     records: Any,
     order: Ints,

@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+
+from adeye.kernel.digest import LANES, absorb_bytes, absorb_words, finish
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from adeye.signals import Bools, Floats, Ints, SceneContext
     from adeye.spec.architecture import Architecture
 
-TRACE_SCHEMA: Final = "adeye/trace@1"
+TRACE_SCHEMA: Final = "adeye/trace@2"
 
 COLUMNS: Final = {
     "ego": "(B, T, 7) ego state, signals.EGO_COLUMNS",
@@ -45,6 +49,10 @@ COLUMNS: Final = {
     "fault_active": "(B, T, F) the fault is present",
 }
 """Every column of a trace, in the order in which the digest covers them."""
+
+DRAWN: Final = frozenset({"detections", "tracks"})
+"""Columns for pictures of a run: the digest leaves them out, so that a campaign need not keep them.
+They have no entries (M = 0, K = 0) where they were not asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,21 +129,25 @@ class Trace:
         return self.columns[name]
 
     def digests(self) -> list[str]:
-        """Hash the array values of every run to 128 bits (BLAKE2b), in the order of COLUMNS."""
+        """Hash the values of every run to 128 bits, in hex: all columns but those for pictures."""
         if not self._digests:
-            self._digests.extend(self._digest(run) for run in range(self.runs))
+            self._digests.extend(self._digest())
         return self._digests
 
-    def _digest(self, run: int) -> str:
-        rows = int(self.length[run])
-        state = hashlib.blake2b(digest_size=16)
-        state.update(f"{TRACE_SCHEMA} {rows} {self.horizon_row[run]} {self.complete[run]}".encode())
-        state.update(np.ascontiguousarray(self.time[:rows]).tobytes())
+    def _digest(self) -> list[str]:
+        lanes = np.zeros((self.runs, LANES), dtype=np.uint64)
+        rows = self.length.astype(np.int64)
+        ends = np.stack([rows, self.horizon_row, self.complete], axis=1).astype(np.int64)
+        _absorb(TRACE_SCHEMA, ends, np.full(self.runs, ends.shape[1]), lanes)
+        clock = np.broadcast_to(self.time, (self.runs, len(self.time)))
+        _absorb("time", np.ascontiguousarray(clock), rows, lanes)
         for name in COLUMNS:
-            values = np.ascontiguousarray(self.columns[name][run, :rows])
-            state.update(f"{name} {values.dtype.str} {values.shape}".encode())
-            state.update(values.tobytes())
-        return state.hexdigest()
+            if name not in DRAWN:
+                _absorb(name, self.columns[name], rows, lanes)
+        out = np.empty((self.runs, 2), dtype="<u8")
+        finish(lanes, out)
+        text = out.tobytes().hex()
+        return [text[place : place + 32] for place in range(0, len(text), 32)]
 
     def select(self, runs: Sequence[int]) -> Trace:
         """Keep some runs, for instance to draw one of them."""
@@ -150,6 +162,26 @@ class Trace:
             channel_events=tuple(self.channel_events[run] for run in runs),
             case_digests=tuple(self.case_digests[run] for run in runs),
         )
+
+
+def _absorb(name: str, values: NDArray[Any], rows: Ints, lanes: NDArray[np.uint64]) -> None:
+    """Take the first rows of each run of a column into its lanes.
+
+    Args:
+        name: Of the column.
+        values: (B, T, ...).
+        rows: (B,).
+        lanes: (B, LANES) in and out.
+    """
+    what = f"{name} {values.dtype.str} {values.shape[2:]}".encode()
+    key = np.uint64(int.from_bytes(hashlib.blake2b(what, digest_size=8).digest(), "little"))
+    size = int(np.prod(values.shape[2:]))
+    # Rows of one run lie one after the other, also in a column that was cut to the longest run.
+    flat = values.reshape(values.shape[0], values.shape[1] * size)
+    if values.dtype.itemsize == 8:
+        absorb_words(flat.view(np.uint64), rows * size, key, lanes)
+    else:
+        absorb_bytes(flat.view(np.uint8), rows * size * values.dtype.itemsize, key, lanes)
 
 
 def _context_of(context: SceneContext, runs: Ints) -> SceneContext:

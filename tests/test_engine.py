@@ -9,6 +9,7 @@ import pytest
 
 from adeye import engine
 from adeye.engine import EngineIdentity, identity
+from adeye.errors import UsageError
 from adeye.kernel.sight import ray_box_distance
 from adeye.signals import (
     EGO_HEADING,
@@ -174,8 +175,17 @@ def test_every_tick_is_announced_with_the_number_of_ended_runs(
 
 
 def test_identity_names_backend_variant_and_numerics() -> None:
-    assert identity() == EngineIdentity("highway", identity().variant, engine.NUMERICS_VERSION)
-    assert "highway" in identity().variant
+    assert identity() == EngineIdentity("batch", "reference-1", engine.NUMERICS_VERSION)
+    assert identity("batch", "fast").variant == "fast-1"
+    assert identity("highway").variant.startswith("highway-env-")
+
+
+def test_unknown_backend_or_variant_is_refused_with_what_there_is() -> None:
+    with pytest.raises(UsageError, match="no traffic 'prescan'"):
+        identity("prescan")
+    with pytest.raises(UsageError, match="no variant 'exact'") as refused:
+        identity("batch", "exact")
+    assert "fast" in str(refused.value)
 
 
 # --- the camera in closed loop --------------------------------------------------------------------

@@ -22,7 +22,7 @@ from adeye.channels.tracks import (
 )
 from adeye.kernel.criticality import required_deceleration, time_to_collision
 from adeye.kernel.elementary import sin_cos
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import inlined
 from adeye.kernel.road import local
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ would take every vehicle for a standing one. With 6 m/s of error a gap of 20 m s
 1 m/s² where none is. Our choice."""
 
 
-@compiled
+@inlined
 def view_path(  # noqa: PLR0913, PLR0917 - a kernel
     tracks: Floats,
     pose: Floats,
@@ -94,9 +94,10 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
     sine, cosine = sin_cos(pose[POSE_HEADING])
     _, along = sin_cos(pose[POSE_ALIGN])
     speed = pose[POSE_SPEED] * along
-    for track in tracks:
-        if track[TRACK_HITS] < confirm_hits or track[TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
+    for row in range(tracks.shape[0]):
+        if tracks[row, TRACK_HITS] < confirm_hits or tracks[row, TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
             continue
+        track = tracks[row]
         x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
         y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
         s, d, heading, _ = local(segments, x, y)
@@ -127,7 +128,7 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
             path[PATH_SPEED] = ahead
 
 
-@compiled
+@inlined
 def offset_from_corridor(d: float, path_d: float, ego_d: float) -> float:
     """Lateral distance from the strip between the path and the ego itself [m], left positive.
 
@@ -144,7 +145,7 @@ def offset_from_corridor(d: float, path_d: float, ego_d: float) -> float:
     return d - right if d < right else 0.0
 
 
-@compiled
+@inlined
 def uses_path(
     offset: float, inward: float, half: float, gap: float, length: float, closing: float
 ) -> bool:

@@ -15,7 +15,7 @@ from adeye.channels.pose import (
     POSE_SPEED,
 )
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import inlined
 from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
     }
 
 
-@compiled
+@inlined
 def lane_at(d: float, lane_width: float, lanes: int) -> int:
     """Return the lane at a lateral place, the outermost one for places off the lanes.
 
@@ -73,7 +73,7 @@ def lane_at(d: float, lane_width: float, lanes: int) -> int:
     return 0 if d < 0.0 else lanes - 1
 
 
-@compiled
+@inlined
 def steer(record: Any, pose: Floats, path_d: float) -> float:
     """Return the steering angle that keeps the ego on a line beside the reference line [rad].
 
@@ -97,7 +97,7 @@ def steer(record: Any, pose: Floats, path_d: float) -> float:
     )
 
 
-@compiled
+@inlined
 def allowed_speed(record: Any, segments: Floats, pose: Floats, path_d: float) -> float:
     """Return the speed that desire, speed limit and the curves ahead allow [m/s].
 
@@ -120,7 +120,7 @@ def allowed_speed(record: Any, segments: Floats, pose: Floats, path_d: float) ->
     return float(allowed)
 
 
-@compiled
+@inlined
 def follow(
     record: Any, speed: float, allowed: float, gap: float, front_speed: float, hardest: float
 ) -> float:
@@ -152,7 +152,7 @@ def follow(
     return wanted
 
 
-@compiled
+@inlined
 def path_of_lane(record: Any, d: float) -> float:
     """Return the lateral place of the centre of the lane at a lateral place [m].
 
@@ -164,7 +164,7 @@ def path_of_lane(record: Any, d: float) -> float:
     return lane_center(lane_at(d, record["lane_width"], lanes), record["lane_width"])
 
 
-@compiled
+@inlined
 def is_number(one: float, other: float) -> bool:
     """Tell whether two numbers are finite."""
     return bool(np.isfinite(one) and np.isfinite(other))

@@ -8,6 +8,7 @@ import numpy as np
 
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
+from adeye.kernel.jit import compiled
 from adeye.signals import (
     FAULT,
     SILENT,
@@ -16,6 +17,7 @@ from adeye.signals import (
     Bools,
     ControlCommand,
     Floats,
+    Ints,
     Observation,
 )
 
@@ -91,28 +93,29 @@ class GuardedChannel:
             return None
 
     def _checked(self, answer: Any, observation: Observation) -> ControlCommand:
-        wrong = self._form(answer)
+        wrong = "" if self._trusted else self._form(answer)
         if wrong:
             self._failures.add(observation.running, INVALID_OUTPUT, observation.time, wrong)
             self._dead = True
             return self._previous
-        command = self._copied(answer)
-        unusable = (command.status == FAULT) | (command.status == SILENT)
-        finite = np.isfinite(command.acceleration) & np.isfinite(command.steering_angle)
-        known = (command.status >= 0) & (command.status < len(STATUS_LABELS))
-        for runs, detail in (
-            (~finite & ~unusable, "acceleration or steering angle is no finite number"),
-            (~known, f"status is none of 0 to {len(STATUS_LABELS) - 1}"),
-        ):
-            bad = runs & observation.running
+        # What a built-in channel answers is its own and well formed.
+        command: ControlCommand = answer if self._trusted else self._copied(answer)
+        previous, wrongs = self._previous, np.zeros(len(command.status), dtype=np.int8)
+        found = _settle(
+            observation.running.copy(),
+            observation.time,
+            command.acceleration,
+            command.steering_angle,
+            command.stamp,
+            command.status,
+            previous.acceleration,
+            previous.steering_angle,
+            previous.stamp,
+            wrongs,
+        )
+        for kind, detail in _WRONG.items() if found else ():
+            bad = (wrongs & kind) != 0
             self._failures.add(bad, INVALID_OUTPUT, observation.time, detail)
-        # An ended run is frozen and masked, so its values only have to stay finite.
-        keep = ~finite | ~known
-        command.acceleration[keep] = self._previous.acceleration[keep]
-        command.steering_angle[keep] = self._previous.steering_angle[keep]
-        command.status[~known] = SILENT
-        answered = observation.running & (command.status != SILENT)
-        command.stamp[:] = np.where(answered, observation.time, self._previous.stamp)
         return command
 
     def _form(self, answer: Any) -> str:
@@ -149,6 +152,68 @@ class GuardedChannel:
             None if monitors is None else np.array(monitors, dtype=np.bool_),
             None if answer.tracks is None else _padded(answer.tracks),
         )
+
+
+_NOT_FINITE: Final = 1
+_NO_STATUS: Final = 2
+_WRONG: Final = {
+    _NOT_FINITE: "acceleration or steering angle is no finite number",
+    _NO_STATUS: f"status is none of 0 to {len(STATUS_LABELS) - 1}",
+}
+_STATES: Final = len(STATUS_LABELS)
+
+
+@compiled
+def _settle(  # noqa: PLR0913, PLR0917 - a kernel
+    running: Bools,
+    time: float,
+    acceleration: Floats,
+    steering_angle: Floats,
+    stamp: Floats,
+    status: Ints,
+    previous_acceleration: Floats,
+    previous_steering_angle: Floats,
+    previous_stamp: Floats,
+    wrongs: NDArray[np.int8],
+) -> int:
+    """Keep the last values where new ones are no use, and set the stamps.
+
+    Args:
+        running: (B,).
+        time: Of the observation [s].
+        acceleration: (B,) in and out.
+        steering_angle: (B,) in and out.
+        stamp: (B,) out.
+        status: (B,) in and out.
+        previous_acceleration: (B,).
+        previous_steering_angle: (B,).
+        previous_stamp: (B,).
+        wrongs: (B,) what is wrong in a run that has not ended, out.
+
+    Returns:
+        In how many runs something is wrong.
+    """
+    found = 0
+    for run in range(running.shape[0]):
+        is_finite = np.isfinite(acceleration[run]) and np.isfinite(steering_angle[run])
+        is_known = 0 <= status[run] < _STATES
+        wrongs[run] = 0
+        if running[run]:
+            if not is_finite and status[run] != FAULT and status[run] != SILENT:
+                wrongs[run] |= _NOT_FINITE
+            if not is_known:
+                wrongs[run] |= _NO_STATUS
+            if wrongs[run]:
+                found += 1
+        if not is_finite or not is_known:
+            # An ended run is frozen and masked, so its values only have to stay finite.
+            acceleration[run] = previous_acceleration[run]
+            steering_angle[run] = previous_steering_angle[run]
+        if not is_known:
+            status[run] = SILENT
+        is_answer = running[run] and status[run] != SILENT
+        stamp[run] = time if is_answer else previous_stamp[run]
+    return found
 
 
 def _misfit(name: str, values: Any, shape: tuple[int | None, ...]) -> str:

@@ -17,7 +17,7 @@ from adeye.channels.tracks import (
     TRACK_X,
     TRACK_Y,
 )
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 
 if TYPE_CHECKING:
     from adeye.signals import Bools, Floats, Ints
@@ -26,7 +26,7 @@ SHOWN: Final = (TRACK_X, TRACK_Y, TRACK_VX, TRACK_VY, TRACK_LENGTH, TRACK_WIDTH)
 """Columns of a track that a command shows, in the order of ``signals.TRACK_COLUMNS``."""
 
 
-@compiled
+@inlined
 def perceive(  # noqa: PLR0913, PLR0917 - a kernel
     time: float,
     period: float,
@@ -44,6 +44,8 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
     pose: Floats,
     tracks: Floats,
     used: Floats,
+    places: Floats,
+    owner: Ints,
 ) -> None:
     """Bring pose and tracks of one run to the present tick.
 
@@ -66,6 +68,8 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
         pose: (POSE_WIDTH,) in and out.
         tracks: (K, TRACK_STATE) in and out.
         used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
+        places: (M, 2) scratch.
+        owner: (M,) scratch.
     """
     update_pose(pose, segments, estimate, estimate_stamp, time, period)
     if not has_pose(pose, time):
@@ -88,6 +92,8 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
             stamps[sensor],
             time - stamps[sensor],
             gate,
+            places,
+            owner,
         )
     drop_tentative(tracks, time, confirm_hits)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.geometry import wrap_to_pi
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import local, position
 from adeye.signals import (
     EGO_ACCELERATION,
@@ -67,13 +67,13 @@ def clear_pose(pose: Floats) -> None:
     pose[POSE_STAMP] = -1.0
 
 
-@compiled
+@inlined
 def has_pose(pose: Floats, time: float) -> bool:
     """Tell whether a pose (POSE_WIDTH,) rests on a sample that is recent enough."""
     return bool(pose[POSE_STAMP] >= 0.0 and time - pose[POSE_STAMP] <= MAX_AGE)
 
 
-@compiled
+@inlined
 def update_pose(
     pose: Floats, segments: Floats, estimate: Floats, stamp: float, time: float, period: float
 ) -> None:
@@ -102,7 +102,7 @@ def update_pose(
     pose[POSE_CURVATURE] = local(segments, x, y)[3]
 
 
-@compiled
+@inlined
 def _is_finite(estimate: Floats) -> bool:
     for value in estimate:  # noqa: SIM110 - a kernel
         if not np.isfinite(value):
@@ -110,44 +110,62 @@ def _is_finite(estimate: Floats) -> bool:
     return True
 
 
-@compiled
+@inlined
 def _carry(pose: Floats, duration: float) -> None:
     """Move a pose on at constant acceleration and yaw rate, stopping at standstill."""
-    speed = pose[POSE_SPEED]
-    later = max(0.0, speed + pose[POSE_ACCELERATION] * duration)
-    way = 0.5 * (speed + later) * duration
-    turn = pose[POSE_YAW_RATE] * duration
-    curvature = pose[POSE_CURVATURE]
-    # A way on the inside of a curve is longer in terms of the reference line.
-    scale = max(0.1, 1.0 - pose[POSE_D] * curvature)
-    sine, cosine = sin_cos(pose[POSE_ALIGN] + 0.5 * (turn - curvature * way / scale))
-    along = way * cosine / scale
-    pose[POSE_S] += along
-    pose[POSE_D] += way * sine
-    pose[POSE_ALIGN] = wrap_to_pi(pose[POSE_ALIGN] + turn - curvature * along)
-    pose[POSE_SPEED] = later
-
-
-@compiled
-def _correct(pose: Floats, estimate: Floats, age: float, is_first: bool) -> None:  # noqa: FBT001 - a kernel
-    sample = np.zeros(POSE_WIDTH)
-    sample[POSE_S] = estimate[ESTIMATE_PLACE + PLACE_S]
-    sample[POSE_D] = estimate[ESTIMATE_PLACE + PLACE_D]
-    sample[POSE_ALIGN] = wrap_to_pi(
-        estimate[EGO_HEADING] - estimate[ESTIMATE_PLACE + PLACE_HEADING]
+    pose[POSE_S], pose[POSE_D], pose[POSE_ALIGN], pose[POSE_SPEED] = _carried(
+        pose[POSE_S],
+        pose[POSE_D],
+        pose[POSE_ALIGN],
+        pose[POSE_CURVATURE],
+        pose[POSE_SPEED],
+        pose[POSE_ACCELERATION],
+        pose[POSE_YAW_RATE],
+        duration,
     )
-    sample[POSE_CURVATURE] = estimate[ESTIMATE_PLACE + PLACE_CURVATURE]
-    sample[POSE_SPEED] = estimate[EGO_SPEED]
-    sample[POSE_ACCELERATION] = estimate[EGO_ACCELERATION]
-    sample[POSE_YAW_RATE] = estimate[EGO_YAW_RATE]
-    _carry(sample, age)
+
+
+@inlined
+def _carried(  # noqa: PLR0913, PLR0917 - a kernel; numbers, because an array costs more than it
+    s: float,
+    d: float,
+    align: float,
+    curvature: float,
+    speed: float,
+    acceleration: float,
+    yaw_rate: float,
+    duration: float,
+) -> tuple[float, float, float, float]:
+    """Return s, d, heading relative to the road and speed some time later."""
+    later = max(0.0, speed + acceleration * duration)
+    way = 0.5 * (speed + later) * duration
+    turn = yaw_rate * duration
+    # A way on the inside of a curve is longer in terms of the reference line.
+    scale = max(0.1, 1.0 - d * curvature)
+    sine, cosine = sin_cos(align + 0.5 * (turn - curvature * way / scale))
+    along = way * cosine / scale
+    return s + along, d + way * sine, wrap_to_pi(align + turn - curvature * along), later
+
+
+@inlined
+def _correct(pose: Floats, estimate: Floats, age: float, is_first: bool) -> None:  # noqa: FBT001 - a kernel
+    s, d, align, now = _carried(
+        estimate[ESTIMATE_PLACE + PLACE_S],
+        estimate[ESTIMATE_PLACE + PLACE_D],
+        wrap_to_pi(estimate[EGO_HEADING] - estimate[ESTIMATE_PLACE + PLACE_HEADING]),
+        estimate[ESTIMATE_PLACE + PLACE_CURVATURE],
+        estimate[EGO_SPEED],
+        estimate[EGO_ACCELERATION],
+        estimate[EGO_YAW_RATE],
+        age,
+    )
     lateral, heading, speed = LATERAL_GAIN, HEADING_GAIN, SPEED_GAIN
     if is_first:
         lateral = heading = speed = 1.0
-    pose[POSE_S] = sample[POSE_S]
-    pose[POSE_D] += lateral * (sample[POSE_D] - pose[POSE_D])
-    turn = heading * wrap_to_pi(sample[POSE_ALIGN] - pose[POSE_ALIGN])
+    pose[POSE_S] = s
+    pose[POSE_D] += lateral * (d - pose[POSE_D])
+    turn = heading * wrap_to_pi(align - pose[POSE_ALIGN])
     pose[POSE_ALIGN] = wrap_to_pi(pose[POSE_ALIGN] + turn)
-    pose[POSE_SPEED] += speed * (sample[POSE_SPEED] - pose[POSE_SPEED])
-    pose[POSE_ACCELERATION] = sample[POSE_ACCELERATION]
-    pose[POSE_YAW_RATE] = sample[POSE_YAW_RATE]
+    pose[POSE_SPEED] += speed * (now - pose[POSE_SPEED])
+    pose[POSE_ACCELERATION] = estimate[EGO_ACCELERATION]
+    pose[POSE_YAW_RATE] = estimate[EGO_YAW_RATE]

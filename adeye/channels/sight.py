@@ -27,6 +27,8 @@ class Sight:
         estimate: (B, 13) of the first linked sensor that gives one.
         estimate_stamp: (B,) its time [s]; -1 without such a sensor.
         is_degraded: (B,) whether a linked sensor does not deliver.
+        places: (M, 2) scratch of the step.
+        owner: (M,) scratch of the step.
     """
 
     def __init__(self, context: ChannelContext) -> None:
@@ -49,6 +51,8 @@ class Sight:
         self.stamps: Floats = np.full((runs, sensors), -1.0)
         self.masks: Bools = np.zeros((runs, sensors, 0), dtype=np.bool_)
         self.detections: Floats = np.zeros((runs, sensors, 0, len(DETECTION_COLUMNS)))
+        self.places: Floats = np.zeros((0, 2))
+        self.owner: Ints = np.zeros(0, dtype=np.int64)
         self.estimate: Floats = np.zeros((runs, len(ESTIMATE_COLUMNS)))
         self.estimate_stamp: Floats = np.full(runs, -1.0)
         self.is_degraded: Bools = np.zeros(runs, dtype=np.bool_)
@@ -63,6 +67,7 @@ class Sight:
         if size > self.masks.shape[2]:
             runs, sensors = self.stamps.shape
             self.masks = np.zeros((runs, sensors, size), dtype=np.bool_)
+            self.places, self.owner = np.zeros((size, 2)), np.zeros(size, dtype=np.int64)
             self.detections = np.zeros((runs, sensors, size, len(DETECTION_COLUMNS)))
         self.is_degraded[:] = False
         has_estimate = False

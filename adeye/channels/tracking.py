@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED, POSE_YAW_RATE
+from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED
 from adeye.channels.tracks import (
     TRACK_BRAKING,
     TRACK_CLASS,
@@ -33,11 +33,11 @@ from adeye.channels.tracks import (
     TRACK_X,
     TRACK_Y,
     associate,
-    carry_point,
+    carried_by,
+    carry_by,
     free_place,
 )
-from adeye.kernel.elementary import sin_cos
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import inlined
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -48,6 +48,7 @@ from adeye.signals import (
     DETECTION_Y,
     Bools,
     Floats,
+    Ints,
 )
 
 SENSOR_KINDS: Final = ("ground_truth", "lidar", "radar", "camera")
@@ -96,7 +97,7 @@ _TENTATIVE: Final = 0.25
 10 Hz."""
 
 
-@compiled
+@inlined
 def predict_tracks(tracks: Floats, pose: Floats, time: float, period: float, coast: float) -> None:
     """Carry tracks on by one tick and free those that have not been seen for too long.
 
@@ -109,15 +110,16 @@ def predict_tracks(tracks: Floats, pose: Floats, time: float, period: float, coa
         period: Since the previous call [s].
         coast: How long a confirmed track lives without a detection [s].
     """
-    sine, cosine = sin_cos(pose[POSE_YAW_RATE] * period)
-    for track in tracks:
-        if track[TRACK_HITS] <= 0.0:
+    motion = carried_by(pose, period)
+    sine, cosine = motion[2], motion[3]
+    for row in range(tracks.shape[0]):
+        if tracks[row, TRACK_HITS] <= 0.0:
             continue
-        track[TRACK_X], track[TRACK_Y] = carry_point(
+        track = tracks[row]
+        track[TRACK_X], track[TRACK_Y] = carry_by(
+            motion,
             track[TRACK_X] + period * track[TRACK_VX],
             track[TRACK_Y] + period * track[TRACK_VY],
-            pose,
-            period,
         )
         _smooth_braking(track, period)
         vx, vy = track[TRACK_VX], track[TRACK_VY]
@@ -135,7 +137,7 @@ def predict_tracks(tracks: Floats, pose: Floats, time: float, period: float, coa
                 track[TRACK_HITS] = 0.0
 
 
-@compiled
+@inlined
 def _smooth_braking(track: Floats, period: float) -> None:
     """Take the change of speed since the previous tick into the smoothed acceleration."""
     if track[TRACK_VAR_VX] > _SURE_SPEED:
@@ -146,7 +148,7 @@ def _smooth_braking(track: Floats, period: float) -> None:
     track[TRACK_BRAKING] += share * (change - track[TRACK_BRAKING])
 
 
-@compiled
+@inlined
 def _is_hidden_near(track: Floats, pose: Floats) -> bool:
     """Tell whether an object may be there although no sensor sees it: close ahead of a slow ego.
 
@@ -156,7 +158,7 @@ def _is_hidden_near(track: Floats, pose: Floats) -> bool:
     return bool(is_near and pose[POSE_SPEED] < _SLOW)
 
 
-@compiled
+@inlined
 def _grow(track: Floats, column: int, period: float, freedom: float) -> None:
     """Let the uncertainty of one axis grow over a period (white acceleration)."""
     var, cov, rate = track[column], track[column + 1], track[column + 2]
@@ -165,7 +167,7 @@ def _grow(track: Floats, column: int, period: float, freedom: float) -> None:
     track[column + 2] = rate + period * freedom
 
 
-@compiled
+@inlined
 def drop_tentative(tracks: Floats, time: float, confirm_hits: float) -> None:
     """Free tracks that are not confirmed and have not been seen lately.
 
@@ -174,13 +176,13 @@ def drop_tentative(tracks: Floats, time: float, confirm_hits: float) -> None:
         time: Now [s].
         confirm_hits: Detections that confirm a track.
     """
-    for track in tracks:
-        unseen = time - track[TRACK_SEEN] > _TENTATIVE + 1e-9
-        if 0.0 < track[TRACK_HITS] < confirm_hits and unseen:
-            track[TRACK_HITS] = 0.0
+    for row in range(tracks.shape[0]):
+        unseen = time - tracks[row, TRACK_SEEN] > _TENTATIVE + 1e-9
+        if 0.0 < tracks[row, TRACK_HITS] < confirm_hits and unseen:
+            tracks[row, TRACK_HITS] = 0.0
 
 
-@compiled
+@inlined
 def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     tracks: Floats,
     pose: Floats,
@@ -192,6 +194,8 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     stamp: float,
     age: float,
     gate: float,
+    places: Floats,
+    owner: Ints,
 ) -> None:
     """Update tracks with one new sample of one sensor, and begin tracks for what fits none.
 
@@ -206,16 +210,21 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         stamp: Time of the sample [s].
         age: Time since the sample [s].
         gate: Largest distance between a track and its detection [m].
+        places: (M, 2) scratch.
+        owner: (M,) scratch.
     """
-    count = detections.shape[0]
-    places = np.empty((count, 2))
-    owner = np.full(count, -1, dtype=np.int64)
-    for row in range(count):
+    motion = carried_by(pose, age)
+    count = 0
+    for row in range(detections.shape[0]):
+        owner[row] = -1
         if mask[row]:
-            places[row, 0], places[row, 1] = carry_point(
-                detections[row, DETECTION_X], detections[row, DETECTION_Y], pose, age
+            count = row + 1
+            places[row, 0], places[row, 1] = carry_by(
+                motion, detections[row, DETECTION_X], detections[row, DETECTION_Y]
             )
-    mount_x, mount_y = carry_point(mount_x, mount_y, pose, age)
+    if count == 0:
+        return
+    mount_x, mount_y = carry_by(motion, mount_x, mount_y)
     associate(tracks, mask, detections, places, owner, age, gate)
     for row in range(count):
         if not mask[row] or not np.isfinite(places[row, 0] + places[row, 1]):
@@ -234,7 +243,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
             tracks[owner[row], TRACK_SEEN] = stamp + age
 
 
-@compiled
+@inlined
 def _noise(kind: int, dx: float, dy: float, distance: float) -> tuple[float, float, float]:
     """Return the assumed variance of a detection along x, along y and of its range rate."""
     along = _NOISE[kind, 0] + _NOISE[kind, 1] * distance * distance
@@ -252,7 +261,7 @@ def _noise(kind: int, dx: float, dy: float, distance: float) -> tuple[float, flo
     )
 
 
-@compiled
+@inlined
 def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     track: Floats,
     detection: Floats,
@@ -279,13 +288,13 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     track[TRACK_HITS] += 1.0
 
 
-@compiled
+@inlined
 def _speed_at(pose: Floats, age: float) -> float:
     """Speed of the ego at the sample's time [m/s]."""
     return float(max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age))
 
 
-@compiled
+@inlined
 def _correct_axis(  # noqa: PLR0913, PLR0917 - a kernel
     track: Floats, at: int, speed: int, column: int, measured: float, noise: float, age: float
 ) -> None:
@@ -301,7 +310,7 @@ def _correct_axis(  # noqa: PLR0913, PLR0917 - a kernel
     track[column + 2] = max(1e-9, rate - with_speed * with_speed / spread)
 
 
-@compiled
+@inlined
 def _correct_rate(track: Floats, ux: float, uy: float, measured: float, noise: float) -> None:
     """Correct a track by the component of its velocity along the line of sight."""
     along_x, along_y = ux * track[TRACK_VAR_VX], uy * track[TRACK_VAR_VY]
@@ -320,7 +329,7 @@ def _correct_rate(track: Floats, ux: float, uy: float, measured: float, noise: f
     track[TRACK_VAR_VY] = max(1e-9, track[TRACK_VAR_VY] - along_y * along_y / spread)
 
 
-@compiled
+@inlined
 def _begin(  # noqa: PLR0913, PLR0917 - a kernel
     track: Floats,
     detection: Floats,

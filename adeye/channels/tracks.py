@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from typing import Final
 
-import numpy as np
-
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED, POSE_YAW_RATE
 from adeye.kernel.elementary import sin_cos
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import inlined
 from adeye.signals import DETECTION_CLASS, Bools, Floats, Ints
 
 TRACKS: Final = 8
@@ -34,8 +32,10 @@ TRACKS: Final = 8
     TRACK_SEEN,  # time at which the newest sample that has it arrived [s]
     TRACK_BRAKING,  # acceleration along x, smoothed; 0 while the speed is not sure [m/s²]
     TRACK_LAST_VX,  # speed along x at the previous tick [m/s]
-) = range(17)
-TRACK_STATE: Final = 17
+    TRACK_NEAREST,  # while detections are shared out: the nearest free one, -1 for none
+    TRACK_COST,  # how far away it is, 1 at the gate
+) = range(19)
+TRACK_STATE: Final = 19
 
 _GATE_GROWTH: Final = 0.08
 """Growth of the gate along the line of sight with distance, for cameras. Our choice."""
@@ -46,26 +46,40 @@ _ASIDE: Final = 20.0
 ahead [m]: what is outside cannot come into the path within the prediction of three seconds."""
 
 
-@compiled
-def carry_point(x: float, y: float, pose: Floats, age: float) -> tuple[float, float]:
-    """Express a point of an earlier vehicle frame in the present one.
+@inlined
+def carried_by(pose: Floats, age: float) -> tuple[float, float, float, float]:
+    """Return how the vehicle frame has moved since some time ago, for ``carry_by``.
 
     Args:
-        x: [m].
-        y: [m].
         pose: (POSE_WIDTH,) of the ego now.
         age: How long ago [s].
+
+    Returns:
+        Way along x and y of the earlier frame [m], sine and cosine of the turn.
     """
     turn = pose[POSE_YAW_RATE] * age
     earlier = max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age)
     way = 0.5 * (pose[POSE_SPEED] + earlier) * age
     sine, cosine = sin_cos(0.5 * turn)
-    dx, dy = x - way * cosine, y - way * sine
-    sine, cosine = sin_cos(turn)
+    turn_sine, turn_cosine = sin_cos(turn)
+    return way * cosine, way * sine, turn_sine, turn_cosine
+
+
+@inlined
+def carry_by(motion: tuple[float, float, float, float], x: float, y: float) -> tuple[float, float]:
+    """Express a point of an earlier vehicle frame in the present one.
+
+    Args:
+        motion: Of the frame, see ``carried_by``.
+        x: [m].
+        y: [m].
+    """
+    along, across, sine, cosine = motion
+    dx, dy = x - along, y - across
     return cosine * dx + sine * dy, -sine * dx + cosine * dy
 
 
-@compiled
+@inlined
 def associate(  # noqa: PLR0913, PLR0917 - a kernel
     tracks: Floats,
     mask: Bools,
@@ -77,31 +91,34 @@ def associate(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> None:
     """Give each track the detection that is nearest to it, the nearest pair first."""
     count = tracks.shape[0]
-    nearest = np.full(count, -1, dtype=np.int64)
-    cost = np.full(count, np.inf)
     for place in range(count):
         if tracks[place, TRACK_HITS] > 0.0:
-            nearest[place], cost[place] = _nearest(
-                tracks[place], mask, detections, places, owner, age, gate
+            track = tracks[place]
+            track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
+                track, mask, detections, places, owner, age, gate
             )
     while True:
         best = -1
+        least = math.inf
         for place in range(count):
-            if nearest[place] >= 0 and (best < 0 or cost[place] < cost[best]):
-                best = place
+            if tracks[place, TRACK_HITS] > 0.0 and tracks[place, TRACK_NEAREST] >= 0.0:
+                cost = tracks[place, TRACK_COST]
+                if cost < least:
+                    best, least = place, cost
         if best < 0:
             return
-        taken = nearest[best]
-        owner[taken] = best
-        nearest[best] = -1
+        taken = tracks[best, TRACK_NEAREST]
+        owner[int(taken)] = best
+        tracks[best, TRACK_NEAREST] = -1.0
         for place in range(count):
-            if nearest[place] == taken:
-                nearest[place], cost[place] = _nearest(
-                    tracks[place], mask, detections, places, owner, age, gate
+            if tracks[place, TRACK_HITS] > 0.0 and tracks[place, TRACK_NEAREST] == taken:
+                track = tracks[place]
+                track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
+                    track, mask, detections, places, owner, age, gate
                 )
 
 
-@compiled
+@inlined
 def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
     track: Floats,
     mask: Bools,
@@ -132,7 +149,7 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
     return chosen, least
 
 
-@compiled
+@inlined
 def free_place(tracks: Floats, place: Floats) -> int:
     """Return where a new track may stand: a free place, or that of a farther track; -1 for none."""
     x, y = place[0], place[1]

@@ -60,6 +60,7 @@ class FaultPlan:
         self._begun = np.full(shape, np.nan)
         self._triggers = TriggerTable.of(cases, context)
         self._programs = _Programs.of(cases, self._triggers.index)
+        self._triggers.watch(self._programs.ops, self._programs.args)
         self._drop_outs: dict[str, tuple[DropOut, list[int]]] = {}
         self._silences: dict[str, tuple[Silence, list[int]]] = {}
         for index, fault in enumerate(first.faults):

@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import inlined
 from adeye.signals import (
     DETECTION_COLUMNS,
     DETECTION_X,
@@ -65,7 +65,7 @@ class Delivery:
         return self._newest
 
 
-@compiled
+@inlined
 def make_room(detections: Floats, source: Ints, count: int, distance: float) -> int:
     """Move farther detections one row down and return the row that is free for a new one.
 
@@ -80,7 +80,8 @@ def make_room(detections: Floats, source: Ints, count: int, distance: float) -> 
         x, y = detections[row - 1, DETECTION_X], detections[row - 1, DETECTION_Y]
         if x * x + y * y <= distance:
             break
-        detections[row] = detections[row - 1]
+        for column in range(detections.shape[1]):
+            detections[row, column] = detections[row - 1, column]
         source[row] = source[row - 1]
         row -= 1
     return row

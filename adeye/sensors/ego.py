@@ -8,7 +8,7 @@ import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
-from adeye.kernel.random import normal
+from adeye.kernel.random import normal, normal_pair
 from adeye.sensors.delivery import Delivery, make_room, no_measurement
 from adeye.signals import (
     DETECTION_CLASS,
@@ -43,7 +43,8 @@ if TYPE_CHECKING:
 
     from adeye.ports import SensorContext
 
-LATERAL_DRAW, HEADING_DRAW, SPEED_DRAW = 0, 1, 2
+POSE_DRAWS, SPEED_DRAW = 0, 1
+"""Pairs of random numbers of a sample: across the lane and heading; speed."""
 
 
 class LocalisationSensor:
@@ -73,6 +74,7 @@ class LocalisationSensor:
                 self._context.scene.stream_seeds,
                 np.uint64(self._context.owner),
                 self._sample_number,
+                scene.running,
                 sample.estimate,
             )
             self._sample_number += 1
@@ -99,6 +101,7 @@ class GroundTruthSensor:
                 scene.objects,
                 self._context.scene.object_sizes,
                 self._context.scene.object_classes,
+                scene.running,
                 sample.mask,
                 sample.detections,
                 sample.source,
@@ -123,23 +126,27 @@ def _add_noise(
     seeds: NDArray[np.uint64],
     owner: np.uint64,
     number: int,
+    running: Bools,
     estimate: Floats,
 ) -> None:
-    """Add noise to the estimates of a batch (B, 13) in place."""
+    """Add noise to the estimates of a batch (B, 13) in place, where a run has not ended."""
     for run in range(estimate.shape[0]):
+        if not running[run]:
+            continue
         record = parameters[run]
         row = estimate[run]
+        across, turn = 0.0, 0.0
+        if record["lateral_noise"] > 0.0 or record["heading_noise"] > 0.0:
+            across, turn = normal_pair(seeds[run], owner, number, POSE_DRAWS)
         if record["lateral_noise"] > 0.0:
-            shift = record["lateral_noise"] * normal(seeds[run], owner, number, LATERAL_DRAW)
+            shift = record["lateral_noise"] * across
             s, c = sin_cos(row[ESTIMATE_PLACE + PLACE_HEADING])
             row[EGO_X] -= shift * s
             row[EGO_Y] += shift * c
             row[ESTIMATE_PLACE + PLACE_D] += shift
             row[ESTIMATE_PLACE + PLACE_OFFSET] += shift
         if record["heading_noise"] > 0.0:
-            row[EGO_HEADING] += record["heading_noise"] * normal(
-                seeds[run], owner, number, HEADING_DRAW
-            )
+            row[EGO_HEADING] += record["heading_noise"] * turn
         if record["speed_noise"] > 0.0:
             noise = record["speed_noise"] * normal(seeds[run], owner, number, SPEED_DRAW)
             row[EGO_SPEED] = max(0.0, row[EGO_SPEED] + noise)
@@ -151,12 +158,15 @@ def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
     objects: Floats,
     sizes: Floats,
     classes: Ints,
+    running: Bools,
     mask: Bools,
     detections: Floats,
     source: Ints,
 ) -> None:
     """List every object of a batch in the vehicle frame with its exact range rate."""
     for run in range(ego.shape[0]):
+        if not running[run]:
+            continue
         s, c = sin_cos(ego[run, EGO_HEADING])
         for thing in range(objects.shape[1]):
             state = objects[run, thing]

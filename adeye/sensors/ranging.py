@@ -7,11 +7,19 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from adeye.kernel.elementary import atan2, cos, sin_cos
-from adeye.kernel.geometry import wrap_to_pi
-from adeye.kernel.jit import compiled
-from adeye.kernel.random import normal
-from adeye.kernel.sight import box_bearings, visible_fraction
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.random import normal, normal_pair
+from adeye.kernel.sight import (
+    DISTANCE,
+    DX,
+    DY,
+    HALF,
+    OUTLINE_WIDTH,
+    box_bearings,
+    outline,
+    visible_share,
+)
 from adeye.sensors.delivery import Delivery, make_room, no_measurement
 from adeye.sensors.weather import camera_range, lidar_range
 from adeye.signals import (
@@ -39,6 +47,8 @@ from adeye.signals import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from adeye.ports import SensorContext
@@ -48,8 +58,8 @@ CAMERA, RADAR, LIDAR = 0, 1, 2
 _KINDS = {"camera": CAMERA, "radar": RADAR, "lidar": LIDAR}
 _NOISES = ("bearing_noise", "distance_noise", "range_noise", "range_rate_noise")
 _OPTIONAL = {**dict.fromkeys(_NOISES, 0.0), "night_range": 1.0, "reference_reflectivity": 1.0}
-DRAWS = 4
-"""Random numbers per object and sample: distance, bearing, range rate, spare."""
+DRAWS = 2
+"""Pairs of random numbers per object and sample: distance and bearing, range rate."""
 
 
 class RangingSensor:
@@ -78,9 +88,14 @@ class RangingSensor:
                 "rain": weather.rain,
                 "visibility": weather.fog_visibility,
                 "night": weather.night.astype(np.float64),
+                **_edges(fields["field_of_view"]),
             }
         )
         self._objects = len(scene.object_ids)
+        self._reach: Floats = np.zeros((scene.runs, self._objects))
+        _fill_reach(self._kind, self._parameters, scene.object_reflectivity, self._reach)
+        self._pieces: Floats = np.zeros((self._objects, 2))
+        self._looks: Floats = np.zeros((self._objects, OUTLINE_WIDTH))
         self._sample_number = 0
         first = no_measurement(scene.runs, self._objects, with_estimate=False)
         self._delivery = Delivery(context.every, context.latency, first)
@@ -104,14 +119,31 @@ class RangingSensor:
             scene.ego,
             scene.objects,
             context.object_sizes,
-            context.object_reflectivity,
             context.object_classes,
+            scene.running,
+            self._reach,
+            self._pieces,
+            self._looks,
             sample.mask,
             sample.detections,
             sample.source,
         )
         self._sample_number += 1
         return sample
+
+
+def _edges(field_of_view: Sequence[float]) -> dict[str, list[float]]:
+    """Give sine and cosine of half the field of view, both 0 where it is half a turn or more."""
+    found = [sin_cos(0.5 * angle) if angle < math.pi else (0.0, 0.0) for angle in field_of_view]
+    return {"edge_sine": [pair[0] for pair in found], "edge_cosine": [pair[1] for pair in found]}
+
+
+@compiled
+def _fill_reach(kind: int, parameters: Any, reflectivity: Floats, reach: Floats) -> None:
+    """Compute the range (B, M) that the weather leaves for each object [m]."""
+    for run in range(reach.shape[0]):
+        for thing in range(reach.shape[1]):
+            reach[run, thing] = _reach(kind, parameters[run], reflectivity[run, thing])
 
 
 @compiled
@@ -124,14 +156,19 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
     ego: Floats,
     objects: Floats,
     sizes: Floats,
-    reflectivity: Floats,
     classes: Ints,
+    running: Bools,
+    reach: Floats,
+    pieces: Floats,
+    looks: Floats,
     mask: Bools,
     detections: Floats,
     source: Ints,
 ) -> None:
-    """Sample every run of a batch; one call of ``_sample_run`` each."""
+    """Sample every run of a batch that has not ended; one call of ``_sample_run`` each."""
     for run in range(ego.shape[0]):
+        if not running[run]:
+            continue
         _sample_run(
             kind,
             parameters[run],
@@ -141,15 +178,17 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
             ego[run],
             objects[run],
             sizes[run],
-            reflectivity[run],
             classes,
+            reach[run],
+            pieces,
+            looks,
             mask[run],
             detections[run],
             source[run],
         )
 
 
-@compiled
+@inlined
 def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
     kind: int,
     parameters: Any,
@@ -159,8 +198,10 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
     ego: Floats,
     objects: Floats,
     sizes: Floats,
-    reflectivity: Floats,
     classes: Ints,
+    reach: Floats,
+    pieces: Floats,
+    looks: Floats,
     mask: Bools,
     detections: Floats,
     source: Ints,
@@ -179,8 +220,10 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
         ego: (7,) state.
         objects: (M, 5) states.
         sizes: (M, 3).
-        reflectivity: (M,).
         classes: (M,).
+        reach: (M,) how near each object must be [m].
+        pieces: (M, 2) scratch.
+        looks: (M, OUTLINE_WIDTH) scratch.
         mask: (M,) out.
         detections: (M, 7) out.
         source: (M,) out.
@@ -188,14 +231,26 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
     s, c = sin_cos(ego[EGO_HEADING])
     sensor_x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
     sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
-    boresight = ego[EGO_HEADING] + parameters["yaw"]
+    ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
+    for thing in range(objects.shape[0]):
+        outline(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
     found = 0
     for thing in range(objects.shape[0]):
-        reach = _reach(kind, parameters, reflectivity[thing])
-        if not _is_seen(parameters, reach, sensor_x, sensor_y, boresight, thing, objects, sizes):
+        if not _is_seen(parameters, reach[thing], ahead_x, ahead_y, thing, sizes, looks, pieces):
             continue
         x, y, rate = _measure(
-            kind, parameters, seed, owner, number, thing, ego, objects[thing], sensor_x, sensor_y
+            kind,
+            parameters,
+            seed,
+            owner,
+            number,
+            thing,
+            ego,
+            c,
+            s,
+            objects[thing],
+            sensor_x,
+            sensor_y,
         )
         dx, dy = x - ego[EGO_X], y - ego[EGO_Y]
         row = make_room(detections, source, found, dx * dx + dy * dy)
@@ -230,32 +285,44 @@ def _reach(kind: int, parameters: Any, reflectivity: float) -> float:
     return float(parameters["range"])
 
 
-@compiled
+@inlined
+def _is_aside(parameters: Any, ahead_x: float, ahead_y: float, look: Floats) -> bool:
+    """Tell whether a circle around an object lies outside of less than half a turn of view.
+
+    Args:
+        parameters: Record of the sensor.
+        ahead_x: Unit vector of the boresight.
+        ahead_y: Of the same.
+        look: (OUTLINE_WIDTH,) of the object.
+    """
+    sine, cosine = parameters["edge_sine"], parameters["edge_cosine"]
+    if sine <= 0.0 or parameters["min_visible"] <= 0.0:
+        return False
+    along = ahead_x * look[DX] + ahead_y * look[DY]
+    across = ahead_x * look[DY] - ahead_y * look[DX]
+    return bool(abs(across) * cosine - along * sine > look[HALF])
+
+
+@inlined
 def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
     reach: float,
-    sensor_x: float,
-    sensor_y: float,
-    boresight: float,
+    ahead_x: float,
+    ahead_y: float,
     thing: int,
-    objects: Floats,
     sizes: Floats,
+    looks: Floats,
+    pieces: Floats,
 ) -> bool:
     """Tell whether an object is detected.
 
     Its nearest point must be within reach, and the unoccluded share and the share inside the field
     of view of its angular extent must each be at least ``min_visible``.
     """
-    nearest, right, left = box_bearings(
-        sensor_x,
-        sensor_y,
-        boresight,
-        objects[thing, OBJECT_X],
-        objects[thing, OBJECT_Y],
-        objects[thing, OBJECT_HEADING],
-        sizes[thing, 0],
-        sizes[thing, 1],
-    )
+    look = looks[thing]
+    if look[DISTANCE] > reach + look[HALF] or _is_aside(parameters, ahead_x, ahead_y, look):
+        return False
+    nearest, right, left = box_bearings(ahead_x, ahead_y, sizes[thing], look)
     if not nearest <= reach:
         return False
     half = 0.5 * parameters["field_of_view"]
@@ -265,11 +332,11 @@ def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
     inside += max(0.0, min(left - 2.0 * math.pi, half) - max(right - 2.0 * math.pi, -half))
     if half < math.pi and extent > 0.0 and inside < parameters["min_visible"] * extent:
         return False
-    seen = visible_fraction(sensor_x, sensor_y, thing, objects, sizes)
+    seen = visible_share(thing, ahead_x, ahead_y, sizes, looks, pieces)
     return bool(seen >= parameters["min_visible"])
 
 
-@compiled
+@inlined
 def _measure(  # noqa: PLR0913, PLR0917 - a kernel
     kind: int,
     parameters: Any,
@@ -278,6 +345,8 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
     number: int,
     thing: int,
     ego: Floats,
+    cosine: float,
+    sine: float,
     target: Floats,
     sensor_x: float,
     sensor_y: float,
@@ -285,26 +354,25 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
     """Measured place of a box centre in the map [m] and, for a radar, its range rate [m/s]."""
     dx, dy = target[OBJECT_X] - sensor_x, target[OBJECT_Y] - sensor_y
     distance = math.sqrt(dx * dx + dy * dy)
-    line_of_sight = atan2(dy, dx)
-    bearing = line_of_sight
+    # The line of sight as a unit vector: no angle is needed.
+    ux, uy = (dx / distance, dy / distance) if distance > 0.0 else (cosine, sine)
     if kind == CAMERA:
         # Distance from the height in the image: its error grows with the distance squared.
         sigma = parameters["distance_noise"] * distance * distance / parameters["range"]
     else:
         sigma = parameters["range_noise"]
     first = DRAWS * thing
-    measured = distance
-    if sigma > 0.0:
-        measured += sigma * normal(seed, owner, number, first)
-    if parameters["bearing_noise"] > 0.0:
-        bearing += parameters["bearing_noise"] * normal(seed, owner, number, first + 1)
-    measured = max(measured, 0.0)
     rate = 0.0
     if kind == RADAR and distance > 0.0:
-        along = cos(wrap_to_pi(target[OBJECT_HEADING] - line_of_sight))
-        own = cos(wrap_to_pi(ego[EGO_HEADING] - line_of_sight))
-        rate = target[OBJECT_SPEED] * along - ego[EGO_SPEED] * own
+        s, c = sin_cos(target[OBJECT_HEADING])
+        rate = target[OBJECT_SPEED] * (c * ux + s * uy)
+        rate -= ego[EGO_SPEED] * (cosine * ux + sine * uy)
         if parameters["range_rate_noise"] > 0.0:
-            rate += parameters["range_rate_noise"] * normal(seed, owner, number, first + 2)
-    sine, cosine = sin_cos(bearing)
-    return sensor_x + measured * cosine, sensor_y + measured * sine, rate
+            rate += parameters["range_rate_noise"] * normal(seed, owner, number, first + 1)
+    bearing_noise = parameters["bearing_noise"]
+    if sigma > 0.0 or bearing_noise > 0.0:
+        along, aside = normal_pair(seed, owner, number, first)
+        distance = max(0.0, distance + sigma * along)
+        s, c = sin_cos(bearing_noise * aside)
+        ux, uy = c * ux - s * uy, s * ux + c * uy
+    return sensor_x + distance * ux, sensor_y + distance * uy, rate

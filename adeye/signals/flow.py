@@ -148,6 +148,22 @@ class Scene:
     foreign_contact: Bools
     running: Bools
 
+    def copy(self) -> Scene:
+        """Copy the arrays, so that a later tick leaves this scene as it was."""
+        return Scene(
+            self.tick,
+            self.time,
+            self.ego.copy(),
+            self.ego_place.copy(),
+            self.objects.copy(),
+            self.object_places.copy(),
+            self.begun.copy(),
+            self.contact.copy(),
+            self.impact_speed.copy(),
+            self.foreign_contact.copy(),
+            self.running.copy(),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class SceneContext:

@@ -43,6 +43,8 @@ class Eye:
             self.pose,
             self.tracks,
             self.used,
+            np.zeros((1, 2)),
+            np.zeros(1, dtype=np.int64),
         )
 
     def shown(self) -> Floats:

@@ -14,7 +14,7 @@ from adeye.channels.tracks import (
     TRACK_Y,
     TRACKS,
 )
-from adeye.signals import Floats
+from adeye.signals import Floats, Ints
 
 STEP = 0.05
 EGO_SPEED = 20.0
@@ -25,6 +25,10 @@ def ego_pose() -> Floats:
     pose = np.zeros(POSE_WIDTH)
     pose[POSE_SPEED] = EGO_SPEED
     return pose
+
+
+def scratch(size: int) -> tuple[Floats, Ints]:
+    return np.zeros((size, 2)), np.zeros(size, dtype=np.int64)
 
 
 def sample(x: float, y: float, rate: float | None = None) -> Floats:
@@ -59,7 +63,7 @@ def track(
         rate = velocity[0] - EGO_SPEED if with_rate else None
         detection = sample(x, y, rate)
         age = time - stamp
-        update_tracks(tracks, pose, kind, 0.0, 0.0, mask, detection, stamp, age, 4.0)
+        update_tracks(tracks, pose, kind, 0.0, 0.0, mask, detection, stamp, age, 4.0, *scratch(1))
     return tracks
 
 
@@ -105,7 +109,9 @@ def test_braking_of_an_object_is_found_by_exact_sensors_only() -> None:
             time = tick * STEP
             predict_tracks(tracks, pose, time, STEP, 0.5)
             x = 60.0 + (20.0 - EGO_SPEED) * time - 3.0 * time * time
-            update_tracks(tracks, pose, kind, 0.0, 0.0, mask, sample(x, 0.0), time, 0.0, 4.0)
+            update_tracks(
+                tracks, pose, kind, 0.0, 0.0, mask, sample(x, 0.0), time, 0.0, 4.0, *scratch(1)
+            )
         return float(tracks[0, TRACK_BRAKING])
 
     assert braking_seen_by(TRUTH) == pytest.approx(-6.0, abs=0.5)
@@ -158,5 +164,7 @@ def test_tentative_track_is_dropped_sooner_than_a_confirmed_one() -> None:
 def test_detection_that_is_no_number_makes_no_track() -> None:
     tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
     mask = np.ones(1, dtype=np.bool_)
-    update_tracks(tracks, pose, TRUTH, 0.0, 0.0, mask, sample(np.nan, 0.0), 0.0, 0.0, 4.0)
+    update_tracks(
+        tracks, pose, TRUTH, 0.0, 0.0, mask, sample(np.nan, 0.0), 0.0, 0.0, 4.0, *scratch(1)
+    )
     assert (tracks[:, TRACK_HITS] == 0.0).all()

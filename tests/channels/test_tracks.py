@@ -10,7 +10,8 @@ from adeye.channels.tracks import (
     TRACK_Y,
     TRACKS,
     associate,
-    carry_point,
+    carried_by,
+    carry_by,
     free_place,
 )
 from adeye.signals import Floats, Ints
@@ -37,13 +38,13 @@ def owners(tracks: Floats, *places: tuple[float, float], kind: float = 0.0) -> I
 def test_standing_point_comes_nearer_by_the_way_of_the_ego() -> None:
     pose = np.zeros(POSE_WIDTH)
     pose[POSE_SPEED] = 20.0
-    assert carry_point(50.0, 2.0, pose, 0.1) == pytest.approx((48.0, 2.0))
+    assert carry_by(carried_by(pose, 0.1), 50.0, 2.0) == pytest.approx((48.0, 2.0))
 
 
 def test_point_turns_away_from_a_turning_ego() -> None:
     pose = np.zeros(POSE_WIDTH)
     pose[POSE_YAW_RATE] = np.pi / 2.0
-    assert carry_point(10.0, 0.0, pose, 1.0) == pytest.approx((0.0, -10.0), abs=1e-9)
+    assert carry_by(carried_by(pose, 1.0), 10.0, 0.0) == pytest.approx((0.0, -10.0), abs=1e-9)
 
 
 def test_nearest_pair_is_joined_first() -> None:

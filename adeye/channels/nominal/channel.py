@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import vehicle_fields
 from adeye.channels.nominal.planning import MEMORY_PATH, MEMORY_WIDTH, nominal_step
 from adeye.channels.perception import show_tracks
@@ -60,6 +61,8 @@ class NominalChannel:
         self._memory[:, MEMORY_PATH] = np.nan
         self._command = np.zeros((runs, 2))
         self._status = np.full(runs, FAULT, dtype=np.int64)
+        self._path = np.zeros(PATH_WIDTH)
+        self._shows_tracks = context.shows_tracks
         self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
 
     def act(self, observation: Observation) -> ControlCommand:
@@ -87,6 +90,10 @@ class NominalChannel:
             self._command,
             self._status,
             self._shown,
+            self._shows_tracks,
+            sight.places,
+            sight.owner,
+            self._path,
         )
         return ControlCommand(
             self._channel_id,
@@ -94,7 +101,7 @@ class NominalChannel:
             self._command[:, 1].copy(),
             np.full(self._status.shape, observation.time),
             self._status.copy(),
-            tracks=self._shown.copy(),
+            tracks=self._shown.copy() if self._shows_tracks else None,
         )
 
 
@@ -119,6 +126,10 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     command: Floats,
     status: Ints,
     shown: Floats,
+    shows_tracks: bool,  # noqa: FBT001 - a kernel
+    places: Floats,
+    owner: Ints,
+    path: Floats,
 ) -> None:
     for run in range(records.shape[0]):
         if not running[run]:
@@ -139,6 +150,10 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
             used[run],
             memory[run],
             command[run],
+            places,
+            owner,
+            path,
         )
         status[run] = DEGRADED if state == OK and is_degraded[run] else state
-        show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+        if shows_tracks:
+            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

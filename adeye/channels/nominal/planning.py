@@ -6,11 +6,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from adeye.channels.corridor import PATH_GAP, PATH_REQUIRED, PATH_SPEED, PATH_WIDTH, view_path
+from adeye.channels.corridor import PATH_GAP, PATH_REQUIRED, PATH_SPEED, view_path
 from adeye.channels.driving import allowed_speed, follow, is_number, path_of_lane, steer
 from adeye.channels.perception import perceive
 from adeye.channels.pose import POSE_D, POSE_SPEED, has_pose
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import inlined
 from adeye.signals import FAULT, OK, Bools, Floats, Ints
 
 # Columns of what the channel remembers beside pose and tracks.
@@ -25,7 +25,7 @@ RELEASE: Final = 0.3
 choice: by then nine tenths of the closing speed that called for it are gone."""
 
 
-@compiled
+@inlined
 def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     time: float,
@@ -42,6 +42,9 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     used: Floats,
     memory: Floats,
     command: Floats,
+    places: Floats,
+    owner: Ints,
+    path: Floats,
 ) -> int:
     """Decide one run at one tick.
 
@@ -61,6 +64,9 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
         used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
         memory: (MEMORY_WIDTH,) in and out.
         command: (2,) acceleration [m/s²] and steering angle [rad]; in and out.
+        places: (M, 2) scratch.
+        owner: (M,) scratch.
+        path: (PATH_WIDTH,) scratch.
 
     Returns:
         OK, or FAULT without a recent ego estimate: then it coasts with the steering held.
@@ -82,6 +88,8 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
         pose,
         tracks,
         used,
+        places,
+        owner,
     )
     if not has_pose(pose, time):
         command[0] = 0.0
@@ -89,7 +97,6 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     if np.isnan(memory[MEMORY_PATH]):
         memory[MEMORY_PATH] = path_of_lane(record, pose[POSE_D])
     path_d = memory[MEMORY_PATH]
-    path = np.empty(PATH_WIDTH)
     view_path(
         tracks,
         pose,
@@ -119,7 +126,7 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     return OK
 
 
-@compiled
+@inlined
 def is_emergency(was: bool, required: float, threshold: float) -> bool:  # noqa: FBT001 - a kernel
     """Tell whether to brake in an emergency, with hysteresis.
 

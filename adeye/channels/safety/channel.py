@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import vehicle_fields
 from adeye.channels.links import SWITCH, linked_channels
 from adeye.channels.perception import show_tracks
 from adeye.channels.pose import POSE_WIDTH, clear_pose
-from adeye.channels.safety.monitors import MONITOR_IDS
+from adeye.channels.safety.monitors import EVIDENCE_WIDTH, MONITOR_IDS
 from adeye.channels.safety.supervision import MEMORY_PATH, MEMORY_WIDTH, NO_SWITCH, safety_step
 from adeye.channels.sight import Sight
 from adeye.channels.tracks import TRACK_STATE, TRACKS
@@ -87,6 +88,9 @@ class SafetyChannel:
         self._command = np.zeros((runs, 2))
         self._status = np.full(runs, FAULT, dtype=np.int64)
         self._monitors = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.bool_)
+        self._path = np.zeros(PATH_WIDTH)
+        self._seen = np.zeros(EVIDENCE_WIDTH)
+        self._shows_tracks = context.shows_tracks
         self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
 
     def act(self, observation: Observation) -> ControlCommand:
@@ -128,6 +132,11 @@ class SafetyChannel:
             self._status,
             self._monitors,
             self._shown,
+            self._shows_tracks,
+            sight.places,
+            sight.owner,
+            self._path,
+            self._seen,
         )
         return ControlCommand(
             self._channel_id,
@@ -136,7 +145,7 @@ class SafetyChannel:
             np.full(self._status.shape, observation.time),
             self._status.copy(),
             monitors=self._monitors.copy(),
-            tracks=self._shown.copy(),
+            tracks=self._shown.copy() if self._shows_tracks else None,
         )
 
 
@@ -180,6 +189,11 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     status: Ints,
     monitors: Bools,
     shown: Floats,
+    shows_tracks: bool,  # noqa: FBT001 - a kernel
+    places: Floats,
+    owner: Ints,
+    path: Floats,
+    seen: Floats,
 ) -> None:
     for run in range(records.shape[0]):
         if not running[run]:
@@ -206,6 +220,11 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
             memory[run],
             command[run],
             monitors[run],
+            places,
+            owner,
+            path,
+            seen,
         )
         status[run] = DEGRADED if state == OK and is_degraded[run] else state
-        show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+        if shows_tracks:
+            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

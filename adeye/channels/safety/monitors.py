@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import inlined
 from adeye.signals import FAULT, Bools, Floats, Ints
 
 MONITOR_IDS: Final = ("nominal_silent", "nominal_implausible", "object_danger", "lane_departure")
@@ -39,7 +39,7 @@ STATE_COUNT, STATE_CONFIRMED = range(2)
 _TIME_TOLERANCE: Final = 1e-9
 
 
-@compiled
+@inlined
 def nominal_silent(record: Any, seen: Floats) -> bool:
     """Fire when a linked channel is silent or in fault, or its command is too old.
 
@@ -57,7 +57,7 @@ def nominal_silent(record: Any, seen: Floats) -> bool:
     return bool(seen[SEEN_STATUS] > 0.0 or not is_fresh)
 
 
-@compiled
+@inlined
 def nominal_implausible(record: Any, seen: Floats) -> bool:
     """Fire when a linked channel commands no number or what the vehicle is not built for.
 
@@ -74,7 +74,7 @@ def nominal_implausible(record: Any, seen: Floats) -> bool:
     return not is_plausible
 
 
-@compiled
+@inlined
 def object_danger(record: Any, seen: Floats) -> bool:
     """Fire when an object in the path requires a deceleration from the threshold on.
 
@@ -87,7 +87,7 @@ def object_danger(record: Any, seen: Floats) -> bool:
     return not seen[SEEN_REQUIRED] < record["danger_threshold"]
 
 
-@compiled
+@inlined
 def lane_departure(record: Any, seen: Floats) -> bool:
     """Fire when the ego is too far from the centre of every lane, or off the lanes.
 
@@ -101,7 +101,7 @@ def lane_departure(record: Any, seen: Floats) -> bool:
     return not (is_near and 0.0 <= seen[SEEN_D] <= record["lanes"] * record["lane_width"])
 
 
-@compiled
+@inlined
 def debounce(state: Ints, fires: bool, confirm_ticks: int, heal_ticks: int) -> None:  # noqa: FBT001 - a kernel
     """Count a monitor's firing up and its rest down, saturating, with one switching point each.
 
@@ -129,7 +129,7 @@ def debounce(state: Ints, fires: bool, confirm_ticks: int, heal_ticks: int) -> N
             state[STATE_CONFIRMED] = 1
 
 
-@compiled
+@inlined
 def run_monitors(record: Any, seen: Floats, states: Ints, shown: Bools) -> bool:
     """Run every monitor of one run at one tick.
 
@@ -155,7 +155,7 @@ def run_monitors(record: Any, seen: Floats, states: Ints, shown: Bools) -> bool:
     return is_any
 
 
-@compiled
+@inlined
 def gather_commands(time: float, numbers: Floats, status: Ints, heard: Bools, seen: Floats) -> None:
     """Put together what the linked channels commanded at the previous tick.
 
@@ -186,7 +186,7 @@ def gather_commands(time: float, numbers: Floats, status: Ints, heard: Bools, se
         seen[SEEN_STEERING] = _worse(seen[SEEN_STEERING], abs(numbers[channel, 1]))
 
 
-@compiled
+@inlined
 def _worse(one: float, other: float) -> float:
     """Return the larger number, NaN if either is none."""
     if np.isnan(one) or np.isnan(other):

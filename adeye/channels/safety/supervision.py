@@ -6,12 +6,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from adeye.channels.corridor import PATH_GAP, PATH_REQUIRED, PATH_SPEED, PATH_WIDTH, view_path
+from adeye.channels.corridor import PATH_GAP, PATH_REQUIRED, PATH_SPEED, view_path
 from adeye.channels.driving import allowed_speed, follow, is_number, path_of_lane, steer
 from adeye.channels.perception import perceive
 from adeye.channels.pose import POSE_ACCELERATION, POSE_D, POSE_SPEED, has_pose
 from adeye.channels.safety.monitors import (
-    EVIDENCE_WIDTH,
     OBJECT_DANGER,
     SEEN_D,
     SEEN_OFFSET,
@@ -21,7 +20,7 @@ from adeye.channels.safety.monitors import (
     run_monitors,
 )
 from adeye.channels.safety.stop import stop_acceleration
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import inlined
 from adeye.signals import (
     FAULT,
     OK,
@@ -45,7 +44,7 @@ NO_SWITCH: Final = -1
 """Reason that stands for a switch that is not linked."""
 
 
-@compiled
+@inlined
 def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     time: float,
@@ -68,6 +67,10 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
     memory: Floats,
     command: Floats,
     shown: Bools,
+    places: Floats,
+    owner: Ints,
+    path: Floats,
+    seen: Floats,
 ) -> int:
     """Decide one run at one tick.
 
@@ -93,6 +96,10 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         memory: (MEMORY_WIDTH,) in and out.
         command: (2,) acceleration [m/s²] and steering angle [rad]; in and out.
         shown: (Q, 2) raw and confirmed state of the monitors, out.
+        places: (M, 2) scratch.
+        owner: (M,) scratch.
+        path: (PATH_WIDTH,) scratch.
+        seen: (EVIDENCE_WIDTH,) scratch.
 
     Returns:
         OK, REQUESTS_AUTHORITY, or FAULT without a recent ego estimate: then it coasts with the
@@ -115,10 +122,12 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         pose,
         tracks,
         used,
+        places,
+        owner,
     )
     knows_pose = has_pose(pose, time)
-    seen = np.zeros(EVIDENCE_WIDTH)
-    path = np.zeros(PATH_WIDTH)
+    seen[:] = 0.0
+    path[:] = 0.0
     gather_commands(time, numbers, channel_status, heard, seen)
     if knows_pose:
         _look(record, segments, pose, tracks, memory, path, seen)
@@ -137,7 +146,7 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
     return REQUESTS_AUTHORITY if confirmed else OK
 
 
-@compiled
+@inlined
 def _look(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     segments: Floats,
@@ -170,7 +179,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
     seen[SEEN_D] = pose[POSE_D]
 
 
-@compiled
+@inlined
 def _update_stopping(memory: Floats, confirmed: bool, reason: int, acceleration: float) -> None:  # noqa: FBT001 - a kernel
     """Begin a safe stop on a confirmed monitor; give it up once another channel acts by default.
 
@@ -186,7 +195,7 @@ def _update_stopping(memory: Floats, confirmed: bool, reason: int, acceleration:
         memory[MEMORY_STOPPING] = 0.0
 
 
-@compiled
+@inlined
 def _acceleration(
     record: Any,
     segments: Floats,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.recorder import TRACKS, Recorder
+from adeye.recorder import TRACKS, Memory, Recorder
 from adeye.sensors.delivery import no_measurement
 from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.trace import COLUMNS, ChannelEvent, Layout, Trace
@@ -99,7 +99,7 @@ def closed(recorder: Recorder, at: Scene, **changes: Any) -> Trace:
 
 
 def recorded(context: SceneContext, rows: int = 4) -> Trace:
-    recorder = Recorder(layout(context), rows, ("a", "b"))
+    recorder = Recorder(layout(context), rows, ("a", "b"), drawn=True)
     for tick in range(3):
         add(recorder, shown(context, tick))
     return closed(recorder, shown(context, 3))
@@ -134,7 +134,7 @@ def test_last_row_has_a_scene_only(context: SceneContext) -> None:
 
 
 def test_ended_run_does_not_grow(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 6, ("a", "b"))
+    recorder = Recorder(layout(context), 6, ("a", "b"), drawn=True)
     add(recorder, shown(context, 0))
     # Run 1 ends in the scene of tick 1: it is its last row.
     for tick in (1, 2):
@@ -153,7 +153,7 @@ def test_trace_is_cut_to_the_longest_run(context: SceneContext) -> None:
 
 def test_what_other_runs_did_does_not_reach_a_digest(context: SceneContext) -> None:
     one = recorded(context)
-    recorder = Recorder(layout(context), 9, ("a", "b"))
+    recorder = Recorder(layout(context), 9, ("a", "b"), drawn=True)
     add(recorder, shown(context, 0))
     add(recorder, shown(context, 1))
     add(recorder, shown(context, 2, running=(True, True)))
@@ -165,7 +165,7 @@ def test_what_other_runs_did_does_not_reach_a_digest(context: SceneContext) -> N
 
 
 def test_detection_is_placed_in_the_map_by_the_pose_of_its_sample(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 4, ("a", "b"))
+    recorder = Recorder(layout(context), 4, ("a", "b"), drawn=True)
     turned = shown(context, 0)
     turned.ego[:, :3] = (10.0, 5.0, math.pi / 2.0)
     add(recorder, turned)
@@ -178,7 +178,7 @@ def test_detection_is_placed_in_the_map_by_the_pose_of_its_sample(context: Scene
 
 
 def test_monitors_of_all_channels_stand_in_the_order_of_the_channels(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 3, ("a", "b"))
+    recorder = Recorder(layout(context), 3, ("a", "b"), drawn=True)
     states = [np.tile([[[True, False]]], (RUNS, 1, 1)), np.tile([[[True, True]]], (RUNS, 1, 1))]
     proposals = [
         command("nominal", 0.0, monitors=states[0]),
@@ -189,8 +189,40 @@ def test_monitors_of_all_channels_stand_in_the_order_of_the_channels(context: Sc
     assert trace["monitors"][0, 0].tolist() == [[True, False], [True, True]]
 
 
+def test_what_only_pictures_need_is_not_kept_unless_it_is_drawn(context: SceneContext) -> None:
+    traces = []
+    for drawn in (False, True):
+        recorder = Recorder(layout(context), 3, ("a", "b"), drawn=drawn)
+        add(recorder, shown(context, 0), front=reading(0.0, {0: (8.0, 1.0)}))
+        traces.append(closed(recorder, shown(context, 1)))
+    lean, rich = traces
+    assert lean["tracks"].shape == (RUNS, 2, 2, 0, 6)
+    assert lean["detections"].shape == (RUNS, 2, 2, 0, 2)
+    assert rich["detections"][0, 0, 0, 0].tolist() == [8.0, 1.0]
+    assert lean.digests() == rich.digests()
+    assert np.array_equal(lean["detected"], rich["detected"])
+
+
+def test_memory_is_used_again_and_leaves_nothing_behind(context: SceneContext) -> None:
+    memory = Memory()
+    for rows in (9, 4):
+        recorder = Recorder(layout(context), rows, ("a", "b"), memory=memory)
+        for tick in range(rows - 1):
+            # Run 1 ends after its first tick.
+            add(recorder, shown(context, tick, running=(True, tick == 0)))
+        again = closed(recorder, shown(context, rows - 1, running=(False, False)))
+    recorder = Recorder(layout(context), 4, ("a", "b"))
+    for tick in range(3):
+        add(recorder, shown(context, tick, running=(True, tick == 0)))
+    fresh = closed(recorder, shown(context, 3, running=(False, False)))
+    assert again.digests() == fresh.digests()
+    assert again.length.tolist() == [4, 2]
+    for name in COLUMNS:
+        assert np.array_equal(again[name], fresh[name], equal_nan=True), name
+
+
 def test_tracks_are_cut_and_missing_ones_are_nan(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 3, ("a", "b"))
+    recorder = Recorder(layout(context), 3, ("a", "b"), drawn=True)
     tracks = np.arange(RUNS * (TRACKS + 2) * 6, dtype=np.float64).reshape(RUNS, TRACKS + 2, 6)
     proposals = [command("nominal", 0.0, tracks=tracks), command("safety", 0.0, status=SILENT)]
     add(recorder, shown(context, 0), proposals=proposals)

@@ -1,0 +1,298 @@
+"""Write a batch tick by tick into the columns of a trace.
+
+A column holds the rows of one run one after the other, so that a run can be read and hashed in one
+go; a tick touches every run. Ticks are therefore collected in a ring that holds the rows of all
+runs side by side, and a few of them at a time are moved to the columns.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.recorder.rows import (
+    add_decision,
+    add_proposal,
+    add_reading,
+    add_scene,
+    clear,
+    move,
+    place_detections,
+)
+from adeye.trace import COLUMNS, DRAWN, ChannelEvent, Layout, Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from adeye.signals import Authority, Bools, ControlCommand, Floats, Ints, Measurement, Scene
+    from adeye.sweep.case import TestCase
+
+TRACKS: Final = 8
+"""Tracks of a channel that a trace keeps."""
+
+RING: Final = 8
+"""Ticks that are collected before they are moved."""
+
+_COLLECTED: Final = tuple(name for name in COLUMNS if name not in DRAWN)
+"""Columns that go through the ring, in the order of their places in its rows."""
+
+_CODES: Final = {"contact": np.int16, "status": np.int8, "authority": np.int8, "reason": np.int8}
+_FLAGS: Final = frozenset(
+    {"foreign_contact", "sensor_alive", "detected", "monitors", "fault_active"}
+)
+
+
+class Memory:
+    """Memory of one trace at a time, used again by the next: fresh pages cost more than a run."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._buffers: dict[str, NDArray[np.uint8]] = {}
+
+    def array(self, name: str, shape: tuple[int, ...], kind: Any) -> Any:
+        """Give an array whose content is anything.
+
+        Args:
+            name: Of its place in the memory; the array that had it before is overwritten.
+            shape: Of the array.
+            kind: Type of its values.
+        """
+        size = int(np.prod(shape)) * np.dtype(kind).itemsize
+        buffer = self._buffers.get(name)
+        if buffer is None or len(buffer) < size:
+            self._buffers[name] = buffer = np.empty(size, dtype=np.uint8)
+        return buffer[:size].view(kind).reshape(shape)
+
+
+class Recorder:
+    """Collects the rows of B runs; a run stops growing after the scene in which it ended."""
+
+    def __init__(
+        self,
+        layout: Layout,
+        rows: int,
+        case_digests: tuple[str, ...],
+        *,
+        drawn: bool = False,
+        memory: Memory | None = None,
+    ) -> None:
+        """Allocate the columns.
+
+        Args:
+            layout: Names behind the axes.
+            rows: Most rows that a run can have.
+            case_digests: Digest of the test case behind each run.
+            drawn: Whether to keep the columns for pictures, ``trace.DRAWN``.
+            memory: Where the columns lie; the trace is gone as soon as it is used again.
+        """
+        memory = memory or Memory()
+        self._layout = layout
+        self._case_digests = case_digests
+        runs = len(case_digests)
+        self._time = np.arange(rows, dtype=np.float64) * layout.context.step
+        self._length = np.zeros(runs, dtype=np.int64)
+        self._open = np.ones(runs, dtype=np.bool_)
+        self._is_drawn = drawn
+        # What a channel without monitors shows of them.
+        self._no_monitors: Bools = np.zeros((runs, 0, 2), dtype=np.bool_)
+        shapes = _shapes(
+            objects=len(layout.context.object_ids),
+            events=len(layout.context.event_ids),
+            sensors=len(layout.sensors),
+            channels=len(layout.channels),
+            monitors=len(layout.monitors),
+            faults=len(layout.faults),
+            is_drawn=drawn,
+        )
+        # Which columns hold floats, codes or flags is the table's business, not the checker's.
+        self._columns: dict[str, Any] = {
+            name: memory.array(name, (runs, rows, *shapes[name]), _kind(name)) for name in COLUMNS
+        }
+        for name in DRAWN:
+            self._columns[name][:] = 0.0
+        widths = [int(np.prod(shapes[name])) for name in _COLLECTED]
+        self._at = np.cumsum([0, *widths]).astype(np.int64)
+        self._ring: Floats = memory.array("ring", (runs, RING, int(self._at[-1])), np.float64)
+        self._first = 0
+
+    def add(
+        self,
+        scene: Scene,
+        readings: dict[str, Measurement],
+        proposals: Sequence[ControlCommand],
+        command: Floats,
+        authority: Authority,
+        active: Bools,
+    ) -> None:
+        """Write the scene of a tick and what was decided from it."""
+        self._add_scene(scene)
+        row, runs = scene.tick, scene.running
+        out = self._ring[:, row - self._first]
+        for index, name in enumerate(self._layout.sensors):
+            reading = readings[name]
+            add_reading(
+                runs,
+                index,
+                len(self._layout.sensors),
+                reading.stamp,
+                reading.alive,
+                reading.mask,
+                reading.source,
+                self._at,
+                out,
+            )
+            if self._is_drawn:
+                self._draw_detections(row, runs, index, reading)
+        monitor = 0
+        for index, proposal in enumerate(proposals):
+            monitors = self._no_monitors if proposal.monitors is None else proposal.monitors
+            add_proposal(
+                runs,
+                index,
+                monitor,
+                proposal.acceleration,
+                proposal.steering_angle,
+                proposal.stamp,
+                proposal.status,
+                monitors,
+                self._at,
+                out,
+            )
+            monitor += monitors.shape[1]
+            if self._is_drawn:
+                shown = np.nan if proposal.tracks is None else proposal.tracks[runs, :TRACKS]
+                self._columns["tracks"][runs, row, index] = shown
+        add_decision(runs, authority.channel, authority.reason, command, active, self._at, out)
+
+    def _draw_detections(self, row: int, runs: Bools, sensor: int, reading: Measurement) -> None:
+        # The pose at the time of the sample is in the ring or in the columns already.
+        self._move()
+        place_detections(
+            runs,
+            reading.mask,
+            reading.detections,
+            reading.source,
+            reading.stamp,
+            self._layout.context.step,
+            self._columns["ego"],
+            self._columns["detections"][:, row, sensor],
+        )
+
+    def close(self, scene: Scene) -> None:
+        """Write the scene in which the last runs ended."""
+        self._add_scene(scene)
+        self._move()
+
+    def trace(
+        self,
+        *,
+        horizon_row: Ints,
+        complete: Bools,
+        events: Sequence[ChannelEvent | None],
+    ) -> Trace:
+        """Return what was recorded, cut to the longest run."""
+        rows = int(self._length.max())
+        for values in self._columns.values():
+            clear(values.reshape(len(self._length), len(self._time), -1), self._length, rows)
+        return Trace(
+            layout=self._layout,
+            time=self._time[:rows],
+            length=self._length,
+            horizon_row=horizon_row.copy(),
+            complete=complete.copy(),
+            columns={name: values[:, :rows] for name, values in self._columns.items()},
+            channel_events=tuple(events),
+            case_digests=self._case_digests,
+        )
+
+    def _add_scene(self, scene: Scene) -> None:
+        if scene.tick - self._first == RING:
+            self._move()
+            self._first = scene.tick
+        add_scene(
+            self._open,
+            scene.running,
+            scene.tick,
+            scene.ego,
+            scene.ego_place,
+            scene.objects,
+            scene.object_places,
+            scene.begun,
+            scene.contact,
+            scene.impact_speed,
+            scene.foreign_contact,
+            self._ring[:, scene.tick - self._first],
+            self._length,
+        )
+
+    def _move(self) -> None:
+        runs, rows = self._ring.shape[0], len(self._time)
+        flat = [self._columns[name].reshape(runs, rows, -1) for name in _COLLECTED]
+        move(self._ring, self._first, self._length, self._at, *flat)
+
+
+def trace_bytes(case: TestCase) -> int:
+    """Count the bytes that the trace of one run takes, if it lasts as long as it may.
+
+    Args:
+        case: One test case of a structure.
+    """
+    scenario, architecture = case.scenario, case.architecture
+    shapes = _shapes(
+        objects=len(scenario.actors) + len(scenario.world.objects),
+        events=len(scenario.storyboard),
+        sensors=len(architecture.sensors),
+        channels=len(architecture.channels),
+        # Of a byte each; how many a plug-in has is not known before it is built.
+        monitors=0,
+        faults=len(case.faults),
+    )
+    row = sum(int(np.prod(shapes[name])) * int(np.dtype(_kind(name)).itemsize) for name in COLUMNS)
+    rows: int = round((scenario.horizon + scenario.tail) / case.step) + 1
+    return row * rows
+
+
+def _shapes(  # noqa: PLR0913 - one for each axis
+    *,
+    objects: int,
+    events: int,
+    sensors: int,
+    channels: int,
+    monitors: int,
+    faults: int,
+    is_drawn: bool = False,
+) -> dict[str, tuple[int, ...]]:
+    """Give the shape of one row of each column."""
+    return {
+        "ego": (7,),
+        "ego_place": (6,),
+        "objects": (objects, 5),
+        "object_places": (objects, 6),
+        "begun": (events,),
+        "contact": (),
+        "impact_speed": (),
+        "foreign_contact": (),
+        "sensor_stamp": (sensors,),
+        "sensor_alive": (sensors,),
+        "detected": (sensors, objects),
+        "detections": (sensors, objects if is_drawn else 0, 2),
+        "acceleration": (channels,),
+        "steering_angle": (channels,),
+        "stamp": (channels,),
+        "status": (channels,),
+        "monitors": (monitors, 2),
+        "tracks": (channels, TRACKS if is_drawn else 0, 6),
+        "authority": (),
+        "reason": (),
+        "command": (2,),
+        "fault_active": (faults,),
+    }
+
+
+def _kind(name: str) -> Any:
+    if name in _FLAGS:
+        return np.bool_
+    return _CODES.get(name, np.float64)
