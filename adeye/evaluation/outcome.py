@@ -6,7 +6,7 @@ None of it says anything about an FSR, but it decides whether and how far an FSR
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from adeye.trace import Trace
 
 EndReason = Literal["contact", "goal", "horizon"]
+END_REASONS: Final[tuple[EndReason, ...]] = ("contact", "goal", "horizon")
+OUTCOMES: Final = tuple(Outcome)
+
+_COMPLETED = OUTCOMES.index(Outcome.COMPLETED)
+_NOT_REALISED = OUTCOMES.index(Outcome.NOT_REALISED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,25 +43,56 @@ class RunOutcome:
     end_reason: EndReason
 
 
-def outcome(trace: Trace, run: int) -> RunOutcome:
-    """Say what happened to a run.
+@dataclass(frozen=True, slots=True)
+class OutcomeColumns:
+    """What happened to B runs.
+
+    Attributes:
+        code: (B,) index into ``OUTCOMES``.
+        channels: Channel that failed, by run; absent where none did.
+        details: Why, in words, by run; absent where there is nothing to say.
+        realised: (B,) whether the scenario came about as asked.
+        end_reason: (B,) index into ``END_REASONS``.
+    """
+
+    code: Ints
+    channels: dict[int, str]
+    details: dict[int, str]
+    realised: Bools
+    end_reason: Ints
+
+    def run(self, run: int) -> RunOutcome:
+        """Say what happened to one run."""
+        return RunOutcome(
+            OUTCOMES[self.code[run]],
+            self.channels.get(run),
+            self.details.get(run),
+            bool(self.realised[run]),
+            END_REASONS[self.end_reason[run]],
+        )
+
+
+def outcomes(trace: Trace) -> OutcomeColumns:
+    """Say what happened to every run of a trace.
 
     A failing channel is named first, for it may be why the scenario did not come about.
-
-    Args:
-        trace: The runs.
-        run: Number of the run.
     """
-    missing = missing_events(trace)[run]
-    event = trace.channel_events[run]
-    kind, channel, detail = Outcome.COMPLETED, None, None
-    if event is not None:
-        kind, channel = Outcome(event.outcome), event.channel
-        detail = f"at {event.time:g} s: {event.detail}"
-    elif missing:
-        kind = Outcome.NOT_REALISED
-        detail = f"{', '.join(missing)} did not begin within the horizon"
-    return RunOutcome(kind, channel, detail, not missing, _end_reason(trace, run))
+    missing = missing_events(trace)
+    realised = np.array([not names for names in missing], dtype=np.bool_)
+    code = np.where(realised, _COMPLETED, _NOT_REALISED)
+    channels: dict[int, str] = {}
+    details = {
+        run: f"{', '.join(names)} did not begin within the horizon"
+        for run, names in enumerate(missing)
+        if names
+    }
+    for run, event in enumerate(trace.channel_events):
+        if event is not None:
+            code[run] = OUTCOMES.index(Outcome(event.outcome))
+            channels[run] = event.channel
+            details[run] = f"at {event.time:g} s: {event.detail}"
+    goal = np.where(trace.horizon_row < full_horizon_row(trace), 1, 2)
+    return OutcomeColumns(code, channels, details, realised, np.where(trace.complete, goal, 0))
 
 
 def full_horizon_row(trace: Trace) -> int:
@@ -99,10 +135,11 @@ def missing_events(trace: Trace) -> tuple[tuple[str, ...], ...]:
     limit = trace.time[np.minimum(trace.horizon_row, last)][:, np.newaxis]
     # NaN compares false: what has never begun has not begun in time.
     has_begun = (begun <= limit) | ended_by_contact(trace)[:, np.newaxis]
-    return tuple(
-        tuple(name for name, fine in zip(layout.realised, row, strict=True) if not fine)
-        for row in has_begun
-    )
+    missing: list[tuple[str, ...]] = [()] * trace.runs
+    for run in np.flatnonzero(~has_begun.all(axis=1)):
+        names = zip(layout.realised, has_begun[run], strict=True)
+        missing[run] = tuple(name for name, fine in names if not fine)
+    return tuple(missing)
 
 
 def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
@@ -112,25 +149,21 @@ def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
     never = trace.time.shape[0]
     touched = _first(known & (trace["contact"] >= 0), never)
     foreign = _first(known & (trace["foreign_contact"] != 0), never)
-    reasons: list[str | None] = []
-    for run, missing in enumerate(missing_events(trace)):
-        reason = None
+    missing = missing_events(trace)
+    reasons: list[str | None] = [None] * trace.runs
+    is_realised = np.array([not names for names in missing], dtype=np.bool_)
+    for run in np.flatnonzero((touched == 0) | (foreign < touched) | ~is_realised):
         if touched[run] == 0:
-            reason = "the ego touches an object from the start"
+            reasons[run] = "the ego touches an object from the start"
         elif foreign[run] < touched[run]:
             at = trace.time[foreign[run]]
-            reason = f"other traffic collided first, at {at:g} s"
-        elif missing:
-            reason = f"not realised: {', '.join(missing)} did not begin within the horizon"
-        reasons.append(reason)
+            reasons[run] = f"other traffic collided first, at {at:g} s"
+        else:
+            reasons[run] = (
+                f"not realised: {', '.join(missing[run])} did not begin within the horizon"
+            )
     return tuple(reasons)
 
 
 def _first(flags: Bools, never: int) -> Ints:
     return np.where(flags.any(axis=1), flags.argmax(axis=1), never)
-
-
-def _end_reason(trace: Trace, run: int) -> EndReason:
-    if not trace.complete[run]:
-        return "contact"
-    return "goal" if trace.horizon_row[run] < full_horizon_row(trace) else "horizon"

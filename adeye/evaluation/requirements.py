@@ -8,11 +8,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.evaluation.metrics import METRICS, MetricDefinition
 from adeye.evaluation.source import is_decision, plan_dictionary
 from adeye.evaluation.stl.formula import Formula, parse_formula
-from adeye.evaluation.stl.semantics import window_rows
 from adeye.evaluation.stl.syntax import (
     PREDICATES,
     Node,
@@ -22,11 +23,13 @@ from adeye.evaluation.stl.syntax import (
     children,
     names_in,
     needed_time,
+    window_rows,
 )
 from adeye.identity import digest
 from adeye.signals import SignalType
 
 if TYPE_CHECKING:
+    from adeye.signals import Bools, Floats
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Concept, Requirement
     from adeye.spec.odd import Attributes
@@ -93,17 +96,18 @@ class Bound:
         """The metric, as registered in this process."""
         return METRICS[self.column]
 
-    def margin(self, value: float, *, is_free: bool) -> float:
-        """Give the distance to the limit in the metric's unit, negative when violated.
+    def margins(self, values: Floats, is_free: Bools) -> Floats:
+        """Give the distances (R,) to the limit in the metric's unit, negative when violated.
 
         Args:
-            value: Of the metric.
-            is_free: Whether there was no conflict, so that the value is not read.
+            values: (R,) of the metric.
+            is_free: (R,) whether there was no conflict, so that the value is not read.
         """
-        if is_free and self.metric.cap is not None:
-            return self.metric.cap if self.is_lower else -self.metric.cap
-        measured = 0.0 if is_free else value
-        return measured - self.limit if self.is_lower else self.limit - measured
+        measured = np.where(is_free, 0.0, values)
+        margin = measured - self.limit if self.is_lower else self.limit - measured
+        if self.metric.cap is None:
+            return margin
+        return np.where(is_free, self.metric.cap if self.is_lower else -self.metric.cap, margin)
 
     @property
     def text(self) -> str:

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
     from adeye.trace import Trace
 
+    Shorts = NDArray[np.int16]
+
 Statuses = np.ndarray[tuple[int, ...], np.dtype[np.int8]]
 
 
@@ -93,7 +95,7 @@ class Samples:
 
     values: Floats
     status: Statuses
-    actor: Ints
+    actor: NDArray[np.integer[Any]]
 
 
 class TraceSeries:
@@ -158,12 +160,37 @@ class TraceSeries:
             actor=samples.actor,
         )
 
-    def object(self, index: int) -> tuple[Floats, Floats]:
-        """Measure body distance and signed gap (B, T) to one object [m]; NaN is an error."""
-        trace, context = self.trace, self.trace.layout.context
-        distances, gaps = np.zeros(self.known.shape), np.zeros(self.known.shape)
+    def object_distance(self, index: int) -> Floats:
+        """Measure the body distance (B, T) to one object [m]; NaN is an error."""
+        distances = np.zeros(self.known.shape)
+        nothing = np.zeros((self.trace.runs, 0))
+        first = np.zeros_like(self.trace.length)
+        self._measure_object(index, first, self.trace.length, distances, nothing)
+        return distances
+
+    def object_gap(self, index: int) -> Floats:
+        """Measure the signed gap (B, T) to one object [m]; NaN is an error."""
+        gaps = np.zeros(self.known.shape)
+        nothing = np.zeros((self.trace.runs, 0))
+        first = np.zeros_like(self.trace.length)
+        self._measure_object(index, first, self.trace.length, nothing, gaps)
+        return gaps
+
+    def object_distance_at(self, index: int, row: Ints, chosen: Bools) -> Floats:
+        """Measure the body distance (B,) to one object at one row of the chosen runs [m]."""
+        distances = np.zeros(self.known.shape)
+        nothing = np.zeros((self.trace.runs, 0))
+        end = np.where(chosen, row + 1, row)
+        self._measure_object(index, row, end, distances, nothing)
+        return np.asarray(distances[np.arange(self.trace.runs), row])
+
+    def _measure_object(
+        self, index: int, first: Ints, end: Ints, distances: Floats, gaps: Floats
+    ) -> None:
+        context = self.trace.layout.context
         measure_object(
-            trace.length,
+            first,
+            end,
             self.column("ego"),
             self.column("ego_place"),
             context.ego_size,
@@ -175,16 +202,30 @@ class TraceSeries:
             distances,
             gaps,
         )
-        return distances, gaps
 
     @cached_property
-    def conflicts(self) -> tuple[Floats, Ints]:
-        """Values and actors (B, T, 8) of ``conflict.QUANTITIES``, 0 beyond the runs."""
-        trace, context = self.trace, self.trace.layout.context
-        values = np.zeros((*self.known.shape, 8))
-        actors = np.full(values.shape, -1, dtype=np.int64)
+    def conflicts(self) -> tuple[Floats, Shorts]:
+        """Values and actors (8, B, T) of ``conflict.QUANTITIES``, 0 beyond the runs."""
+        return self._measured(is_least_only=False)
+
+    @cached_property
+    def worst_conflicts(self) -> tuple[Floats, Shorts]:
+        """The same, but of the distances only the least of each run is exact."""
+        if "conflicts" in self.__dict__:
+            return self.conflicts
+        return self._measured(is_least_only=True)
+
+    @cached_property
+    def least_distance(self) -> Samples:
+        """Samples of the distance of which only the least of each run is exact."""
+        return _sampled(self, DISTANCE, self.worst_conflicts)
+
+    def _measured(self, *, is_least_only: bool) -> tuple[Floats, Shorts]:
+        context = self.trace.layout.context
+        values = np.zeros((8, *self.known.shape))
+        actors = np.full(values.shape, -1, dtype=np.int16)
         measure_runs(
-            trace.length,
+            self.trace.length,
             self.column("ego"),
             self.column("ego_place"),
             context.ego_size,
@@ -193,6 +234,7 @@ class TraceSeries:
             context.object_sizes,
             self.column("contact"),
             self._rss,
+            is_least_only,
             values,
             actors,
         )
@@ -201,20 +243,26 @@ class TraceSeries:
 
 def _conflict(column: int) -> Callable[[TraceSeries], Samples]:
     def measure(series: TraceSeries) -> Samples:
-        values = np.ascontiguousarray(series.conflicts[0][..., column])
-        actor = np.ascontiguousarray(series.conflicts[1][..., column])
-        status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
-        if column in {DRAC, REQUIRED}:
-            status[actor < 0] = SampleStatus.NO_CONFLICT
-            # No deceleration undoes a contact.
-            status[np.isposinf(values) & series.touched] = SampleStatus.NOT_APPLICABLE
-        else:
-            status[np.isposinf(values)] = SampleStatus.NO_CONFLICT
-        is_value = status == SampleStatus.VALUE
-        status[(is_value & ~np.isfinite(values)) | np.isnan(values)] = SampleStatus.ERROR
-        return Samples(values, status, actor)
+        is_whole = column == DISTANCE
+        return _sampled(series, column, series.conflicts if is_whole else series.worst_conflicts)
 
     return measure
+
+
+def _sampled(series: TraceSeries, column: int, conflicts: tuple[Floats, Shorts]) -> Samples:
+    values, actor = conflicts[0][column], conflicts[1][column]
+    status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
+    is_infinite = np.isposinf(values)
+    if column in {DRAC, REQUIRED}:
+        status[actor < 0] = SampleStatus.NO_CONFLICT
+        # No deceleration undoes a contact.
+        status[is_infinite & series.touched] = SampleStatus.NOT_APPLICABLE
+        is_infinite &= status == SampleStatus.VALUE
+        status[is_infinite | np.isnan(values)] = SampleStatus.ERROR
+    else:
+        status[is_infinite] = SampleStatus.NO_CONFLICT
+        status[np.isnan(values) | np.isneginf(values)] = SampleStatus.ERROR
+    return Samples(values, status, actor)
 
 
 def _rss_violation(series: TraceSeries) -> Samples:

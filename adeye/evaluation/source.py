@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
@@ -147,7 +149,6 @@ class TraceSignals:
         trace: The runs.
         measured: Their metric series.
         inside_odd: (B,) whether the planned attributes lie inside the ODD.
-        dictionary: Type of every signal, by name.
     """
 
     def __init__(
@@ -171,12 +172,31 @@ class TraceSignals:
         if self.inside_odd.shape != trace.length.shape:
             msg = f"inside_odd has shape {self.inside_odd.shape}, not ({trace.runs},)"
             raise ValueError(msg)
-        self.dictionary = trace_dictionary(trace.layout, faults)
+        self._attributes, self._faults = attributes, faults
         limits = (attributes or Attributes()).dynamic_elements.ego_speed
         self._max_speed = np.inf if limits is None else limits.max
         rows = np.arange(trace.time.shape[0])
         self._is_last = rows >= trace.length[:, np.newaxis] - 1
         self._read: dict[str, Series] = {}
+
+    @cached_property
+    def dictionary(self) -> dict[str, SignalType]:
+        """Type of every signal, by name."""
+        return trace_dictionary(self.trace.layout, self._faults)
+
+    def part(self, first: int, end: int) -> TraceSignals:
+        """Give the signals of the runs from ``first`` to before ``end``, without a copy."""
+        trace = self.trace
+        bare = replace(trace, columns={}).select(range(first, end))
+        columns = {name: values[first:end] for name, values in trace.columns.items()}
+        part = TraceSignals(
+            replace(bare, columns=columns),
+            self.inside_odd[first:end],
+            self._attributes,
+            self._faults,
+        )
+        part.dictionary = self.dictionary
+        return part
 
     def series(self, name: str) -> Series:
         """Give the series of a signal.
@@ -271,14 +291,15 @@ class TraceSignals:
         elif what in _OBJECT:
             values, checked = self._column("objects")[:, :, index, _OBJECT[what]], []
         else:
-            distances, gaps = self.measured.object(index)
-            values, checked = (distances if what == "distance" else gaps), []
-        reading = _reading(values, *checked)
-        return reading[0], reading[1], np.full(values.shape, index)
+            measured = self.measured
+            measure = measured.object_distance if what == "distance" else measured.object_gap
+            values, checked = measure(index), []
+        own = np.full(values.shape, index, dtype=np.int64)
+        return _reading(values, *checked, actor=own)
 
     def _of_any_actor(self, _what: str) -> Reading:
         samples = self.measured.samples("distance")
-        return samples.values, samples.status, samples.actor
+        return samples.values, samples.status, samples.actor.astype(np.int64, copy=False)
 
     def _of_channel(self, rest: str) -> Reading:
         channel, _, what = rest.rpartition(".")

@@ -14,7 +14,7 @@ from adeye.evaluation.series import TraceSeries
 def measured(made: Any, quantity: str, row: int = 0) -> Any:
     values, actors = TraceSeries(made.trace()).conflicts
     column = QUANTITIES.index(quantity)
-    return float(values[0, row, column]), int(actors[0, row, column])
+    return float(values[column, 0, row]), int(actors[column, 0, row])
 
 
 @pytest.mark.parametrize(
@@ -180,5 +180,5 @@ def test_input_that_is_not_finite_spoils_the_row(hand_made: Any, column: str, ba
     values = made.columns["objects"][0, 3]
     values[0, {"s": 0, "heading": 2, "speed": 3, "acceleration": 4}[column]] = bad
     measured_values, _ = TraceSeries(made.trace()).conflicts
-    assert np.isnan(measured_values[0, 3]).all()
-    assert not np.isnan(measured_values[0, 2]).any()
+    assert np.isnan(measured_values[:, 0, 3]).all()
+    assert not np.isnan(measured_values[:, 0, 2]).any()

@@ -362,7 +362,9 @@ def test_evaluation_holds_metrics_and_outcomes_of_every_run(hand_made: Any) -> N
 def test_plug_in_metric_without_a_finite_margin_is_an_error(
     hand_made: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("adeye.evaluation.requirements.Bound.margin", lambda *_, **__: math.nan)
+    monkeypatch.setattr(
+        "adeye.evaluation.requirements.Bound.margins", lambda _, values, __: np.nan * values
+    )
     assert judged(hand_made(), fsr(bound=CLOSE)).verdict is ERROR
 
 
@@ -373,3 +375,20 @@ def test_run_is_judged_alone_as_in_a_batch(hand_made: Any) -> None:
     for run in range(3):
         alone = judge(made.trace().select([run]), items, np.ones(1, dtype=bool))
         assert alone.judgements[0] == together[run]
+
+
+def test_parts_that_are_measured_together_do_not_show(
+    hand_made: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = hand_made(runs=5).object("lead", run=3, speed=3.0).touch(7, "lead", run=2)
+    made.columns["ego"][4, 9, 3] = np.nan
+    items = [compile_requirement(fsr(formula=TAKEOVER)), compile_requirement(fsr(bound=CLOSE))]
+    whole = judge(made.trace(), items, np.ones(5, dtype=bool))
+    monkeypatch.setattr("adeye.evaluation.judge.PART_RUNS", 2)
+    parts = judge(made.trace(), items, np.ones(5, dtype=bool))
+    assert parts.judgements == whole.judgements
+    assert parts.outcomes == whole.outcomes
+    for name, column in whole.metrics.items():
+        assert np.array_equal(parts.metrics[name].value, column.value, equal_nan=True)
+        assert parts.metrics[name].status == column.status
+        assert tuple(parts.metrics[name].actor) == tuple(column.actor)

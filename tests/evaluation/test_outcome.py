@@ -11,7 +11,7 @@ from adeye.evaluation.outcome import (
     invalid_reasons,
     missing_events,
     obligation_rows,
-    outcome,
+    outcomes,
 )
 from adeye.evaluation.verdict import Outcome
 from adeye.trace import ChannelEvent
@@ -31,7 +31,7 @@ def begun(made: Any, at: float, *, row: int = -1) -> Any:
 
 
 def test_run_to_the_horizon_is_completed(hand_made: Any) -> None:
-    found = outcome(hand_made().trace(), 0)
+    found = outcomes(hand_made().trace()).run(0)
     assert (found.outcome, found.channel, found.detail) == (Outcome.COMPLETED, None, None)
     assert (found.is_realised, found.end_reason) == (True, "horizon")
 
@@ -39,7 +39,7 @@ def test_run_to_the_horizon_is_completed(hand_made: Any) -> None:
 def test_run_to_the_goal_says_so(hand_made: Any) -> None:
     made = hand_made()
     made.horizon_row[:], made.length[:] = 8, 14
-    assert outcome(made.trace(), 0).end_reason == "goal"
+    assert outcomes(made.trace()).run(0).end_reason == "goal"
     assert obligation_rows(made.trace()).tolist() == [8]
 
 
@@ -52,7 +52,7 @@ def test_event_within_the_horizon_realises_the_scenario(hand_made: Any) -> None:
 @pytest.mark.parametrize("at", [float("nan"), 1.6])
 def test_event_that_begins_never_or_late_does_not(hand_made: Any, at: float) -> None:
     trace = begun(hand_made(events=("cut_in",)), at).trace()
-    found = outcome(trace, 0)
+    found = outcomes(trace).run(0)
     assert (found.outcome, found.is_realised) == (Outcome.NOT_REALISED, False)
     assert "cut_in did not begin" in str(found.detail)
     assert "not realised: cut_in" in str(invalid_reasons(trace)[0])
@@ -68,13 +68,13 @@ def test_contact_before_the_event_does_not_hide_itself(hand_made: Any) -> None:
     trace = hand_made(events=("cut_in",)).touch(6, "lead").trace()
     assert missing_events(trace) == ((),)
     assert invalid_reasons(trace) == (None,)
-    assert outcome(trace, 0).end_reason == "contact"
+    assert outcomes(trace).run(0).end_reason == "contact"
 
 
 def test_failed_channel_is_named_before_the_scenario_that_it_spoilt(hand_made: Any) -> None:
     made = hand_made(events=("cut_in",))
     made.channel_events = [ChannelEvent("channel_error", "nominal", 0.4, "ValueError: no")]
-    found = outcome(made.trace(), 0)
+    found = outcomes(made.trace()).run(0)
     assert (found.outcome, found.channel) == (Outcome.CHANNEL_ERROR, "nominal")
     assert found.detail == "at 0.4 s: ValueError: no"
     assert not found.is_realised

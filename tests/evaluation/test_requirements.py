@@ -7,6 +7,7 @@ import pickle
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from adeye.errors import ExpressionError, InputErrors, SourceLocation, SpecError
@@ -296,4 +297,5 @@ def test_evidence_counts_where_the_fsr_applies(
     ],
 )
 def test_margin_of_a_bound(bound: Bound, value: float, *, is_free: bool, margin: float) -> None:
-    assert bound.margin(value, is_free=is_free) == margin
+    found = bound.margins(np.array([value, 0.0]), np.array([is_free, is_free]))
+    assert found[0] == margin

@@ -9,7 +9,8 @@ import pytest
 
 from adeye.evaluation.series import SERIES, RssParameters, TraceSeries, series_signals
 from adeye.evaluation.stl.check import unit_exponents
-from adeye.evaluation.stl.series import SampleStatus, read_samples
+from adeye.evaluation.stl.series import SampleStatus
+from tests.evaluation.stl.batch import errors_of
 
 
 @pytest.mark.parametrize("name", SERIES)
@@ -28,7 +29,7 @@ def test_empty_road_is_no_conflict_with_a_cap(hand_made: Any, name: str) -> None
     series = TraceSeries(hand_made(objects=()).trace()).series(name)
     assert series.cap == SERIES[name].type.cap is not None
     assert np.all(series.status == SampleStatus.NO_CONFLICT)
-    assert np.isposinf(read_samples(series).values).all()
+    assert not errors_of(series).any()
 
 
 def test_run_without_objects_keeps_a_free_distance(hand_made: Any) -> None:
@@ -40,9 +41,10 @@ def test_run_without_objects_keeps_a_free_distance(hand_made: Any) -> None:
 def test_without_conflict_nothing_is_demanded(hand_made: Any, name: str) -> None:
     trace_series = TraceSeries(hand_made(objects=()).trace())
     assert np.all(trace_series.samples(name).status == SampleStatus.NO_CONFLICT)
-    samples = read_samples(trace_series.series(name))
-    assert not samples.is_error.any()
-    assert np.all(samples.values == 0.0)
+    series = trace_series.series(name)
+    assert not errors_of(series).any()
+    assert np.all(series.status == SampleStatus.VALUE)
+    assert np.all(series.values == 0.0)
 
 
 def test_deceleration_is_not_applicable_in_contact(hand_made: Any) -> None:
@@ -62,7 +64,7 @@ def test_nan_is_an_error_in_every_series(hand_made: Any, name: str) -> None:
     made = hand_made()
     made.columns["ego"][0, 4, 3 if name != "jerk" else 4] = np.nan
     series = TraceSeries(made.trace()).series(name)
-    assert read_samples(series).is_error[0, 4]
+    assert errors_of(series)[0, 4]
 
 
 def test_rss_is_violated_where_the_margin_is_negative(hand_made: Any) -> None:
@@ -94,18 +96,19 @@ def test_jerk_is_the_slope_of_the_acceleration_and_unknown_at_the_start(hand_mad
 
 def test_gap_to_one_object_is_signed(hand_made: Any) -> None:
     series = TraceSeries(hand_made().object("lead", s=-44.0).ego(s=0.0).trace())
-    distances, gaps = series.object(0)
+    distances, gaps = series.object_distance(0), series.object_gap(0)
     assert (distances[0, 0], gaps[0, 0]) == (pytest.approx(40.0), pytest.approx(-40.0))
 
 
 def test_distance_to_the_object_touched_is_zero(hand_made: Any) -> None:
     series = TraceSeries(hand_made().touch(3, "lead").trace())
-    assert series.object(0)[0][0, 3] == 0.0
+    assert series.object_distance(0)[0, 3] == 0.0
 
 
 def test_distance_to_an_unknown_place_is_unknown(hand_made: Any) -> None:
     made = hand_made().object("lead", s=np.nan)
-    distances, gaps = TraceSeries(made.trace()).object(0)
+    series = TraceSeries(made.trace())
+    distances, gaps = series.object_distance(0), series.object_gap(0)
     assert np.isnan(distances).all()
     assert np.isnan(gaps).all()
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from adeye.evaluation.source import TraceSignals, is_decision, plan_dictionary, trace_dictionary
-from adeye.evaluation.stl.series import SampleStatus, read_samples
+from adeye.evaluation.stl.series import SampleStatus
 from adeye.signals import SILENT
 from adeye.spec.odd import Attributes
+from tests.evaluation.stl.batch import errors_of
 
 
 def signals(made: Any, **options: Any) -> TraceSignals:
@@ -19,9 +20,9 @@ def signals(made: Any, **options: Any) -> TraceSignals:
 
 
 def values(made: Any, name: str, **options: Any) -> Any:
-    samples = read_samples(signals(made, **options).series(name))
-    assert not samples.is_error.any()
-    return samples.values[0]
+    series = signals(made, **options).series(name)
+    assert not errors_of(series).any()
+    return np.asarray(series.values[0], dtype=float)
 
 
 def test_every_name_of_the_dictionary_can_be_read(hand_made: Any) -> None:
@@ -35,7 +36,7 @@ def test_every_name_of_the_dictionary_can_be_read(hand_made: Any) -> None:
             declared.kind,
             declared.labels,
         )
-        assert not read_samples(series).is_error.any(), name
+        assert not errors_of(series).any(), name
 
 
 def test_plan_and_trace_have_the_same_dictionary(
@@ -197,7 +198,7 @@ def test_odd_without_a_speed_limit_has_none(hand_made: Any) -> None:
 @pytest.mark.parametrize("name", ["standstill", "safe_state", "in_odd", "ego.speed"])
 def test_unknown_speed_is_an_error_not_a_truth_value(hand_made: Any, name: str) -> None:
     made = hand_made().ego(speed=np.nan)
-    assert read_samples(signals(made).series(name)).is_error.all()
+    assert errors_of(signals(made).series(name)).all()
 
 
 @pytest.mark.parametrize("name", ["ego.on_road", "ego.lane", "ego.lane_offset", "in_odd"])
@@ -205,4 +206,4 @@ def test_unknown_place_is_an_error(hand_made: Any, name: str) -> None:
     made = hand_made()
     made.columns["ego_place"][:] = np.nan
     made.columns["ego_place"][..., 4] = -1.0
-    assert read_samples(signals(made).series(name)).is_error.all()
+    assert errors_of(signals(made).series(name)).all()

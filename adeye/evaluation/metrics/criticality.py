@@ -60,7 +60,7 @@ def impact_speed(series: TraceSeries) -> MetricColumn:
 )
 def min_distance(series: TraceSeries) -> MetricColumn:
     """Least distance between the bodies of the ego and any object; 0 at contact."""
-    return extreme(series, series.samples("distance"), "lower")
+    return extreme(series, series.least_distance, "lower")
 
 
 @metric_entry(
@@ -153,9 +153,7 @@ def standstill_gap(series: TraceSeries) -> MetricColumn:
     is_error = (series.known & ~np.isfinite(speed)).any(axis=1)
     status = np.where(stands.any(axis=1), column.status, NOT_APPLICABLE)
     status = np.where(is_error, ERROR, status)
-    return MetricColumn(
-        column.value, tuple(str(word) for word in status), column.time, column.actor
-    )
+    return MetricColumn(column.value, tuple(status.tolist()), column.time, column.actor)
 
 
 def _touched(series: TraceSeries) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:

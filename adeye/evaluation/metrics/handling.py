@@ -18,7 +18,7 @@ from adeye.evaluation.metrics.registry import (
 )
 from adeye.evaluation.outcome import last_rows
 from adeye.evaluation.source import TraceSignals
-from adeye.evaluation.stl.series import read_samples
+from adeye.evaluation.stl.series import SampleStatus
 from adeye.ports import MetricColumn
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
     """
     signals = TraceSignals(series.trace, np.ones(series.trace.runs, dtype=np.bool_))
     safe = signals.series("safe_state")
-    is_error = np.asarray((series.known & read_samples(safe).is_error).any(axis=1))
+    is_error = (series.known & (np.asarray(safe.status) == SampleStatus.ERROR)).any(axis=1)
     unsafe = series.known & ~np.asarray(safe.values, dtype=np.bool_)
     # The row after the last unsafe one.
     last_unsafe = safe.values.shape[1] - 1 - unsafe[:, ::-1].argmax(axis=1)
@@ -122,7 +122,7 @@ def _since_fault(
     nothing = np.full(trace.runs, np.nan)
     return MetricColumn(
         np.where(has_value, trace.time[reached] - trace.time[onset], nothing),
-        tuple(str(word) for word in status),
+        tuple(status.tolist()),
         np.where(has_value, trace.time[reached], nothing),
-        tuple(-1 for _ in range(trace.runs)),
+        (-1,) * trace.runs,
     )

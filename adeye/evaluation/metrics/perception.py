@@ -53,17 +53,15 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
         distance = np.zeros(trace.runs)
         if in_path.any():
             is_seen = row < trace.time.shape[0]
-            distances, _ = series.object(index)
-            runs = np.arange(trace.runs)
-            distance = np.where(is_seen, distances[runs, np.where(is_seen, row, 0)], 0.0)
+            where = np.where(is_seen, row, 0)
+            at_row = series.object_distance_at(index, where, is_seen & in_path)
+            distance = np.where(is_seen, at_row, 0.0)
         is_later = in_path & ((row > found_last) | ((row == found_last) & (distance < value)))
         found_last[is_later] = row[is_later]
         value[is_later], actor[is_later] = distance[is_later], index
         time[is_later] = trace.time[np.minimum(row, last_rows(trace))][is_later]
     status = np.select([is_error, actor >= 0], [ERROR, VALUE], NOT_APPLICABLE)
-    return MetricColumn(
-        value, tuple(str(word) for word in status), time, tuple(int(who) for who in actor)
-    )
+    return MetricColumn(value, tuple(status.tolist()), time, tuple(actor.tolist()))
 
 
 def measuring_sensors(layout: Layout) -> tuple[int, ...]:

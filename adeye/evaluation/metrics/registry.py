@@ -12,9 +12,12 @@ import numpy as np
 from adeye.errors import UsageError
 from adeye.evaluation.series import Samples, TraceSeries
 from adeye.evaluation.stl.series import SampleStatus
+from adeye.kernel.jit import allocating
 from adeye.ports import MetricColumn
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from adeye.signals import Bools, Floats, Ints
     from adeye.trace import Trace
 
@@ -24,6 +27,11 @@ M = TypeVar("M", bound=type)
 
 STATUSES: Final = ("value", "no_conflict", "not_applicable", "undefined", "incomplete", "error")
 VALUE, NO_CONFLICT, NOT_APPLICABLE, UNDEFINED, INCOMPLETE, ERROR = STATUSES
+_CODES: Final = {word: code for code, word in enumerate(STATUSES)}
+
+_SAMPLE_VALUE = int(SampleStatus.VALUE)
+_SAMPLE_FREE = int(SampleStatus.NO_CONFLICT)
+_SAMPLE_ERROR = int(SampleStatus.ERROR)
 
 _LOG = logging.getLogger(__name__)
 
@@ -181,10 +189,12 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         is_formed = False
     if not is_formed:
         return _one_by_one(metric, series)
-    for run, word in enumerate(status):
-        if word not in STATUSES or (word == VALUE and not np.isfinite(values[run])):
-            status[run] = ERROR
-    values[[word != VALUE for word in status]] = np.nan
+    code = np.array([_CODES.get(word, -1) for word in status])
+    is_value = code == 0
+    for run in np.flatnonzero((code < 0) | (is_value & ~np.isfinite(values))):
+        status[run] = ERROR
+        is_value[run] = False
+    values[~is_value] = np.nan
     return MetricColumn(values, tuple(status), times, tuple(actor))
 
 
@@ -217,17 +227,61 @@ def extreme(
         The worst value; ``no_conflict`` where no row has a value but one is free of conflict,
         ``undefined`` where there is neither.
     """
-    rows = series.known if among is None else series.known & among
-    is_value = rows & (samples.status == SampleStatus.VALUE)
-    is_error = (rows & (samples.status == SampleStatus.ERROR)).any(axis=1)
-    is_free = (rows & (samples.status == SampleStatus.NO_CONFLICT)).any(axis=1)
-    sign = 1.0 if worse == "lower" else -1.0
-    # Only known values are compared, so an infinity marks a row that does not count.
-    row = np.where(is_value, sign * samples.values, np.inf).argmin(axis=1)
-    status = np.select(
-        [is_error, is_value.any(axis=1), is_free], [ERROR, VALUE, NO_CONFLICT], UNDEFINED
+    nothing = np.ones((series.trace.runs, 0), dtype=np.bool_)
+    row, kind = worst_rows(
+        series.trace.length,
+        samples.values,
+        samples.status,
+        nothing if among is None else among,
+        1.0 if worse == "lower" else -1.0,
     )
+    status = np.array(_EXTREMES)[kind]
     return at_rows(series, samples.values, row, status, samples.actor)
+
+
+_EXTREMES: Final = (UNDEFINED, NO_CONFLICT, VALUE, ERROR)
+"""Status of an extreme by the code that ``worst_rows`` gives."""
+
+
+@allocating
+def worst_rows(
+    length: Ints,
+    values: Floats,
+    status: NDArray[np.int8],
+    among: Bools,
+    sign: float,
+) -> tuple[Ints, Ints]:
+    """Find the row with the least value of each run, with sign -1 the greatest.
+
+    Args:
+        length: (B,) rows that a run has.
+        values: (B, T).
+        status: (B, T) ``SampleStatus``.
+        among: (B, T) rows that count; (B, 0): all.
+        sign: 1 or -1.
+
+    Returns:
+        Rows (B,), the earliest among equals, and codes (B,) of ``_EXTREMES``.
+    """
+    rows = np.zeros(length.shape[0], dtype=np.int64)
+    kinds = np.zeros(length.shape[0], dtype=np.int64)
+    for run in range(length.shape[0]):
+        least = np.inf
+        for row in range(length[run]):
+            if among.shape[1] and not among[run, row]:
+                continue
+            what = status[run, row]
+            if what == _SAMPLE_VALUE:
+                kinds[run] = max(kinds[run], 2)
+                value = sign * values[run, row]
+                if value < least:
+                    least = value
+                    rows[run] = row
+            elif what == _SAMPLE_FREE:
+                kinds[run] = max(kinds[run], 1)
+            elif what == _SAMPLE_ERROR:
+                kinds[run] = 3
+    return rows, kinds
 
 
 def at_rows(
@@ -235,7 +289,7 @@ def at_rows(
     values: Floats,
     row: Ints,
     status: np.ndarray[tuple[int, ...], np.dtype[np.str_]],
-    actor: Ints | None = None,
+    actor: NDArray[np.integer[Any]] | None = None,
 ) -> MetricColumn:
     """Pick one row of each run.
 
@@ -251,7 +305,7 @@ def at_rows(
     who = np.full(runs.shape, -1) if actor is None else actor[runs, row]
     return MetricColumn(
         np.where(has_value, values[runs, row], np.nan),
-        tuple(str(word) for word in status),
+        tuple(status.tolist()),
         np.where(has_value, series.trace.time[row], np.nan),
-        tuple(int(index) for index in np.where(has_value, who, -1)),
+        tuple(np.where(has_value, who, -1).tolist()),
     )

@@ -1,8 +1,8 @@
-"""Compiled loops of temporal operators: one run's row of numbers in, one out.
+"""Compiled: the largest value in a sliding window of one run.
 
 A run is a one-dimensional array of which the first ``length`` entries are known. What lies beyond
 is one number, ``beyond``: minus infinity for a lower and plus infinity for an upper bound of
-robustness. Every loop is linear in the length, whatever the window.
+robustness. The loop is linear in the length, whatever the window.
 """
 
 from __future__ import annotations
@@ -53,60 +53,3 @@ def sliding_maximum(  # noqa: PLR0913, PLR0917 - a kernel
         if tail > head and values[queue[head]] > best:
             best = values[queue[head]]
         out[k] = best
-
-
-@compiled
-def until_without_end(left: Floats, right: Floats, length: int, beyond: float, out: Floats) -> None:
-    """Write the robustness of ``left until right`` without a window to ``out``.
-
-    ``out[k] = max(right[k], min(left[k], out[k + 1]))``, with ``beyond`` after the last known row.
-
-    Args:
-        left: What must hold before (T,).
-        right: What must come (T,).
-        length: Known rows.
-        beyond: Value of every unknown row.
-        out: Result (T,); ``beyond`` from ``length`` on.
-    """
-    for k in range(length, out.shape[0]):
-        out[k] = beyond
-    later = beyond
-    for k in range(length - 1, -1, -1):
-        later = max(right[k], min(left[k], later))
-        out[k] = later
-
-
-@compiled
-def sliding_maxima(
-    values: Floats, lengths: Ints, first: int, last: int, beyond: Floats, out: Floats
-) -> None:
-    """Run ``sliding_maximum`` over R rows.
-
-    Args:
-        values: (R, T).
-        lengths: Known rows of each (R,).
-        first: Rows from k to the window's first row.
-        last: Rows from k to the window's last row.
-        beyond: Value of the unknown rows of each (R,).
-        out: Result (R, T).
-    """
-    queue = np.empty(values.shape[1], dtype=np.int64)
-    for r in range(values.shape[0]):
-        sliding_maximum(values[r], lengths[r], first, last, beyond[r], queue, out[r])
-
-
-@compiled
-def untils_without_end(
-    left: Floats, right: Floats, lengths: Ints, beyond: Floats, out: Floats
-) -> None:
-    """Run ``until_without_end`` over R rows.
-
-    Args:
-        left: (R, T).
-        right: (R, T).
-        lengths: Known rows of each (R,).
-        beyond: Value of the unknown rows of each (R,).
-        out: Result (R, T).
-    """
-    for r in range(left.shape[0]):
-        until_without_end(left[r], right[r], lengths[r], beyond[r], out[r])

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-import numpy as np
-
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
-    from adeye.signals import Bools, Floats
 
 Kind = Literal["number", "boolean", "enumeration"]
 
@@ -88,20 +86,6 @@ class Series:
                 msg = f"shape {part.shape} differs from the values' {self.values.shape}"
                 raise ValueError(msg)
 
-    def run(self, b: int) -> Series:
-        """Give the series of run b alone, arrays (1, T)."""
-        one = slice(b, b + 1)
-        return Series(
-            self.values[one],
-            self.scale,
-            self.unit,
-            self.kind,
-            self.labels,
-            None if self.status is None else self.status[one],
-            self.cap,
-            None if self.actor is None else self.actor[one],
-        )
-
 
 class SignalSource(Protocol):
     """Where the signals of a batch come from, for example a trace with its metrics."""
@@ -112,47 +96,3 @@ class SignalSource(Protocol):
         Raises:
             KeyError: The source has no such signal.
         """
-
-
-@dataclass(frozen=True, slots=True)
-class Samples:
-    """A series sorted by status.
-
-    Attributes:
-        values: (B, T) float64; +inf for "no conflict", 0 where unknown or an error.
-        is_unknown: (B, T) whether the sample is not applicable.
-        is_error: (B, T) whether the sample makes its run an ERROR.
-    """
-
-    values: Floats
-    is_unknown: Bools
-    is_error: Bools
-
-
-def read_samples(series: Series) -> Samples:
-    """Sort the samples of a series into values, "no conflict", unknown and errors.
-
-    Everything that is neither finite nor declared is an error: NaN, an infinity without a cap, a
-    truth value that is not 0 or 1, a code without a label, a status out of range.
-    """
-    values = np.array(series.values, dtype=np.float64)
-    status = series.status
-    if status is None:
-        free = np.isposinf(values) if series.cap is not None else np.zeros(values.shape, bool)
-        is_unknown = np.zeros(values.shape, dtype=bool)
-        is_error = ~np.isfinite(values) & ~free
-    else:
-        free = status == SampleStatus.NO_CONFLICT
-        is_unknown = status == SampleStatus.NOT_APPLICABLE
-        is_value = status == SampleStatus.VALUE
-        is_error = ~(is_value & np.isfinite(values)) & ~free & ~is_unknown
-    if series.cap is None or series.kind != "number":
-        is_error |= free
-    if series.kind == "boolean":
-        is_error |= (values != 0.0) & (values != 1.0) & ~is_unknown
-    elif series.kind == "enumeration":
-        is_code = (values >= 0.0) & (values < len(series.labels)) & (values == np.floor(values))
-        is_error |= ~is_code & ~is_unknown
-    values[free] = np.inf
-    values[is_unknown | is_error] = 0.0
-    return Samples(values, is_unknown, is_error)

@@ -7,8 +7,17 @@ conditions, which hold or do not.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+from adeye.errors import ExpressionError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_ROW_SLACK: Final = 1e-6
+"""Part of a step by which a window bound may miss a row, for bounds such as 0.3 s at 0.1 s."""
 
 Span: TypeAlias = tuple[int, int]
 
@@ -203,3 +212,41 @@ def needed_time(node: Node, horizon_s: float) -> float:
     if isinstance(node, Edge):
         return future_reach(node)
     return max((needed_time(child, horizon_s) for child in children(node)), default=0.0)
+
+
+def window_rows(window: Window, step_s: float) -> tuple[int, int]:
+    """Give the first and last row of a window after its start.
+
+    Raises:
+        ExpressionError: The window lies between two rows and contains none.
+    """
+    first = math.ceil(window.first_s / step_s - _ROW_SLACK)
+    last = math.floor(window.last_s / step_s + _ROW_SLACK)
+    if first > last:
+        raise ExpressionError(
+            f"the window from {window.first_s:g} s to {window.last_s:g} s contains no row at a "
+            f"step of {step_s:g} s",
+            remedy="Widen the window or reduce the step.",
+        )
+    return first, last
+
+
+Implication = tuple[tuple[Condition, ...], Temporal | None]
+"""Antecedents that must hold at one row together, and the operator whose obligations they are."""
+
+
+def find_implications(root: Condition, operator: Temporal | None = None) -> Iterator[Implication]:
+    """Find the implications at the top level, joined by ``and``, of the formula and its always."""
+    match root:
+        case Connective(operator="and"):
+            yield from find_implications(root.left, operator)
+            yield from find_implications(root.right, operator)
+        case Connective(operator="implies"):
+            antecedents = [root.left]
+            consequent = root.right
+            while isinstance(consequent, Connective) and consequent.operator == "implies":
+                antecedents.append(consequent.left)
+                consequent = consequent.right
+            yield tuple(antecedents), operator
+        case Temporal() if operator is None:
+            yield from find_implications(root.operand, root)

@@ -6,8 +6,17 @@ import math
 
 import pytest
 
+from adeye.errors import ExpressionError
 from adeye.evaluation.stl.parser import parse_text
-from adeye.evaluation.stl.syntax import future_reach, names_in, needed_time
+from adeye.evaluation.stl.syntax import (
+    Temporal,
+    Window,
+    find_implications,
+    future_reach,
+    names_in,
+    needed_time,
+    window_rows,
+)
 
 
 def test_names_come_once_each_in_the_order_of_the_text() -> None:
@@ -60,3 +69,33 @@ def test_needed_time_counts_the_horizon_only_for_outermost_operators(
     text: str, time: float
 ) -> None:
     assert needed_time(parse_text(text), 10.0) == time
+
+
+@pytest.mark.parametrize(
+    ("first_s", "last_s", "step_s", "rows"),
+    [
+        (0.0, 2.0, 0.05, (0, 40)),
+        (0.0, 0.3, 0.1, (0, 3)),
+        (0.3, 0.7, 0.1, (3, 7)),
+        (0.05, 0.12, 0.05, (1, 2)),
+        (0.0, 0.0, 0.05, (0, 0)),
+    ],
+)
+def test_a_window_has_the_rows_that_lie_inside_it(
+    first_s: float, last_s: float, step_s: float, rows: tuple[int, int]
+) -> None:
+    assert window_rows(Window(first_s, last_s), step_s) == rows
+
+
+def test_a_window_between_two_rows_is_refused() -> None:
+    with pytest.raises(ExpressionError, match="contains no row"):
+        window_rows(Window(0.11, 0.14), 0.05)
+
+
+def test_implications_count_at_the_top_and_under_one_always_only() -> None:
+    root = parse_text("always ((p implies (q implies r)) and (s implies t)) and (u implies v)")
+    found = [(len(parts), isinstance(operator, Temporal)) for parts, operator in
+             find_implications(root)]  # fmt: skip
+    assert found == [(2, True), (1, True), (1, False)]
+    nested = parse_text("always (eventually (p implies q) or (r implies s))")
+    assert list(find_implications(nested)) == []

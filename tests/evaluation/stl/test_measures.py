@@ -1,4 +1,7 @@
-"""Margins of predicates: scales, caps, and what arithmetic makes of samples without a value."""
+"""Terms and predicates: scales, caps, and what arithmetic makes of samples without a value.
+
+Every sample is judged as a run of one row.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +10,30 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.parser import parse_text
-from adeye.evaluation.stl.predicates import Margins, predicate_margins, term_values
+from adeye.evaluation.stl.columns import SATISFIED
 from adeye.evaluation.stl.series import SampleStatus, Series
-from adeye.evaluation.stl.syntax import PREDICATES, Comparison, Equality, Signal
+from tests.evaluation.stl.batch import at_samples, numbers, standing, truths, words
 
 NAN, INF = float("nan"), float("inf")
 
 
 def number(*values: float, **options: Any) -> Series:
-    return Series(np.array([values]), options.pop("scale", 1.0), "1", "number", **options)
-
-
-def measure(text: str, **inputs: Series) -> Margins:
-    predicate = parse_text(text)
-    assert isinstance(predicate, PREDICATES)
-    return predicate_margins(predicate, inputs, next(iter(inputs.values())).values.shape)
+    return numbers(values, **options)
 
 
 def robustness(text: str, **inputs: Series) -> list[float]:
-    return [float(value) for value in measure(text, **inputs).robustness[0]]
+    result = at_samples(text, **inputs)
+    assert np.array_equal(result.robustness_low, result.robustness_high, equal_nan=True)
+    return [float(value) for value in result.robustness_low]
+
+
+def standings(text: str, **inputs: Series) -> list[str]:
+    result = at_samples(text, **inputs)
+    return [standing(result, run) for run in range(len(result.error))]
+
+
+def holds(text: str, **inputs: Series) -> list[bool]:
+    return [code == SATISFIED for code in at_samples(text, **inputs).verdict]
 
 
 def test_the_margin_is_divided_by_the_signals_scale() -> None:
@@ -38,9 +45,7 @@ def test_the_margin_is_divided_by_the_signals_scale() -> None:
 
 def test_strictness_decides_at_the_threshold() -> None:
     gap = number(2.0)
-    truth = {
-        op: bool(measure(f"gap {op} 2", gap=gap).is_true[0, 0]) for op in (">", ">=", "<", "<=")
-    }
+    truth = {op: holds(f"gap {op} 2", gap=gap)[0] for op in (">", ">=", "<", "<=")}
     assert truth == {">": False, ">=": True, "<": False, "<=": True}
 
 
@@ -65,7 +70,7 @@ def test_of_two_signals_the_larger_scale_counts() -> None:
 
 def test_a_scale_of_zero_counts_as_one() -> None:
     assert robustness("gap * 0 > -3", gap=number(7.0)) == [3.0]
-    assert measure("gap / (1 - 1) > -3", gap=number(7.0)).is_error[0, 0]
+    assert standings("gap / (1 - 1) > -3", gap=number(7.0)) == ["error"]
 
 
 def test_no_conflict_has_the_cap_as_margin_on_either_side() -> None:
@@ -77,12 +82,12 @@ def test_no_conflict_has_the_cap_as_margin_on_either_side() -> None:
     assert robustness("abs(ttc) >= 1.5", ttc=ttc) == [5.0, 0.75]
     assert robustness("ttc * 2 >= 3", ttc=ttc) == [5.0, 0.75]
     assert robustness("2 * ttc >= 3", ttc=ttc) == [5.0, 0.75]
-    assert not measure("ttc >= 1.5", ttc=ttc).is_error.any()
 
 
 def test_no_conflict_satisfies_a_bound_above_the_cap() -> None:
-    margins = measure("ttc >= 20", ttc=number(INF, cap=10.0))
-    assert (margins.is_true[0, 0], margins.margin[0, 0]) == (True, 10.0)
+    ttc = number(INF, cap=10.0)
+    assert holds("ttc >= 20", ttc=ttc) == [True]
+    assert robustness("ttc >= 20", ttc=ttc) == [10.0]
 
 
 def test_a_finite_margin_is_never_worth_more_than_no_conflict() -> None:
@@ -108,7 +113,7 @@ def test_the_inverse_of_no_conflict_is_zero() -> None:
         ("a / b > 1", (INF, 0.0)),
         ("a - b > 1", (INF, INF)),
         ("a >= b", (INF, INF)),
-        ("a == b", (INF, 1.0)),
+        ("a == 1", (INF, 1.0)),
         ("a * b > 1", (INF, 0.0)),
         ("a * b > 1", (1e200, 1e200)),
         ("a + b > 1", (NAN, 1.0)),
@@ -116,21 +121,21 @@ def test_the_inverse_of_no_conflict_is_zero() -> None:
 )
 def test_arithmetic_without_a_result_is_an_error(text: str, values: tuple[float, float]) -> None:
     a, b = (number(value, cap=10.0) for value in values)
-    assert measure(text, a=a, b=b).is_error[0, 0]
+    assert standings(text, a=a, b=b) == ["error"]
 
 
 def test_a_sample_that_does_not_apply_is_unknown_and_no_error() -> None:
     status = np.array([[SampleStatus.NOT_APPLICABLE, SampleStatus.VALUE]], dtype=np.int8)
     a = Series(np.array([[NAN, 1.0]]), 1.0, "1", "number", status=status)
     for text in ("a > 0", "1 / a > 0", "min(a, 2) > 0", "a == 1"):
-        margins = measure(text, a=a)
-        assert margins.is_unknown.tolist() == [[True, False]]
-        assert not margins.is_error.any()
+        result = at_samples(text, a=a)
+        assert result.robustness_low[0] == -INF
+        assert result.robustness_high[0] == INF
+        assert [standing(result, run) == "undecided" for run in (0, 1)] == [True, False]
 
 
 def test_truth_values_and_labels_are_worth_one_scale() -> None:
-    contact = Series(np.array([[1, 0]]), 5.0, "1", "boolean")
-    status = Series(np.array([[0, 1]]), 5.0, "1", "enumeration", ("ok", "silent"))
+    contact, status = truths([1, 0]), words([0, 1], "ok", "silent")
     assert robustness("contact", contact=contact) == [1.0, -1.0]
     assert robustness("contact == true", contact=contact) == [1.0, -1.0]
     assert robustness("contact == false", contact=contact) == [-1.0, 1.0]
@@ -139,36 +144,79 @@ def test_truth_values_and_labels_are_worth_one_scale() -> None:
 
 
 def test_signals_of_words_are_compared_sample_by_sample() -> None:
-    first = Series(np.array([[0, 1]]), 1.0, "1", "enumeration", ("ok", "silent"))
-    second = Series(np.array([[0, 0]]), 1.0, "1", "enumeration", ("ok", "silent"))
-    predicate = parse_text("a.s == b.s")
-    assert isinstance(predicate, Equality)
-    margins = predicate_margins(predicate, {"a.s": first, "b.s": second}, (1, 2))
-    assert margins.robustness.tolist() == [[1.0, -1.0]]
+    first, second = words([0, 1], "ok", "silent"), words([0, 0], "ok", "silent")
+    inputs = {"a.s": first, "b.s": second}
+    assert robustness("a.s == b.s", **inputs) == [1.0, -1.0]
+    assert robustness("a.s != b.s", **inputs) == [-1.0, 1.0]
 
 
 def test_equal_whole_numbers_have_margin_zero_and_the_distance_otherwise() -> None:
     lane = number(2.0, 0.0, scale=2.0)
-    same, other = measure("lane == 2", lane=lane), measure("lane != 2", lane=lane)
-    assert (same.robustness.tolist(), same.is_true.tolist()) == ([[0.0, -1.0]], [[True, False]])
-    assert (other.robustness.tolist(), other.is_true.tolist()) == ([[0.0, 1.0]], [[False, True]])
+    assert robustness("lane == 2", lane=lane) == [0.0, -1.0]
+    assert holds("lane == 2", lane=lane) == [True, False]
+    assert robustness("lane != 2", lane=lane) == [0.0, 1.0]
+    assert holds("lane != 2", lane=lane) == [False, True]
     assert robustness("lane * 0 == 3", lane=lane) == [-3.0, -3.0]
 
 
-def test_a_calculation_is_no_name() -> None:
-    status = Series(np.array([[0]]), 1.0, "1", "boolean")
-    left = Signal((0, 1), "a")
-    comparison = parse_text("b + 1 > 0")
-    assert isinstance(comparison, Comparison)
-    with pytest.raises(TypeError, match="not the name of a signal"):
-        predicate_margins(
-            Equality((0, 1), left, comparison.left, is_negated=False), {"a": status}, (1, 1)
-        )
+# --- what a sample is
 
 
-def test_a_term_gives_its_values() -> None:
-    comparison = parse_text("a * 2 - 1 > 0")
-    assert isinstance(comparison, Comparison)
-    operand = term_values(comparison.left, {"a": number(3.0)}, (1, 1))
-    assert operand.values.tolist() == [[5.0]]
-    assert not operand.is_constant
+def statuses(*codes: int) -> np.ndarray:
+    return np.array([codes], dtype=np.int8)
+
+
+def test_without_a_cap_every_value_that_is_not_finite_is_an_error() -> None:
+    found = standings("a > 0", a=number(1.0, NAN, INF, -INF))
+    assert found == ["satisfied", "error", "error", "error"]
+
+
+def test_a_cap_declares_plus_infinity_and_nothing_else() -> None:
+    found = standings("a > 0", a=number(1.0, NAN, INF, -INF, cap=10.0))
+    assert found == ["satisfied", "error", "satisfied", "error"]
+
+
+def test_a_status_says_what_a_sample_is_whatever_its_value() -> None:
+    codes = statuses(
+        SampleStatus.VALUE,
+        SampleStatus.NO_CONFLICT,
+        SampleStatus.NOT_APPLICABLE,
+        SampleStatus.ERROR,
+        7,
+        -2,
+    )
+    a = number(1.0, NAN, NAN, 1.0, 1.0, 1.0, cap=10.0, status=codes)
+    found = standings("a > 0", a=a)
+    assert found == ["satisfied", "satisfied", "undecided", "error", "error", "error"]
+
+
+def test_an_infinite_value_with_status_value_is_an_error() -> None:
+    assert standings("a > 0", a=number(INF, cap=10.0, status=statuses(0))) == ["error"]
+
+
+def test_no_conflict_without_a_cap_is_an_error() -> None:
+    assert standings("a > 0", a=number(INF, status=statuses(1))) == ["error"]
+
+
+def test_a_truth_value_is_0_or_1() -> None:
+    assert standings("p", p=truths([True, False])) == ["satisfied", "violated"]
+    odd = truths([0.0, 2.0, NAN, INF], cap=1.0)
+    assert standings("p", p=odd) == ["violated", "error", "error", "error"]
+    assert standings("p", p=truths([NAN], status=statuses(2))) == ["undecided"]
+
+
+def test_a_code_has_a_label() -> None:
+    found = standings("s.x == ok", **{"s.x": words([0.0, 1.0, 2.0, -1.0, 0.5], "ok", "silent")})
+    assert found == ["satisfied", "violated", "error", "error", "error"]
+
+
+def test_reading_leaves_the_series_as_it_was() -> None:
+    a = number(NAN, 1.0)
+    at_samples("a > 0", a=a)
+    assert np.isnan(a.values[0, 0])
+
+
+def test_a_zero_of_either_sign_is_the_same_zero() -> None:
+    a = number(0.0, -0.0)
+    assert standings("a >= 0", a=a) == ["satisfied", "satisfied"]
+    assert standings("a > 0", a=a) == ["violated", "violated"]

@@ -1,59 +1,22 @@
-"""Robustness against two oracles, rtamt and a slow reference that follows the definition."""
+"""The compiled evaluation against two oracles: rtamt, and a slow one by the definition."""
 
 from __future__ import annotations
 
 import math
 import re
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
-from adeye.errors import ExpressionError
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.robustness import SATISFIED, UNDECIDED, VIOLATED, StlResult, evaluate
-from adeye.evaluation.stl.series import SampleStatus, Series
-from adeye.evaluation.verdict import Verdict
+from adeye.evaluation.stl.columns import SATISFIED, UNDECIDED, VIOLATED
+from tests.evaluation.stl.batch import judge, numbers
+
+if TYPE_CHECKING:
+    from adeye.evaluation.stl.series import Series
 
 NAMES = ("a", "b", "c")
-
-
-class Signals(dict[str, Series]):
-    """Series by name."""
-
-    def series(self, name: str) -> Series:
-        return self[name]
-
-
-def numbers(values: Any, **options: Any) -> Series:
-    rows = np.atleast_2d(np.asarray(values, dtype=float))
-    return Series(rows, options.pop("scale", 1.0), options.pop("unit", "1"), "number", **options)
-
-
-def truths(values: Any, **options: Any) -> Series:
-    return Series(np.atleast_2d(np.asarray(values)), 1.0, "1", "boolean", **options)
-
-
-def judge(
-    text: str,
-    signals: dict[str, Series],
-    *,
-    step_s: float = 1.0,
-    length: list[int] | None = None,
-    horizon: list[int] | None = None,
-    complete: bool = True,
-) -> StlResult:
-    runs, rows = next(iter(signals.values())).values.shape
-    lengths = np.array(length or [rows] * runs)
-    return evaluate(
-        parse_formula(text),
-        Signals(signals),
-        step_s=step_s,
-        length=lengths,
-        horizon=np.array(horizon) if horizon else lengths - 1,
-        complete=np.full(runs, complete),
-    )
 
 
 # --- random formulas as nested tuples, with a text for each parser
@@ -298,189 +261,3 @@ def test_a_run_is_judged_alike_alone_and_in_any_batch() -> None:
             assert alone.robustness_high[0] == together.robustness_high[b]
             assert alone.verdict[0] == together.verdict[b]
             assert alone.vacuous[0] == together.vacuous[b]
-
-
-def test_until_without_window_must_be_fulfilled_by_the_horizon() -> None:
-    left, right = truths([[1, 1, 1, 0, 0]]), truths([[0, 0, 0, 1, 0]])
-    signals = {"x": left, "y": right}
-    assert judge("x until y", signals, horizon=[3]).verdict[0] == SATISFIED
-    assert judge("x until y", signals, horizon=[2]).verdict[0] == VIOLATED
-    cut = judge("x until y", signals, length=[3], horizon=[4], complete=False)
-    assert cut.verdict[0] == UNDECIDED
-    assert judge("x until y", signals, length=[3], horizon=[4]).verdict[0] == VIOLATED
-
-
-def test_until_broken_before_the_cut_is_violated() -> None:
-    signals = {"x": truths([[1, 0, 1, 1, 1]]), "y": truths([[0, 0, 0, 0, 1]])}
-    assert judge("x until y", signals, length=[3], complete=False).verdict[0] == VIOLATED
-
-
-def test_eventually_ranges_over_the_horizon() -> None:
-    stands = {"standstill": truths([[0, 0, 0, 1, 1, 1]])}
-    text = "eventually always[0 s, 2 s] standstill"
-    assert judge(text, stands, horizon=[3]).verdict[0] == SATISFIED
-    assert judge(text, stands, horizon=[2]).verdict[0] == VIOLATED
-    assert judge(text, stands, horizon=[5], length=[5]).verdict[0] == UNDECIDED
-    cut = judge(text, stands, horizon=[5], length=[2], complete=False)
-    assert cut.verdict[0] == UNDECIDED
-
-
-def test_outermost_operators_under_connectives_range_over_the_horizon() -> None:
-    signals = {"takeover": truths([[0, 1, 0, 0]]), "gap": numbers([[5.0, 4.0, 3.0, 2.0]])}
-    result = judge("(eventually takeover) implies (always gap > 2.5)", signals, horizon=[2])
-    assert result.verdict[0] == SATISFIED
-    assert not result.vacuous[0]
-    assert judge("(eventually takeover) implies (always gap > 2.5)", signals).verdict[0] == VIOLATED
-    assert judge("not (always gap > 2.5)", signals).verdict[0] == SATISFIED
-
-
-def test_an_obligation_open_at_contact_is_undecided() -> None:
-    signals = {
-        "fault": truths([[0, 1, 1, 1, 1, 0]]),
-        "detected": truths([[0, 0, 0, 0, 0, 0]]),
-        "contact": truths([[0, 0, 0, 0, 1, 0]]),
-    }
-    text = "always (rise(fault) implies eventually[0 s, 4 s] detected)"
-    result = judge(text, signals, length=[5], horizon=[5], complete=False)
-    assert result.verdict_of(0) is Verdict.INCONCLUSIVE
-    assert result.robustness_low[0] == -math.inf
-    contact = judge("always not contact", signals, length=[5], horizon=[5], complete=False)
-    assert contact.verdict_of(0) is Verdict.FAIL
-
-
-def test_a_cut_trace_never_passes_an_always_that_should_go_on() -> None:
-    signals = {"gap": numbers([[9.0, 8.0, 7.0, 0.0]], unit="m")}
-    options: dict[str, Any] = {"length": [3], "horizon": [3]}
-    assert judge("always gap > 1 m", signals, **options).verdict[0] == SATISFIED
-    assert judge("always gap > 1 m", signals, complete=False, **options).verdict[0] == UNDECIDED
-    decided = judge("always gap > 1 m", signals, length=[3], horizon=[2], complete=False)
-    assert decided.verdict[0] == SATISFIED
-
-
-def test_at_the_threshold_strictness_decides() -> None:
-    signals = {"gap": numbers([[3.0, 0.0, 3.0]])}
-    at_least, more = judge("always gap >= 0", signals), judge("always gap > 0", signals)
-    assert at_least.robustness_low[0] == more.robustness_low[0] == 0.0
-    assert at_least.verdict_of(0) is Verdict.PASS
-    assert more.verdict_of(0) is Verdict.FAIL
-    assert judge("always not (gap <= 0)", signals).verdict_of(0) is Verdict.FAIL
-
-
-def test_a_precondition_that_never_holds_is_vacuous() -> None:
-    signals = {"fault": truths([[0, 0, 0]]), "detected": truths([[1, 1, 1]])}
-    result = judge("always (fault implies detected)", signals)
-    assert result.vacuous[0]
-    assert result.verdict_of(0) is Verdict.VACUOUS
-    assert not judge("always (detected implies not fault)", signals).vacuous[0]
-    assert not judge("always (not fault or detected)", signals).vacuous[0]
-
-
-def test_a_precondition_after_the_horizon_exercises_nothing() -> None:
-    signals = {"fault": truths([[0, 0, 1]]), "ok": truths([[1, 1, 1]])}
-    assert judge("always (fault implies ok)", signals, horizon=[1]).vacuous[0]
-    assert not judge("always (fault implies ok)", signals, horizon=[2]).vacuous[0]
-    assert judge("always[0 s, 1 s] (fault implies ok)", signals).vacuous[0]
-    assert judge("fault implies ok", signals).vacuous[0]
-
-
-def test_a_rise_at_row_0_is_no_rise() -> None:
-    signals = {"fault": truths([[1, 1, 1]]), "ok": truths([[1, 1, 1]])}
-    assert judge("always (rise(fault) implies ok)", signals).vacuous[0]
-    assert judge("eventually rise(fault)", signals).verdict[0] == VIOLATED
-    assert judge("eventually fall(not fault)", signals).verdict[0] == VIOLATED
-
-
-def test_every_top_level_implication_must_be_exercised() -> None:
-    signals = {"p": truths([[1, 0]]), "q": truths([[0, 0]]), "r": truths([[1, 1]])}
-    assert not judge("always (p implies r)", signals).vacuous[0]
-    assert judge("always ((p implies r) and (q implies r))", signals).vacuous[0]
-    assert judge("always (p implies (q implies r))", signals).vacuous[0]
-    assert not judge("always (p implies (r implies r))", signals).vacuous[0]
-
-
-def test_a_violated_implication_is_a_fail_not_vacuous() -> None:
-    signals = {"p": truths([[1, 0]]), "r": truths([[0, 1]])}
-    result = judge("always (p implies r)", signals)
-    assert result.verdict_of(0) is Verdict.FAIL
-    assert not result.vacuous[0]
-
-
-def test_nan_is_an_error_of_its_run_only() -> None:
-    signals = {"gap": numbers([[1.0, np.nan, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, np.nan]])}
-    result = judge("always gap > 0", signals, length=[3, 3, 2])
-    assert result.error.tolist() == [True, False, False]
-    assert [result.verdict_of(b) for b in range(3)] == [Verdict.ERROR, Verdict.PASS, Verdict.PASS]
-    assert np.isnan(result.robustness_low[0])
-    assert result.binding(0) is None
-
-
-def test_no_conflict_counts_with_the_cap() -> None:
-    ttc = numbers([[np.inf, np.inf], [np.inf, 3.0]], unit="s", scale=2.0, cap=10.0)
-    result = judge("always ttc >= 1.5 s", {"ttc": ttc})
-    assert result.robustness_low.tolist() == [5.0, 0.75]
-    undeclared = numbers([[np.inf, np.inf]], unit="s")
-    assert judge("always ttc >= 1.5 s", {"ttc": undeclared}).verdict_of(0) is Verdict.ERROR
-
-
-def test_a_sample_that_does_not_apply_decides_nothing() -> None:
-    status = np.array([[0, SampleStatus.NOT_APPLICABLE, 0]], dtype=np.int8)
-    gap = Series(np.array([[5.0, np.nan, 5.0]]), 1.0, "m", "number", status=status)
-    lead = truths([[1, 0, 1]])
-    signals = {"gap": gap, "lead": lead}
-    assert judge("always gap > 2 m", signals).verdict_of(0) is Verdict.INCONCLUSIVE
-    assert judge("always (lead implies gap > 2 m)", signals).verdict_of(0) is Verdict.PASS
-    assert judge("always gap > 6 m", signals).verdict_of(0) is Verdict.FAIL
-
-
-def test_windows_count_rows_inside_them() -> None:
-    signals = {"x": truths([[0, 0, 0, 1, 0, 0]])}
-    for window, expected in (
-        ("[0 s, 0.3 s]", SATISFIED),
-        ("[0, 0.29]", VIOLATED),
-        ("[300 ms, 0.3 s]", SATISFIED),
-        ("[0.31 s, 0.5 s]", VIOLATED),
-    ):
-        result = judge(f"eventually{window} x", signals, step_s=0.1)
-        assert result.verdict[0] == expected, window
-    with pytest.raises(ExpressionError, match="contains no row"):
-        judge("eventually[0.31 s, 0.39 s] x", signals, step_s=0.1)
-
-
-def test_a_formula_without_outermost_operator_is_judged_at_row_0() -> None:
-    signals = {"x": truths([[1, 0, 0]])}
-    assert judge("x", signals).verdict[0] == SATISFIED
-    assert judge("always[1 s, 2 s] x", signals).verdict[0] == VIOLATED
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"length": np.array([0])},
-        {"length": np.array([4])},
-        {"horizon": np.array([-1])},
-        {"horizon": np.array([1, 2])},
-        {"complete": np.array([True, True])},
-        {"step_s": 0.0},
-        {"length": np.array([3, 3])},
-    ],
-)
-def test_arrays_that_do_not_fit_are_refused(change: dict[str, Any]) -> None:
-    options: dict[str, Any] = {
-        "step_s": 0.1,
-        "length": np.array([3]),
-        "horizon": np.array([2]),
-        "complete": np.array([True]),
-    }
-    with pytest.raises(ValueError, match=r".+"):
-        evaluate(parse_formula("x"), Signals(x=truths([[1, 0, 0]])), **{**options, **change})
-
-
-def test_series_of_different_lengths_are_refused() -> None:
-    signals = {"x": truths([[1, 0, 0]]), "y": truths([[1, 0]])}
-    with pytest.raises(ValueError, match="do not fit"):
-        judge("x and y", signals)
-
-
-def test_the_wrong_kind_is_refused_at_evaluation_too() -> None:
-    with pytest.raises(ExpressionError, match="is a length"):
-        judge("always gap > 2 s", {"gap": numbers([[1.0]], unit="m")})

@@ -1,0 +1,198 @@
+"""A formula on a batch of runs as columns: bounds, verdicts and binding predicates of all runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.evaluation.stl.machine import evaluate_runs
+from adeye.evaluation.stl.measures import NO_STATUS
+from adeye.evaluation.stl.program import Program, compile_formula
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from adeye.evaluation.stl.formula import Formula
+    from adeye.evaluation.stl.series import Series, SignalSource
+    from adeye.signals import Bools, Floats, Ints
+
+
+SATISFIED: Final = 1
+VIOLATED: Final = -1
+UNDECIDED: Final = 0
+
+
+@dataclass(frozen=True, slots=True)
+class StlColumns:
+    """What a formula is worth on B runs; NaN stands for no number.
+
+    Attributes:
+        robustness_low: (B,) lower bound of robustness, NaN in error.
+        robustness_high: (B,) upper bound; equal to the lower unless the trace leaves it open.
+        error: (B,) whether a sample was neither a value nor declared.
+        verdict: (B,) ``SATISFIED``, ``VIOLATED``, or ``UNDECIDED``, which an error is, too. The
+            sign of the robustness decides; at exactly 0 the boolean semantics does.
+        vacuous: (B,) whether a top-level implication was never exercised: its antecedent held at
+            no obligation.
+        node: (B,) condition that binds, index into ``program.words``.
+        row: (B,) its row, -1 beyond the trace.
+        obligation: (B,) row at which the obligation began.
+        status: (B,) index into ``descent.BINDING_STATUSES``.
+        actor: (B,) index of the object that the sample is about, -1 for none.
+        value: (B,) of the binding predicate; a word's code.
+        threshold: (B,).
+        difference: (B,) of value and threshold, positive where it speaks for the formula; the cap
+            for "no conflict".
+        program: The formula.
+    """
+
+    robustness_low: Floats
+    robustness_high: Floats
+    error: Bools
+    verdict: Ints
+    vacuous: Bools
+    node: Ints
+    row: Ints
+    obligation: Ints
+    status: Ints
+    actor: Ints
+    value: Floats
+    threshold: Floats
+    difference: Floats
+    program: Program
+
+
+def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
+    formula: Formula,
+    source: SignalSource,
+    *,
+    step_s: float,
+    length: Ints,
+    horizon: Ints,
+    complete: Bools,
+    chosen: Bools,
+) -> StlColumns:
+    """Evaluate a formula on the chosen ones of B runs of up to T rows.
+
+    An ``always`` or ``eventually`` without a window that no temporal operator encloses ranges over
+    the rows 0 to ``horizon``; everything else is evaluated at row 0. Rows from ``length`` on are
+    unknown, bounds [-inf, +inf]. If the scenario was over (``complete``), obligations that would
+    have started there do not exist; if the trace was cut short, they are open.
+
+    Args:
+        formula: The formula.
+        source: Its signals, arrays (B, T).
+        step_s: Time between rows [s].
+        length: (B,) valid rows of each run, 1 to T.
+        horizon: (B,) last row at which an obligation of an outermost operator may start, >= 0.
+        complete: (B,) whether the trace ended because the scenario was over.
+        chosen: (B,) which runs; the others are open and bind nowhere.
+
+    Returns:
+        The result; each run's does not depend on the others.
+
+    Raises:
+        ExpressionError: A signal has the wrong kind or dimension, or a window contains no row.
+        KeyError: The source lacks a signal.
+        ValueError: The arrays do not fit together.
+    """
+    inputs = {name: source.series(name) for name in formula.names}
+    if not step_s > 0.0:
+        msg = f"step_s is {step_s}, not above 0"
+        raise ValueError(msg)
+    _check_shapes(inputs, length, horizon, complete, chosen)
+    program = compile_formula(formula, inputs, step_s)
+    samples, statuses = _stacked(inputs)
+    runs = length.shape[0]
+    numbers = np.full((runs, 5), np.nan)
+    facts = np.zeros((runs, 7), dtype=np.int64)
+    facts[:, 4] = -1
+    evaluate_runs(
+        np.asarray(chosen, dtype=np.bool_),
+        np.asarray(length, dtype=np.int64),
+        np.asarray(horizon, dtype=np.int64),
+        np.asarray(complete, dtype=np.bool_),
+        samples,
+        statuses,
+        program.signals,
+        program.terms,
+        program.constants,
+        program.nodes,
+        program.limits,
+        program.implied,
+        program.antecedents,
+        numbers,
+        facts,
+    )
+    return StlColumns(
+        robustness_low=numbers[:, 0],
+        robustness_high=numbers[:, 1],
+        error=facts[:, 0] != 0,
+        verdict=facts[:, 1],
+        vacuous=facts[:, 2] != 0,
+        node=facts[:, 3],
+        row=facts[:, 4],
+        obligation=facts[:, 5],
+        status=facts[:, 6],
+        actor=_actors(program, inputs, facts[:, 3], facts[:, 4]),
+        value=numbers[:, 2],
+        threshold=numbers[:, 3],
+        difference=numbers[:, 4],
+        program=program,
+    )
+
+
+def joined(parts: Sequence[StlColumns]) -> StlColumns:
+    """Join the columns of several batches of one formula."""
+    if len(parts) == 1:
+        return parts[0]
+    names = [item.name for item in fields(StlColumns) if item.name != "program"]
+    whole: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in names
+    }
+    return StlColumns(program=parts[0].program, **whole)
+
+
+def _check_shapes(
+    inputs: Mapping[str, Series], length: Ints, horizon: Ints, complete: Bools, chosen: Bools
+) -> None:
+    """Refuse what compiled code, which checks no bounds, would read beyond."""
+    shapes = {series.values.shape for series in inputs.values()}
+    runs = {part.shape for part in (length, horizon, complete, chosen)}
+    if len(shapes) != 1 or runs != {next(iter(shapes))[:1]}:
+        msg = f"series of shapes {sorted(shapes)} do not fit lengths of shapes {sorted(runs)}"
+        raise ValueError(msg)
+    rows = next(iter(shapes))[1]
+    if np.any(length < 1) or np.any(length > rows) or np.any(horizon < 0):
+        msg = "a run needs at least one row, no more than the arrays have, and a horizon >= 0"
+        raise ValueError(msg)
+
+
+def _stacked(inputs: Mapping[str, Series]) -> tuple[Floats, NDArray[np.int8]]:
+    """Give samples (S, B, T) and their statuses."""
+    shape = next(iter(inputs.values())).values.shape
+    samples = np.empty((len(inputs), *shape))
+    statuses = np.empty(samples.shape, dtype=np.int8)
+    for place, series in enumerate(inputs.values()):
+        samples[place] = series.values
+        statuses[place] = NO_STATUS if series.status is None else series.status
+    return samples, statuses
+
+
+def _actors(program: Program, inputs: Mapping[str, Series], node: Ints, row: Ints) -> Ints:
+    """Give for each run the object of the first signal, at the binding row, that is about one."""
+    found = np.full(node.shape, -1, dtype=np.int64)
+    if all(series.actor is None for series in inputs.values()):
+        return found
+    for place in np.unique(node[row >= 0]):
+        runs = np.flatnonzero((node == place) & (row >= 0))
+        for name in reversed(program.words[place].names):
+            actors = inputs[name].actor
+            if actors is not None:
+                who = actors[runs, row[runs]]
+                found[runs[who >= 0]] = who[who >= 0]
+    return found

@@ -1,0 +1,122 @@
+"""Scale, cap and unit of terms and predicates: what is known of them before any sample.
+
+A term carries its scale and its caps through sums (the largest) and products (the product), so
+that a predicate of several signals is measured in their common unit. "No conflict" (+inf) passes
+through arithmetic; where it makes a comparison infinite, the cap is the margin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adeye.evaluation.stl.syntax import Arithmetic, Comparison, Equality, Predicate, Signal, Term
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.evaluation.stl.series import Series
+
+Caps = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """What is known of a term beforehand.
+
+    Attributes:
+        size: Size of one unit of robustness; of a constant, its magnitude.
+        value: Of a constant; None of what reads a signal.
+        caps: Margin that counts for +inf and for -inf; None where the term cannot become that.
+    """
+
+    size: float
+    value: float | None = None
+    caps: Caps = (None, None)
+
+    @property
+    def opposite(self) -> Scale:
+        """Of the negated term."""
+        value = None if self.value is None else -self.value
+        return Scale(self.size, value, (self.caps[1], self.caps[0]))
+
+    @property
+    def magnitude(self) -> Scale:
+        """Of the absolute value of the term."""
+        value = None if self.value is None else abs(self.value)
+        return Scale(self.size, value, (_largest(*self.caps), None))
+
+
+def combined(operator: str, left: Scale, right: Scale) -> Scale:
+    """Give the scale of two terms combined by ``+``, ``-``, ``min``, ``max``, ``*`` or ``/``.
+
+    In a sum a constant has no say in the scale.
+    """
+    if operator == "-":
+        return combined("+", left, right.opposite)
+    value = _constant(operator, left.value, right.value)
+    if operator in {"*", "/"}:
+        return _product(operator, left, right, value)
+    sizes = [part.size for part in (left, right) if part.value is None]
+    caps = (_largest(left.caps[0], right.caps[0]), _largest(left.caps[1], right.caps[1]))
+    return Scale(max(sizes, default=abs(value or 0.0)), value, caps)
+
+
+def _product(operator: str, left: Scale, right: Scale, value: float | None) -> Scale:
+    inverse = 1.0 / right.size if right.size > 0.0 else 0.0
+    factor = right.size if operator == "*" else inverse
+    sizes = [cap * factor for cap in left.caps if cap is not None]
+    if operator == "*":
+        sizes += [cap * left.size for cap in right.caps if cap is not None]
+    # The sign of a product is not known in advance: it may become +inf and -inf.
+    cap = max((cap for cap in sizes if cap > 0.0), default=None)
+    return Scale(left.size * factor, value, (cap, cap))
+
+
+def _largest(first: float | None, second: float | None) -> float | None:
+    return max((cap for cap in (first, second) if cap is not None), default=None)
+
+
+def _constant(operator: str, left: float | None, right: float | None) -> float | None:
+    if left is None or right is None:
+        return None
+    first, second = np.float64(left), np.float64(right)
+    with np.errstate(all="ignore"):
+        if operator == "+":
+            return float(first + second)
+        if operator in {"min", "max"}:
+            return float(min(first, second) if operator == "min" else max(first, second))
+        if operator == "*":
+            return float(first * second)
+        return float(first / second) if second != 0.0 else float("nan")
+
+
+def label_code(series: Series, label: str) -> int:
+    """Give the code of a label of a signal."""
+    words = ("false", "true") if series.kind == "boolean" else series.labels
+    return words.index(label)
+
+
+def unit_of(node: Predicate, inputs: Mapping[str, Series]) -> str:
+    """Give the unit in which both sides are compared; of a product of signals, it is SI."""
+    if isinstance(node, Comparison | Equality):
+        for side in (node.left, node.right):
+            unit = _term_unit(side, inputs)
+            if unit is not None:
+                return unit
+        return "SI"
+    return inputs[node.name].unit
+
+
+def _term_unit(term: Term, inputs: Mapping[str, Series]) -> str | None:
+    """Give the unit of a term that its operations leave as it is; None where they do not."""
+    if isinstance(term, Signal):
+        return inputs[term.name].unit if term.name in inputs else None
+    if isinstance(term, Arithmetic) and term.operator not in {"*", "/"}:
+        for operand in term.operands:
+            unit = _term_unit(operand, inputs)
+            if unit is not None:
+                return unit
+    return None
