@@ -32,6 +32,10 @@ _PRAGMAS: Final = (
     "PRAGMA synchronous = NORMAL",
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
+    # Digests as keys touch pages all over an index, so blocks come cheaper the more are at hand
+    # (64 MiB) and the later they go from the log into the file (32 MiB).
+    "PRAGMA cache_size = -65536",
+    "PRAGMA wal_autocheckpoint = 8192",
 )
 
 _CAUSES: Final = (
@@ -85,6 +89,12 @@ def errors_in_words(path: Path) -> Iterator[None]:
         raise _in_words(error.orig or error, path) from error
     except sqlite3.Error as error:
         raise _in_words(error, path) from error
+    except UnicodeDecodeError as error:
+        # Also the driver's own message, where it quotes a damaged schema.
+        raise IntegrityError(
+            f"database {path} is damaged: a text in it is not UTF-8. "
+            "Restore it from a copy, or move it away and run again."
+        ) from error
 
 
 def _in_words(error: BaseException, path: Path) -> PlatformError | IntegrityError:

@@ -11,6 +11,7 @@ import json
 import math
 from datetime import UTC, datetime
 from functools import cache
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import Boolean, Float, Integer, Table
@@ -95,13 +96,68 @@ def _converters(table: Table) -> tuple[Callable[[Any], Any], ...]:
 
 
 def row_hash(table: Table, values: Sequence[Any]) -> str:
-    """Hash a stored row without its hash column: 128 bits of sha256 in hex.
+    """Hash a stored row of a plan without its hash column: 128 bits of sha256 in hex.
 
     It tells an altered row from the one that was written; whoever alters it on purpose can also
     write a matching hash.
+
+    Raises:
+        TypeError: A value has a type that is never written.
     """
-    text = json.dumps([table.name, *values], ensure_ascii=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
+    return _hashed(table.name + "".join(map(_tagged, values)))
+
+
+def _hashed(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
+
+
+def _tagged(value: Any) -> str:
+    """Write a value with its type behind a NUL, which no stored text has."""
+    if value is None:
+        return "\0n"
+    if isinstance(value, str):
+        return f"\0t{value}"
+    if isinstance(value, int):
+        return f"\0i{int(value)}"
+    if isinstance(value, float):
+        return f"\0f{value!r}"
+    msg = f"{value!r} is not what was written"
+    raise TypeError(msg)
+
+
+def rows_of_columns(table: Table, columns: Sequence[Any]) -> list[Row]:
+    """Make many rows in the order of the table's columns, with their hashes at the end.
+
+    Args:
+        table: A table whose last column is ``row_hash``.
+        columns: Values of all other columns. A list or a range has one value for each row, of
+            the column's type and clean, none of them None; anything else is the value of all rows.
+
+    Returns:
+        As many rows as the lists have values.
+
+    Raises:
+        ValueError: The lists differ in length.
+    """
+    tags: dict[Callable[[Any], Any], str] = {_float: "\0f%r", _integer: "\0i%d", _text: "\0t%s"}
+    template = table.name
+    varied: list[Sequence[Any]] = []
+    filled: list[Iterable[Any]] = []
+    for convert, column in zip(_converters(table), columns, strict=True):
+        if isinstance(column, list | range):
+            template += tags[convert]
+            varied.append(column)
+            filled.append(column)
+        else:
+            value = None if column is None else convert(column)
+            template += _tagged(value).replace("%", "%%")
+            filled.append(repeat(value))
+    sha256 = hashlib.sha256
+    hashes = [
+        sha256((template % values).encode()).hexdigest()[:32]
+        for values in zip(*varied, strict=True)
+    ]
+    return list(zip(*filled, hashes, strict=False))
 
 
 def row(table: Table, values: Sequence[Any]) -> Row:

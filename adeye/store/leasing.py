@@ -12,19 +12,26 @@ from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import select, update
 
-from adeye.store.encoding import utc_text
+from adeye.store.block import JudgedBlock
+from adeye.store.encoding import insert_rows, utc_text
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
 from adeye.store.pending import open_cases
-from adeye.store.recording import record_runs, record_verdicts, write_tallies
+from adeye.store.recording import (
+    record_runs,
+    record_verdicts,
+    require_same_traces,
+    write_tallies,
+)
 from adeye.store.stored import Block, WorkState
-from adeye.store.tables import work
+from adeye.store.tables import tally, work
+from adeye.store.tallying import counted_tallies
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from sqlalchemy import Connection, Row
 
-    from adeye.store.rows import RunRecord, VerdictRecord
+    from adeye.store.block import RunBlock
 
 MAX_FAILURES: Final = 3
 """Infrastructure errors of a block before it is split or quarantined."""
@@ -145,10 +152,7 @@ def requeue_quarantined(connection: Connection, campaign_id: str) -> int:
 
 
 def complete_block(
-    connection: Connection,
-    block: Block,
-    runs: Sequence[RunRecord],
-    verdicts: Mapping[str, Sequence[VerdictRecord]],
+    connection: Connection, block: Block, runs: RunBlock, judged: JudgedBlock
 ) -> bool:
     """Save everything that a block needed, and its tallies; False if it was taken over.
 
@@ -159,17 +163,31 @@ def complete_block(
     if not _change(connection, block, state="done", detail=None, **_FREE):
         return False
     expected = {case.result_digest for case in block.cases}
-    foreign = ({record.result_digest for record in runs} | set(verdicts)) - expected
+    foreign = {*runs.result_digests, *judged.result_digests} - expected
     if foreign:
         msg = f"block {block.id}: results {sorted(foreign)} are not of this block"
         raise ValueError(msg)
-    differing = record_runs(connection, runs)
-    given: dict[str, list[VerdictRecord]] = {}
-    for record in runs:
-        given.setdefault(record.result_digest, []).extend(record.verdicts)
-    for digest, records in verdicts.items():
-        given.setdefault(digest, []).extend(records)
-    record_verdicts(connection, given, differing=differing)
+    recorded = record_runs(connection, runs)
+    record_verdicts(
+        connection,
+        JudgedBlock(runs.result_digests, runs.verdicts),
+        existing=recorded.existing,
+        differing=recorded.differing,
+    )
+    if judged.result_digests:
+        require_same_traces(connection, judged)
+        record_verdicts(connection, judged, differing=recorded.differing)
+    elif not recorded.existing:
+        tallies = counted_tallies(connection, block.id, runs)
+        if tallies is not None:
+            insert_rows(connection, tally, tallies)
+            return True
+    _require_complete(connection, block)
+    write_tallies(connection, block.id)
+    return True
+
+
+def _require_complete(connection: Connection, block: Block) -> None:
     bounds = connection.execute(
         select(work.c.from_ordinal, work.c.to_ordinal).where(work.c.id == block.id)
     ).one()
@@ -177,8 +195,6 @@ def complete_block(
     if still_open:
         msg = f"block {block.id} is not complete: {still_open[0]} and {len(still_open) - 1} more"
         raise ValueError(msg)
-    write_tallies(connection, block.id)
-    return True
 
 
 def work_state(connection: Connection, campaign_id: str) -> WorkState:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import and_, case, distinct, func, or_, select
+from sqlalchemy import and_, case, distinct, exists, func, select
 
 from adeye.store.encoding import chunks
 from adeye.store.stored import BlockCase
@@ -14,7 +14,7 @@ from adeye.store.tables import campaign_case, campaign_fsr, run, verdict
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from sqlalchemy import ColumnElement, Connection, FromClause
+    from sqlalchemy import ColumnElement, Connection, FromClause, Select
 
 
 def is_judged() -> ColumnElement[bool]:
@@ -34,9 +34,10 @@ def is_judged() -> ColumnElement[bool]:
 
 
 def _with_gaps() -> FromClause:
+    """Join the results that exist with the FSRs that they are judged on and their verdicts."""
     return (
-        campaign_case.outerjoin(run, run.c.result_digest == campaign_case.c.result_digest)
-        .outerjoin(campaign_fsr, is_judged())
+        campaign_case.join(run, run.c.result_digest == campaign_case.c.result_digest)
+        .join(campaign_fsr, is_judged())
         .outerjoin(
             verdict,
             and_(
@@ -47,63 +48,111 @@ def _with_gaps() -> FromClause:
     )
 
 
-def _is_open() -> ColumnElement[bool]:
-    return or_(
-        run.c.result_digest.is_(None),
-        and_(campaign_fsr.c.fsr_id.is_not(None), verdict.c.result_digest.is_(None)),
+def _is_gap() -> ColumnElement[bool]:
+    return verdict.c.result_digest.is_(None)
+
+
+def lacks_result(connection: Connection, campaign_id: str, first: int, end: int) -> bool:
+    """Tell whether a case of an ordinal range has no result."""
+    found = _in_range(select(campaign_case.c.ordinal), campaign_id, first, end)
+    return connection.execute(found.where(~_has_result()).limit(1)).first() is not None
+
+
+def lacks_verdict(connection: Connection, campaign_id: str, first: int, end: int) -> bool:
+    """Tell whether a case of an ordinal range has a result that was not judged on every FSR."""
+    found = _in_range(
+        select(campaign_case.c.ordinal).select_from(_with_gaps()), campaign_id, first, end
     )
+    return connection.execute(found.where(_is_gap()).limit(1)).first() is not None
+
+
+def _in_range(query: Select[Any], campaign_id: str, first: int, end: int) -> Select[Any]:
+    return query.where(
+        campaign_case.c.campaign_id == campaign_id,
+        campaign_case.c.ordinal >= first,
+        campaign_case.c.ordinal < end,
+    )
+
+
+def _has_result() -> ColumnElement[bool]:
+    return exists().where(run.c.result_digest == campaign_case.c.result_digest)
 
 
 def open_cases(
     connection: Connection, campaign_id: str, first: int, end: int
 ) -> tuple[BlockCase, ...]:
     """Find the cases of an ordinal range that lack a result or a verdict."""
-    found = connection.execute(
-        select(
-            campaign_case.c.ordinal,
-            campaign_case.c.test_case_digest,
-            campaign_case.c.result_digest,
-            run.c.result_digest.is_not(None).label("has_result"),
-            campaign_fsr.c.fsr_id,
-        )
-        .select_from(_with_gaps())
-        .where(
-            campaign_case.c.campaign_id == campaign_id,
-            campaign_case.c.ordinal >= first,
-            campaign_case.c.ordinal < end,
-            _is_open(),
-        )
+    cases = connection.execute(
+        _in_range(
+            select(
+                campaign_case.c.ordinal,
+                campaign_case.c.test_case_digest,
+                campaign_case.c.result_digest,
+                _has_result(),
+                campaign_case.c.architecture,
+                campaign_case.c.scenario,
+                campaign_case.c.inside_odd,
+            ),
+            campaign_id,
+            first,
+            end,
+        ).order_by(campaign_case.c.ordinal)
+    ).all()
+    missing: dict[int, tuple[str, ...]] = {}
+    if any(case[3] for case in cases):
+        missing = _missing_fsrs(connection, campaign_id, first, end)
+    judged: dict[tuple[Any, ...], tuple[str, ...]] = {}
+    found: list[BlockCase] = []
+    for ordinal, test_case, result, has_result, architecture, scenario, inside in cases:
+        names = ordinal, test_case, result
+        if has_result:
+            if ordinal in missing:
+                found.append(BlockCase(*names, has_result=True, missing_fsrs=missing[ordinal]))
+            continue
+        # Nothing was judged yet, so everything is missing.
+        key = architecture, scenario, inside
+        if key not in judged:
+            judged[key] = _judged_fsrs(connection, campaign_id, ordinal)
+        found.append(BlockCase(*names, has_result=False, missing_fsrs=judged[key]))
+    return tuple(found)
+
+
+def _missing_fsrs(
+    connection: Connection, campaign_id: str, first: int, end: int
+) -> dict[int, tuple[str, ...]]:
+    """Find the FSRs that existing results of an ordinal range were not judged on, by ordinal."""
+    query = select(campaign_case.c.ordinal, campaign_fsr.c.fsr_id).select_from(_with_gaps())
+    rows = connection.execute(
+        _in_range(query, campaign_id, first, end)
+        .where(_is_gap())
         .order_by(campaign_case.c.ordinal, campaign_fsr.c.fsr_id)
     )
-    return tuple(
-        BlockCase(
-            ordinal=ordinal,
-            test_case=test_case,
-            result_digest=result,
-            has_result=bool(has_result),
-            missing_fsrs=tuple(item.fsr_id for item in items if item.fsr_id is not None),
-        )
-        for (ordinal, test_case, result, has_result), items in groupby(
-            found, key=lambda item: tuple(item[:4])
-        )
-    )
+    return {
+        ordinal: tuple(item.fsr_id for item in items)
+        for ordinal, items in groupby(rows, key=lambda item: int(item.ordinal))
+    }
+
+
+def _judged_fsrs(connection: Connection, campaign_id: str, ordinal: int) -> tuple[str, ...]:
+    """List the FSRs that a case is judged on."""
+    query = select(campaign_fsr.c.fsr_id).select_from(campaign_case.join(campaign_fsr, is_judged()))
+    found = _in_range(query, campaign_id, ordinal, ordinal + 1).order_by(campaign_fsr.c.fsr_id)
+    return tuple(connection.execute(found).scalars())
 
 
 def count_open(connection: Connection, campaign_id: str) -> tuple[int, int]:
     """Count the cases without a result, and those with a result that lack a verdict."""
-    counted: dict[bool, int] = {}
-    grouped = connection.execute(
-        select(
-            run.c.result_digest.is_not(None).label("has_result"),
-            func.count(distinct(campaign_case.c.ordinal)),
-        )
+    unexecuted = connection.execute(
+        select(func.count()).where(campaign_case.c.campaign_id == campaign_id, ~_has_result())
+    ).scalar_one()
+    if connection.execute(select(run.c.result_digest).limit(1)).first() is None:
+        return unexecuted, 0
+    unjudged = connection.execute(
+        select(func.count(distinct(campaign_case.c.ordinal)))
         .select_from(_with_gaps())
-        .where(campaign_case.c.campaign_id == campaign_id, _is_open())
-        .group_by("has_result")
-    )
-    for has_result, cases in grouped:
-        counted[bool(has_result)] = cases
-    return counted.get(False, 0), counted.get(True, 0)
+        .where(campaign_case.c.campaign_id == campaign_id, _is_gap())
+    ).scalar_one()
+    return unexecuted, unjudged
 
 
 def missing_verdicts(

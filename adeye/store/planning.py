@@ -9,62 +9,35 @@ version of a plug-in is another campaign, which reuses whatever results it still
 from __future__ import annotations
 
 import hashlib
-from collections import Counter
-from itertools import groupby
+from contextlib import ExitStack
+from operator import itemgetter
 from typing import TYPE_CHECKING, Final
 
-from sqlalchemy import Column, Integer, MetaData, String, Table, Text, func, select
+from sqlalchemy import func, select
 
 from adeye.errors import InputError
 from adeye.store import tables
+from adeye.store.bulk import is_worth_rebuilding, large_cache, rebuilt_indexes, size_of
 from adeye.store.content import concept_record, save_concept, save_content
-from adeye.store.encoding import Row, insert_rows, json_text, row, utc_text
-from adeye.store.pending import count_open, open_cases
-from adeye.store.recording import write_tallies
+from adeye.store.cutting import save_work
+from adeye.store.encoding import Row, insert_rows, json_text, row, rows_of_columns, utc_text
+from adeye.store.pending import count_open
+from adeye.store.planned import PlannedCases
+from adeye.store.rows import PlannedCase
+from adeye.store.selection import Selection, SelectionHash
 from adeye.store.stored import Plan
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections import Counter
+    from collections.abc import Callable, Iterable, Iterator
 
     from sqlalchemy import Connection
 
     from adeye.spec.concept import Concept, Requirement
-    from adeye.store.rows import CampaignFsr, CampaignRecord, PlannedCase
+    from adeye.store.rows import CampaignFsr, CampaignRecord
 
-_CHUNK: Final = 1000
-
-_STAGED: Final = Table(
-    "staged_case",
-    MetaData(),
-    Column("ordinal", Integer, primary_key=True, autoincrement=False),
-    Column("test_case_digest", String(64)),
-    Column("result_digest", String(64)),
-    Column("scenario", Text),
-    Column("architecture", Text),
-    Column("inside_odd", Integer),
-    Column("point", Text),
-    Column("structure", Text),
-    prefixes=["TEMPORARY"],
-)
-
-
-class SelectionHash:
-    """Identity of a selection, fed case by case in the order of the ordinals."""
-
-    def __init__(self, odd_digest: str, concept_digest: str, gate: str, judging: str) -> None:
-        """Begin with what the campaign says about all its cases."""
-        self._hash = hashlib.sha256(json_text([odd_digest, concept_digest, gate, judging]).encode())
-        self.count = 0
-
-    def add(self, values: Row) -> None:
-        """Add a case: digests of test case and result, scenario, architecture, inside, point."""
-        self._hash.update(json_text(values).encode())
-        self.count += 1
-
-    @property
-    def campaign_id(self) -> str:
-        """The first 128 bits in hex."""
-        return self._hash.hexdigest()[:32]
+_CHUNK: Final = 8_192
+"""Rows that are sorted and inserted together."""
 
 
 def judging_hash(rows: Iterable[Row]) -> str:
@@ -75,18 +48,20 @@ def judging_hash(rows: Iterable[Row]) -> str:
 def plan_campaign(
     connection: Connection,
     record: CampaignRecord,
-    cases: Iterable[PlannedCase],
+    cases: Iterable[PlannedCases | PlannedCase],
     block_size: int,
+    report: Callable[[int], None] | None = None,
 ) -> Plan:
     """Save a campaign and its work unless it is there already.
 
-    Cases may be an iterator; they are staged in a temporary table, never held together.
+    Cases may be an iterator; they are never held together.
 
     Args:
         connection: In a write transaction.
         record: The campaign.
-        cases: Test cases in the order of their ordinals.
+        cases: Test cases in the order of their ordinals, many together or one by one.
         block_size: Most ordinals in one block of work.
+        report: Called with the number of test cases that are planned so far, now and then.
 
     Raises:
         InputError: There are no test cases.
@@ -95,27 +70,28 @@ def plan_campaign(
     _require_all_fsrs(record)
     odd_digest = save_content(connection, "odd", record.odd)
     save_concept(connection, record.concept)
-    connection.exec_driver_sql("DROP TABLE IF EXISTS temp.staged_case")
-    _STAGED.create(connection)
-    campaign_id, planned = _stage(connection, record, cases, odd_digest)
-    if planned == 0:
-        raise InputError(
-            f"campaign of ODD {record.odd.id!r}: no test cases",
-            remedy="An empty selection proves nothing; widen the sweep or its constraints.",
-        )
-    known = connection.execute(
-        select(tables.campaign.c.id).where(tables.campaign.c.id == campaign_id)
-    ).first()
-    if known is None:
-        fsrs = _fsr_rows(connection, campaign_id, record)
-        hashed = judging_hash(fsrs)
-        _save_campaign(connection, campaign_id, record, planned, hashed)
-        _save_cases(connection, campaign_id)
-        insert_rows(connection, tables.campaign_fsr, fsrs)
-        _save_work(connection, campaign_id, block_size)
-    _STAGED.drop(connection)
-    to_execute, to_judge = count_open(connection, campaign_id)
-    return Plan(campaign_id, planned, to_execute, to_judge, is_new=known is None)
+    identity = SelectionHash(
+        odd_digest, concept_record(record.concept).digest, _gate_text(record), _judging_text(record)
+    )
+    with large_cache(connection), Selection.begin(identity) as selection:
+        _save_test_cases(connection, cases, selection, odd_digest, report or (lambda _: None))
+        if identity.count == 0:
+            raise InputError(
+                f"campaign of ODD {record.odd.id!r}: no test cases",
+                remedy="An empty selection proves nothing; widen the sweep or its constraints.",
+            )
+        campaign_id = identity.campaign_id
+        known = connection.execute(
+            select(tables.campaign.c.id).where(tables.campaign.c.id == campaign_id)
+        ).first()
+        if known is None:
+            fsrs = _fsr_rows(campaign_id, record, selection.counted)
+            _save_campaign(connection, campaign_id, record, identity.count, judging_hash(fsrs))
+            _save_selection(connection, campaign_id, selection)
+            insert_rows(connection, tables.campaign_fsr, fsrs)
+            save_work(connection, campaign_id, selection.ends, block_size)
+        to_execute, to_judge = count_open(connection, campaign_id)
+    return Plan(campaign_id, identity.count, to_execute, to_judge, is_new=known is None)
 
 
 def _require_all_fsrs(record: CampaignRecord) -> None:
@@ -126,34 +102,49 @@ def _require_all_fsrs(record: CampaignRecord) -> None:
         raise ValueError(msg)
 
 
-def _stage(
-    connection: Connection, record: CampaignRecord, cases: Iterable[PlannedCase], odd_digest: str
-) -> tuple[str, int]:
-    """Save test cases and stage the selection; return the campaign's id and its size."""
-    identity = SelectionHash(
-        odd_digest, concept_record(record.concept).digest, _gate_text(record), _judging_text(record)
-    )
-    saved: set[str] = set()
-    for chunk in _chunked(cases):
-        staged: list[Row] = []
-        for case in chunk:
-            for kind, content in (
-                ("scenario", case.scenario_content),
-                ("architecture", case.architecture_content),
-            ):
-                if content.digest not in saved:
-                    saved.add(save_content(connection, kind, content))
-            values = _selected(case)
-            staged.append((identity.count, *values, case.structure))
-            identity.add(values)
-        insert_rows(
-            connection,
-            tables.test_case,
-            [_test_case(case, odd_digest) for case in chunk],
-            ignore_existing=True,
-        )
-        insert_rows(connection, _STAGED, staged)
-    return identity.campaign_id, identity.count
+def _save_test_cases(
+    connection: Connection,
+    cases: Iterable[PlannedCases | PlannedCase],
+    selection: Selection,
+    odd_digest: str,
+    report: Callable[[int], None],
+) -> None:
+    """Save test cases, with their content, and add them to the selection."""
+    table, identity = tables.test_case, selection.identity
+    size, saved = size_of(connection, table), set[str]()
+    waiting: list[Row] = []
+    with ExitStack() as inserting:
+        is_rebuilding = False
+        for item in cases:
+            part = PlannedCases.of(item) if isinstance(item, PlannedCase) else item
+            _save_contents(connection, part, saved)
+            selection.add(part)
+            waiting += _test_cases(part, odd_digest)
+            if len(waiting) < _CHUNK:
+                continue
+            if not is_rebuilding and is_worth_rebuilding(identity.count, size):
+                inserting.enter_context(rebuilt_indexes(connection, table))
+                is_rebuilding = True
+            _insert_sorted(connection, waiting)
+            report(identity.count)
+        _insert_sorted(connection, waiting)
+
+
+def _save_contents(connection: Connection, part: PlannedCases, saved: set[str]) -> None:
+    for kind, content in (
+        ("scenario", part.scenario_content),
+        ("architecture", part.architecture_content),
+    ):
+        if content.digest not in saved:
+            saved.add(save_content(connection, kind, content))
+
+
+def _insert_sorted(connection: Connection, waiting: list[Row]) -> None:
+    """Insert in the order of the key, which spares half of the work in its index."""
+    # Of rows with one key the first stays, whatever the others say.
+    waiting.sort(key=itemgetter(0))
+    insert_rows(connection, tables.test_case, waiting, ignore_existing=True)
+    waiting.clear()
 
 
 def _gate_text(record: CampaignRecord) -> str:
@@ -166,46 +157,24 @@ def _judging_text(record: CampaignRecord) -> str:
     )
 
 
-def _selected(case: PlannedCase) -> Row:
-    return (
-        case.test_case,
-        case.result_digest,
-        case.scenario,
-        case.architecture,
-        int(case.inside_odd),
-        json_text(dict(case.point)),
-    )
-
-
-def _test_case(case: PlannedCase, odd_digest: str) -> Row:
-    return row(
+def _test_cases(part: PlannedCases, odd_digest: str) -> list[Row]:
+    return rows_of_columns(
         tables.test_case,
         (
-            case.test_case,
-            case.situation,
-            case.scenario_content.digest,
-            case.architecture_content.digest,
-            case.fault_entry,
-            json_text([dict(fault) for fault in case.faults]),
-            json_text(dict(case.parameters)),
-            case.replicate,
-            case.seed,
-            case.step_s,
+            list(part.test_cases),
+            list(part.situations),
+            part.scenario_content.digest,
+            part.architecture_content.digest,
+            part.fault_entry,
+            json_text([dict(fault) for fault in part.faults]),
+            list(part.parameters),
+            list(part.replicates),
+            part.seed,
+            part.step_s,
             odd_digest,
-            case.point_index,
+            list(part.point_index),
         ),
     )
-
-
-def _chunked(cases: Iterable[PlannedCase]) -> Iterator[list[PlannedCase]]:
-    chunk: list[PlannedCase] = []
-    for case in cases:
-        chunk.append(case)
-        if len(chunk) == _CHUNK:
-            yield chunk
-            chunk = []
-    if chunk:
-        yield chunk
 
 
 def _save_campaign(
@@ -233,28 +202,29 @@ def _save_campaign(
     insert_rows(connection, tables.campaign, [row(tables.campaign, values)])
 
 
-def _save_cases(connection: Connection, campaign_id: str) -> None:
-    staged = connection.execute(
-        select(*list(_STAGED.c)[:-1]).order_by(_STAGED.c.ordinal),
-        execution_options={"yield_per": _CHUNK},
-    )
-    for chunk in staged.partitions(_CHUNK):
-        insert_rows(
-            connection,
-            tables.campaign_case,
-            [row(tables.campaign_case, (campaign_id, *values)) for values in chunk],
-        )
+def _save_selection(connection: Connection, campaign_id: str, selection: Selection) -> None:
+    table = tables.campaign_case
+    with ExitStack() as inserting:
+        if is_worth_rebuilding(selection.identity.count, size_of(connection, table)):
+            inserting.enter_context(rebuilt_indexes(connection, table))
+        for part in selection.parts():
+            ordinals = range(part.first, part.first + len(part.points))
+            columns = (
+                campaign_id,
+                ordinals,
+                part.test_cases,
+                part.results,
+                part.scenario,
+                part.architecture,
+                part.inside,
+                part.points,
+            )
+            insert_rows(connection, table, rows_of_columns(table, columns))
 
 
-def _fsr_rows(connection: Connection, campaign_id: str, record: CampaignRecord) -> list[Row]:
-    counted: Counter[tuple[str, str, bool]] = Counter()
-    grouped = connection.execute(
-        select(
-            _STAGED.c.architecture, _STAGED.c.scenario, _STAGED.c.inside_odd, func.count()
-        ).group_by(_STAGED.c.architecture, _STAGED.c.scenario, _STAGED.c.inside_odd)
-    )
-    for architecture, scenario, inside_odd, cases in grouped:
-        counted[architecture, scenario, bool(inside_odd)] += cases
+def _fsr_rows(
+    campaign_id: str, record: CampaignRecord, counted: Counter[tuple[str, str, bool]]
+) -> list[Row]:
     requirements = {item.id: item for item in record.concept.requirements}
     return [
         row(tables.campaign_fsr, (campaign_id, *values))
@@ -299,44 +269,3 @@ def _judged(
 def _waived_until(concept: Concept, fsr_id: str) -> str | None:
     expiries = [item.expires for item in concept.waivers if item.requirement == fsr_id]
     return max(expiries).isoformat() if expiries else None
-
-
-def _save_work(connection: Connection, campaign_id: str, block_size: int) -> None:
-    """Cut the ordinals into blocks; those that need nothing are done at once, with tallies."""
-    if block_size < 1:
-        msg = f"block_size is {block_size}, at least 1 is needed"
-        raise ValueError(msg)
-    structures = connection.execute(
-        select(_STAGED.c.structure, _STAGED.c.ordinal).order_by(_STAGED.c.ordinal),
-        execution_options={"yield_per": _CHUNK},
-    )
-    start = 0
-    for _structure, group in groupby(structures, key=lambda item: str(item.structure)):
-        end = start + sum(1 for _ in group)
-        for first in range(start, end, block_size):
-            _save_block(connection, campaign_id, first, min(first + block_size, end))
-        start = end
-
-
-def _save_block(connection: Connection, campaign_id: str, first: int, end: int) -> None:
-    missing = open_cases(connection, campaign_id, first, end)
-    if any(not case.has_result for case in missing):
-        kind = "execute"
-    else:
-        kind = "judge" if missing else "reused"
-    inserted = connection.execute(
-        tables.work.insert()
-        .values(
-            campaign_id=campaign_id,
-            kind=kind,
-            from_ordinal=first,
-            to_ordinal=end,
-            state="pending" if missing else "done",
-            attempt=0,
-            failures=0,
-        )
-        .returning(tables.work.c.id)
-    )
-    work_id = inserted.scalar_one()
-    if not missing:
-        write_tallies(connection, work_id)

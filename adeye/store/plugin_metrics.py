@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, Any, Final
 from sqlalchemy import MetaData, Table, select
 
 from adeye.errors import IntegrityError
+from adeye.evaluation.metrics.registry import STATUSES
 from adeye.identity import digest
-from adeye.store.encoding import Row, chunks, insert_rows, row
-from adeye.store.rows import MetricValue, RunRecord
+from adeye.store.columns import Column, Dictionary, Texts, hash_words, table_rows
+from adeye.store.encoding import Row, chunks, insert_rows
+from adeye.store.rows import MetricValue
 from adeye.store.scenario_view import identifier
 from adeye.store.tables import make_metric_table, metadata
 from adeye.store.triggers import insert_only_ddl
@@ -25,20 +27,30 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Connection
 
+    from adeye.store.block import MetricBlock, RunBlock
+
 PREFIX: Final = "metric_"
 _METRIC_ID: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")
 _STATUS: Final = "_status"
 
 
-def metric_row(
-    table: Table, result_digest: str, ids: Sequence[str], metrics: Mapping[str, MetricValue]
-) -> Row:
-    """Make a row of a wide metric table."""
-    values: list[Any] = [result_digest]
-    for name in ids:
-        metric = metrics[name]
-        values += [metric.value, metric.status, metric.time_s, metric.actor]
-    return row(table, values)
+def metric_columns(results: Texts, metrics: MetricBlock) -> list[Column]:
+    """List the columns of a wide metric table, without the hash.
+
+    Args:
+        results: Result digests of the runs.
+        metrics: Their metrics.
+    """
+    columns: list[Column] = [results]
+    statuses = Dictionary(STATUSES)
+    for place in range(len(metrics.ids)):
+        columns += [
+            metrics.value[:, place],
+            Texts(metrics.status[:, place], statuses),
+            metrics.time_s[:, place],
+            Texts(metrics.actor[:, place], metrics.actors),
+        ]
+    return columns
 
 
 def metric_values(stored: Mapping[Any, Any], ids: Iterable[str]) -> dict[str, MetricValue]:
@@ -55,38 +67,34 @@ def metric_values(stored: Mapping[Any, Any], ids: Iterable[str]) -> dict[str, Me
 
 
 def record_plugin_metrics(
-    connection: Connection, records: Iterable[RunRecord], differing: frozenset[str]
+    connection: Connection, block: RunBlock, differing: frozenset[str]
 ) -> None:
     """Save the metrics of plug-ins that are not there yet; make their tables if needed.
 
     Args:
         connection: In a write transaction.
-        records: Results; the results themselves are in the database.
+        block: Results; the results themselves are in the database.
         differing: Results whose second execution may give other metrics.
 
     Raises:
         IntegrityError: A result has other values of the same plug-in.
         ValueError: The id of a metric is not a lower-case identifier.
     """
-    rows: dict[tuple[str, tuple[str, ...]], dict[str, Row]] = {}
-    found: dict[tuple[str, tuple[str, ...]], Table] = {}
-    for record in records:
-        for plugin, metrics in record.plugin_metrics.items():
-            key = (plugin, tuple(sorted(metrics)))
-            if key not in found:
-                found[key] = _ensure_table(connection, *key)
-            made = metric_row(found[key], record.result_digest, key[1], metrics)
-            rows.setdefault(key, {}).setdefault(record.result_digest, made)
-    for key, by_digest in rows.items():
-        existing = _existing(connection, found[key], list(by_digest))
+    for item in block.plugin_metrics:
+        table = _ensure_table(connection, item.plugin, item.metrics.ids)
+        columns = metric_columns(Texts(item.run, block.results), item.metrics)
+        by_digest: dict[str, Row] = {}
+        for made in table_rows(columns, hash_words(columns), table):
+            by_digest.setdefault(made[0], made)
+        existing = _existing(connection, table, list(by_digest))
         for result, hashed in existing.items():
             if by_digest[result][-1] != hashed and result not in differing:
                 raise IntegrityError(
-                    f"run {result[:12]}: plug-in {key[0]!r} measured something else before. "
+                    f"run {result[:12]}: plug-in {item.plugin!r} measured something else before. "
                     "Its metrics must depend on the trace only; a changed metric needs another id."
                 )
         fresh = [made for result, made in by_digest.items() if result not in existing]
-        insert_rows(connection, found[key], fresh)
+        insert_rows(connection, table, fresh)
 
 
 def plugin_metrics(connection: Connection, result_digest: str) -> dict[str, dict[str, MetricValue]]:

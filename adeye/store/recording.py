@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+import numpy as np
 from sqlalchemy import text
 
 from adeye.errors import IntegrityError
+from adeye.evaluation.judgement import VERDICTS
+from adeye.evaluation.outcome import OUTCOMES
 from adeye.store import tables
-from adeye.store.encoding import Row, chunks, clean_text, insert_rows, row, utc_text
-from adeye.store.plugin_metrics import metric_row, record_plugin_metrics
+from adeye.store.columns import Column, Dictionary, Texts, Words, hash_words, table_rows
+from adeye.store.encoding import Row, clean_text, insert_rows, row, utc_text
+from adeye.store.plugin_metrics import metric_columns, record_plugin_metrics
 from adeye.store.views import WORST_FIRST
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Collection, Sequence
 
-    from sqlalchemy import Connection
+    from sqlalchemy import Connection, Table
 
-    from adeye.store.rows import Artifact, RunRecord, VerdictRecord
+    from adeye.signals import Ints
+    from adeye.store.block import JudgedBlock, RunBlock
+    from adeye.store.rows import Artifact
 
 RUN_HASHED = tuple(
     column.name
@@ -70,141 +76,179 @@ def write_tallies(connection: Connection, work_id: int) -> None:
     insert_rows(connection, tables.tally, tally_rows(connection, work_id))
 
 
-def result_hash(run: Sequence[Any], metrics: Sequence[Any], events: Sequence[Row]) -> str:
-    """Hash a result: trace digest, outcome, metrics and events (sha256 in hex).
+def result_hashes(run: Words, metrics: Words, events: Words, run_of_event: Ints) -> list[str]:
+    """Hash results: trace digest, outcome, metrics and events (sha256 in hex).
 
     Args:
-        run: Values of the columns ``RUN_HASHED``.
-        metrics: Values of the metric row without its hash.
-        events: Values of the event rows without their hashes, in order.
+        run: (B, W) words of the columns ``RUN_HASHED``, see ``columns.hash_words``.
+        metrics: (B, W) words of the metric rows without their hash.
+        events: (E, W) words of the event rows without their hashes, run after run, in order.
+        run_of_event: (E,) row of the run, ascending.
     """
-    plain = [list(run), list(metrics), [list(item) for item in events]]
-    content = json.dumps(plain, ensure_ascii=True, separators=(",", ":"))
-    return hashlib.sha256(content.encode()).hexdigest()
+    ends = np.searchsorted(run_of_event, np.arange(len(run) + 1)).tolist()
+    return [
+        hashlib.sha256(
+            one.tobytes() + two.tobytes() + events[ends[place] : ends[place + 1]].tobytes()
+        ).hexdigest()
+        for place, (one, two) in enumerate(zip(run, metrics, strict=True))
+    ]
 
 
-def record_runs(connection: Connection, records: Iterable[RunRecord]) -> frozenset[str]:
+@dataclass(frozen=True)
+class Recorded:
+    """What came of recording a block of results.
+
+    Attributes:
+        existing: Digests of results that were there before, or came twice.
+        differing: Those that may differ, because they depend on the machine.
+    """
+
+    existing: frozenset[str]
+    differing: frozenset[str]
+
+
+def record_runs(connection: Connection, block: RunBlock) -> Recorded:
     """Save results that are not there yet, without their verdicts.
 
     A result that exists must have the same trace: a test case has one result for each engine.
 
-    Returns:
-        Digests of results that exist and may differ, because they depend on the machine.
-
     Raises:
         IntegrityError: Two executions of one test case gave different traces.
+        ValueError: The block lacks a metric or has another one.
     """
-    by_digest: dict[str, RunRecord] = {}
+    if block.metrics.ids != tables.METRIC_IDS:
+        unknown = sorted(set(block.metrics.ids) ^ set(tables.METRIC_IDS))
+        msg = f"metrics {unknown} are missing from the result or unknown to the database"
+        raise ValueError(msg)
+    place: dict[str, int] = {}
+    again: list[int] = []
+    for run, digest in enumerate(block.result_digests):
+        if place.setdefault(digest, run) != run:
+            again.append(run)
+    dependent = block.machine_dependent.tolist()
     differing: set[str] = set()
-    everything = list(records)
-    for record in everything:
-        known = by_digest.setdefault(record.result_digest, record)
-        if _differs(record, known.trace_digest, is_excused=known.is_machine_dependent):
-            differing.add(record.result_digest)
-    existing = _existing(connection, list(by_digest))
-    for digest, (trace_digest, machine_dependent) in existing.items():
-        if _differs(by_digest[digest], trace_digest, is_excused=bool(machine_dependent)):
+    for run in again:
+        digest = block.result_digests[run]
+        first = place[digest]
+        if _differs(block, run, block.trace_digests[first], is_excused=dependent[first]):
             differing.add(digest)
-    runs: list[Row] = []
-    metrics: list[Row] = []
-    events: list[Row] = []
-    for digest, record in by_digest.items():
-        if digest in existing:
-            continue
-        measured = _metric_row(record)
-        event_rows = _event_rows(record)
-        runs.append(_run_row(record, measured, event_rows))
-        metrics.append(measured)
-        events += event_rows
-    insert_rows(connection, tables.run, runs)
-    insert_rows(connection, tables.metric, metrics)
-    insert_rows(connection, tables.event, events)
-    record_plugin_metrics(connection, everything, frozenset(differing))
-    return frozenset(differing)
+    existing = _existing(connection, block.result_digests)
+    for digest, (trace_digest, machine_dependent) in existing.items():
+        run = place[digest]
+        if _differs(block, run, trace_digest, is_excused=bool(machine_dependent)):
+            differing.add(digest)
+    fresh = [run for digest, run in place.items() if digest not in existing]
+    if fresh:
+        _insert_runs(connection, block.take(np.array(fresh, dtype=np.int64)))
+    record_plugin_metrics(connection, block, frozenset(differing))
+    known = {*existing, *(block.result_digests[run] for run in again)}
+    return Recorded(frozenset(known), frozenset(differing))
 
 
-def _differs(record: RunRecord, trace_digest: str, *, is_excused: bool) -> bool:
-    if trace_digest == record.trace_digest:
+def _differs(block: RunBlock, run: int, trace_digest: str, *, is_excused: bool) -> bool:
+    if trace_digest == block.trace_digests[run]:
         return False
-    if is_excused or record.is_machine_dependent:
+    if is_excused or block.machine_dependent[run]:
         return True
     raise IntegrityError(
-        f"run {record.result_digest[:12]}: two executions of one test case differ, traces "
-        f"{trace_digest} and {record.trace_digest}. Something in it is not deterministic: look "
-        "for time, threads or unseeded randomness in its channels and sensors."
+        f"run {block.result_digests[run][:12]}: two executions of one test case differ, traces "
+        f"{trace_digest} and {block.trace_digests[run]}. Something in it is not deterministic: "
+        "look for time, threads or unseeded randomness in its channels and sensors."
     )
 
 
 def _existing(connection: Connection, digests: Sequence[str]) -> dict[str, tuple[str, int]]:
-    found: dict[str, tuple[str, int]] = {}
-    table = tables.run
-    for part in chunks(digests):
-        rows = connection.execute(
-            table.select()
-            .with_only_columns(
-                table.c.result_digest, table.c.trace_digest, table.c.machine_dependent
-            )
-            .where(table.c.result_digest.in_(part))
-        )
-        found.update({item[0]: (item[1], item[2]) for item in rows})
-    return found
-
-
-def _run_row(record: RunRecord, measured: Row, event_rows: Sequence[Row]) -> Row:
-    engine = record.engine
-    values = (
-        record.result_digest,
-        record.test_case,
-        engine.backend,
-        engine.variant,
-        engine.numerics_version,
-        engine.plugins_digest,
-        str(record.outcome),
-        record.outcome_channel,
-        record.outcome_detail,
-        record.trace_rows,
-        record.duration_s,
-        record.trace_digest,
-        record.is_realised,
-        record.end_reason,
-        record.is_machine_dependent,
+    found = connection.exec_driver_sql(
+        "SELECT result_digest, trace_digest, machine_dependent FROM run "
+        "WHERE result_digest IN (SELECT value FROM json_each(?))",
+        (json.dumps(digests),),
     )
-    # Through a row and back, so that the hash covers the values as they will be read.
-    late = ("", clean_text(record.executed_by), utc_text(record.executed_at))
-    plain = row(tables.run, (*values, *late))[: len(values)]
-    hashed = result_hash(plain, measured[:-1], [item[:-1] for item in event_rows])
-    return row(tables.run, (*values, hashed, *late[1:]))
+    return {item[0]: (item[1], item[2]) for item in found}
 
 
-def _metric_row(record: RunRecord) -> Row:
-    unknown = sorted(set(record.metrics) ^ set(tables.METRIC_IDS))
-    if unknown:
-        msg = f"metrics {unknown} are missing from the result or unknown to the database"
-        raise ValueError(msg)
-    return metric_row(tables.metric, record.result_digest, tables.METRIC_IDS, record.metrics)
+def require_same_traces(connection: Connection, block: JudgedBlock) -> None:
+    """Refuse verdicts on traces that are not those of the results.
+
+    Raises:
+        IntegrityError: A run came out otherwise than it was recorded.
+    """
+    existing = _existing(connection, block.result_digests) if block.trace_digests else {}
+    for digest, trace_digest in zip(block.result_digests, block.trace_digests, strict=False):
+        if existing.get(digest, ("",))[0] != trace_digest:
+            raise IntegrityError(
+                f"run {digest[:12]} does not come out as it was recorded, so it cannot be judged "
+                "again; `adeye replay` shows the difference"
+            )
 
 
-def _event_rows(record: RunRecord) -> list[Row]:
+def _insert_runs(connection: Connection, block: RunBlock) -> None:
+    results = Texts(np.arange(len(block)), block.results)
+    metrics = metric_columns(results, block.metrics)
+    metric_words = hash_words(metrics)
+    events = block.events
+    event_columns: list[Column] = [
+        results[events.run],
+        events.seq,
+        events.time_s,
+        events.kind,
+        events.subject,
+        events.text,
+    ]
+    event_words = hash_words(event_columns)
+    hashed = _run_columns(block, results)
+    hashes = result_hashes(hash_words(hashed), metric_words, event_words, events.run)
+    at = [utc_text(moment) for moment in dict.fromkeys(block.executed_at)]
+    moments = {moment: code for code, moment in enumerate(dict.fromkeys(block.executed_at))}
+    executed_at = Texts(np.array([moments[item] for item in block.executed_at]), Dictionary(at))
+    columns: list[Column] = [*hashed, Texts.unique(hashes), block.executed_by, executed_at]
+    _insert(connection, tables.run, columns, hash_words(columns))
+    _insert(connection, tables.metric, metrics, metric_words)
+    _insert(connection, tables.event, event_columns, event_words)
+
+
+def _insert(connection: Connection, table: Table, columns: Sequence[Column], words: Words) -> None:
+    insert_rows(connection, table, table_rows(columns, words, table))
+
+
+def _run_columns(block: RunBlock, results: Texts) -> list[Column]:
+    """List the columns ``RUN_HASHED``."""
+    engines = block.engines
+
+    def of_engine(values: Sequence[str]) -> Texts:
+        return Texts(block.engine, Dictionary(values))
+
     return [
-        row(
-            tables.event,
-            (record.result_digest, seq, item.time_s, item.kind, item.subject, item.text),
-        )
-        for seq, item in enumerate(record.events)
+        results,
+        Texts.unique(block.test_cases),
+        of_engine([engine.backend for engine in engines]),
+        of_engine([engine.variant for engine in engines]),
+        np.array([engine.numerics_version for engine in engines], dtype=np.int64)[block.engine],
+        of_engine([engine.plugins_digest for engine in engines]),
+        Texts(block.outcome, Dictionary([str(word) for word in OUTCOMES])),
+        block.outcome_channel,
+        block.outcome_detail,
+        block.trace_rows,
+        block.duration_s,
+        Texts.unique(block.trace_digests),
+        block.realised,
+        block.end_reason,
+        block.machine_dependent,
     ]
 
 
 def record_verdicts(
     connection: Connection,
-    verdicts: Mapping[str, Sequence[VerdictRecord]],
+    block: JudgedBlock,
     *,
+    existing: Collection[str] | None = None,
     differing: frozenset[str] = frozenset(),
 ) -> int:
     """Save verdicts that are not there yet.
 
     Args:
         connection: In a write transaction.
-        verdicts: Verdicts by result digest.
+        block: The verdicts.
+        existing: Results that may have verdicts already; by default any of them.
         differing: Results whose second execution may be judged differently.
 
     Returns:
@@ -213,59 +257,61 @@ def record_verdicts(
     Raises:
         IntegrityError: A result has another verdict for the same FSR already.
     """
-    known: dict[tuple[str, str], str] = {}
-    table = tables.verdict
-    for part in chunks(list(verdicts)):
-        rows = connection.execute(
-            table.select()
-            .with_only_columns(table.c.result_digest, table.c.fsr_digest, table.c.row_hash)
-            .where(table.c.result_digest.in_(part))
-        )
-        known.update({(item[0], item[1]): item[2] for item in rows})
-    added: list[Row] = []
-    for digest, records in verdicts.items():
-        for record in records:
-            new = _verdict_row(digest, record)
-            existing = known.get((digest, record.fsr_digest))
-            if existing is None:
-                known[digest, record.fsr_digest] = new[-1]
-                added.append(new)
-            elif existing != new[-1] and digest not in differing:
-                raise IntegrityError(
-                    f"run {digest[:12]}: FSR {record.fsr_id} was judged differently before. "
-                    f"Judging must be deterministic; a changed FSR has another digest."
-                )
-    insert_rows(connection, table, added)
-    return len(added)
+    verdicts = block.verdicts
+    numbers = np.where(np.isfinite(verdicts.numbers), verdicts.numbers, np.nan)
+    low, high, margin, time_s, value, threshold = numbers.T
+    columns: list[Column] = [
+        Texts(verdicts.run, Dictionary(block.result_digests, is_clean=True)),
+        verdicts.fsr_digest,
+        verdicts.fsr_id,
+        Texts(verdicts.verdict, Dictionary([str(word) for word in VERDICTS])),
+        low,
+        high,
+        margin,
+        verdicts.unit,
+        verdicts.signal,
+        verdicts.predicate,
+        time_s,
+        verdicts.actor,
+        value,
+        threshold,
+        verdicts.exercised,
+        verdicts.detail,
+    ]
+    rows = table_rows(columns, hash_words(columns), tables.verdict)
+    looked_up = block.result_digests if existing is None else existing
+    if looked_up:
+        rows = _new_verdicts(connection, rows, set(looked_up), differing)
+    insert_rows(connection, tables.verdict, rows)
+    return len(rows)
 
 
-def _verdict_row(digest: str, record: VerdictRecord) -> Row:
-    return row(
-        tables.verdict,
-        (
-            digest,
-            record.fsr_digest,
-            record.fsr_id,
-            str(record.verdict),
-            _finite(record.robustness_low),
-            _finite(record.robustness_high),
-            _finite(record.margin),
-            record.unit,
-            record.signal,
-            record.predicate,
-            _finite(record.time_s),
-            record.actor,
-            _finite(record.value),
-            _finite(record.threshold),
-            record.is_exercised,
-            record.detail,
-        ),
+def _new_verdicts(
+    connection: Connection, rows: Sequence[Row], existing: set[str], differing: frozenset[str]
+) -> list[Row]:
+    """Leave out the verdicts that are there; the same FSR must not be judged differently."""
+    found = connection.exec_driver_sql(
+        "SELECT result_digest, fsr_digest, row_hash FROM verdict "
+        "WHERE result_digest IN (SELECT value FROM json_each(?))",
+        (json.dumps(sorted(existing)),),
     )
-
-
-def _finite(value: float | None) -> float | None:
-    """Infinite, or NaN of an ERROR, is NULL: the verdict says what it means."""
-    return value if value is not None and math.isfinite(value) else None
+    known = {(item[0], item[1]): item[2] for item in found}
+    added: list[Row] = []
+    for new in rows:
+        digest, fsr_digest, fsr_id = new[:3]
+        if digest not in existing:
+            added.append(new)
+            continue
+        stored = known.get((digest, fsr_digest))
+        if stored is None:
+            known[digest, fsr_digest] = new[-1]
+            added.append(new)
+        elif stored != new[-1] and digest not in differing:
+            raise IntegrityError(
+                f"run {digest[:12]}: FSR {fsr_id} was judged differently before. "
+                f"Judging must be deterministic; a changed FSR has another digest."
+            )
+    return added
 
 
 def record_artifact(connection: Connection, artifact: Artifact) -> None:

@@ -34,6 +34,7 @@ from adeye.store import (
     tables,
     verification,
 )
+from adeye.store.block import JudgedBlock, RunBlock, run_block
 from adeye.store.database import Database, create_parent, database_path
 from adeye.store.owner import Owner
 from adeye.store.stored import (
@@ -52,12 +53,13 @@ from adeye.store.stored import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
     from types import TracebackType
 
     from adeye.evaluation.verdict import Verdict
     from adeye.spec.concept import Concept
+    from adeye.store.planned import PlannedCases
     from adeye.store.rows import (
         Artifact,
         CampaignRecord,
@@ -145,21 +147,28 @@ class Repository:
     def plan_campaign(
         self,
         record: CampaignRecord,
-        cases: Iterable[PlannedCase],
+        cases: Iterable[PlannedCases | PlannedCase],
         *,
         block_size: int = DEFAULT_BLOCK_SIZE,
+        report: Callable[[int], None] | None = None,
     ) -> Plan:
         """Save a campaign with its content, test cases and work, before anything runs.
 
         The same selection again is the same campaign: no row changes. Results that exist are
         reused; a block in which nothing is missing is done at once.
 
+        Args:
+            record: The campaign.
+            cases: Test cases in the order of their ordinals, many together or one by one.
+            block_size: Most test cases in one block of work.
+            report: Called with the number of test cases that are planned so far.
+
         Raises:
             InputError: There are no test cases.
             ValueError: The record does not say how each FSR of its concept is judged.
         """
         with self._database.write() as connection:
-            plan = planning.plan_campaign(connection, record, cases, block_size)
+            plan = planning.plan_campaign(connection, record, cases, block_size, report)
             if plan.is_new:
                 scenario_view.ensure_scenario_views(connection)
             return plan
@@ -213,15 +222,15 @@ class Repository:
     def complete_block(
         self,
         block: Block,
-        runs: Sequence[RunRecord],
-        verdicts: Mapping[str, Sequence[VerdictRecord]] | None = None,
+        runs: RunBlock | Sequence[RunRecord] | None,
+        verdicts: JudgedBlock | Mapping[str, Sequence[VerdictRecord]] | None = None,
     ) -> bool:
         """Save everything that a block needed, in one transaction.
 
         Args:
             block: As claimed.
-            runs: Results of ``block.to_execute`` with their verdicts.
-            verdicts: Verdicts of ``block.to_judge``, by result digest.
+            runs: Results of ``block.to_execute`` with their verdicts, in columns or one by one.
+            verdicts: Verdicts of ``block.to_judge``, in columns or by result digest.
 
         Returns:
             False if the block was taken over; then nothing was saved.
@@ -231,7 +240,13 @@ class Repository:
             ValueError: A result or verdict is missing, or is not of this block.
         """
         with self._database.write() as connection:
-            return leasing.complete_block(connection, block, runs, verdicts or {})
+            columns = (
+                runs if isinstance(runs, RunBlock) else run_block(runs or (), tables.METRIC_IDS)
+            )
+            judged = (
+                verdicts if isinstance(verdicts, JudgedBlock) else JudgedBlock.of(verdicts or {})
+            )
+            return leasing.complete_block(connection, block, columns, judged)
 
     def work_state(self, campaign: str) -> WorkState:
         """Count the blocks of a campaign by state."""
@@ -265,7 +280,7 @@ class Repository:
             IntegrityError: A result has another verdict for the same FSR, or does not exist.
         """
         with self._database.write() as connection:
-            return recording.record_verdicts(connection, verdicts)
+            return recording.record_verdicts(connection, JudgedBlock.of(verdicts))
 
     # Reading
 

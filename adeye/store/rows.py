@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError
 from adeye.evaluation.verdict import Outcome, Verdict
-from adeye.identity import digest
+from adeye.identity import canonical_json, digest, digest_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from datetime import datetime
 
     from adeye.spec.concept import Concept
@@ -39,15 +40,29 @@ class EngineKey:
 
     def result_digest(self, test_case: str) -> str:
         """Identify the result that this engine gives for a test case (sha256 in hex)."""
-        return digest(
-            {
-                "test_case": test_case,
-                "backend": self.backend,
-                "variant": self.variant,
-                "numerics_version": self.numerics_version,
-                "plugins": self.plugins_digest,
-            }
-        )
+        before, after = self._frame
+        # A digest needs no escaping.
+        is_plain = test_case.isascii() and test_case.isalnum()
+        middle = f'"{test_case}"'.encode() if is_plain else canonical_json(test_case)
+        return digest_bytes(before + middle + after)
+
+    def result_digests(self, test_cases: Iterable[str]) -> list[str]:
+        """Identify the results of many test cases, whose digests are hexadecimal."""
+        before, after = self._frame
+        head, tail = before + b'"', b'"' + after
+        sha256 = hashlib.sha256
+        return [sha256(head + case.encode() + tail).hexdigest() for case in test_cases]
+
+    @cached_property
+    def _frame(self) -> tuple[bytes, bytes]:
+        """What stands before and behind the test case in the canonical JSON of the identity."""
+        others = {
+            "backend": self.backend,
+            "numerics_version": self.numerics_version,
+            "plugins": self.plugins_digest,
+        }
+        before = canonical_json(others)[:-1] + b',"test_case":'
+        return before, canonical_json({"variant": self.variant}).replace(b"{", b",", 1)
 
 
 @dataclass(frozen=True)
@@ -70,6 +85,16 @@ class ContentRecord:
     def digest(self) -> str:
         """Digest of the content (sha256 in hex)."""
         return digest(self.content)
+
+
+def require_seed(seed: int) -> None:
+    """Refuse a seed that no database keeps.
+
+    Raises:
+        InputError: It is negative, or has more than 63 bits.
+    """
+    if not 0 <= seed <= MAX_SEED:
+        raise InputError(f"seed: {seed} is not within 0 to {MAX_SEED}", remedy="Choose another.")
 
 
 @dataclass(frozen=True)
@@ -115,10 +140,7 @@ class PlannedCase:
     structure: str = ""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.seed <= MAX_SEED:
-            raise InputError(
-                f"seed: {self.seed} is not within 0 to {MAX_SEED}", remedy="Choose another seed."
-            )
+        require_seed(self.seed)
 
     @property
     def result_digest(self) -> str:

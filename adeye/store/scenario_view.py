@@ -111,16 +111,26 @@ def _ddl(connection: Connection, view: str, scenario: str) -> str:
 
 
 def _keys(connection: Connection, scenario: str) -> list[tuple[str, str, str]]:
-    """Find parameters, and swept names that are none, with the JSON types of their values."""
+    """Find parameters, and swept names that are none, with the JSON types of their values.
+
+    All cases of a block and a structure have the same, so that the first of each tells them.
+    """
     found = connection.exec_driver_sql(
         """
+        WITH first AS (
+            SELECT c.test_case_digest, c.point
+            FROM work w CROSS JOIN campaign_case c
+            ON c.campaign_id = w.campaign_id AND c.ordinal = w.from_ordinal
+            WHERE c.scenario = ?1
+            UNION
+            SELECT * FROM (
+                SELECT test_case_digest, point FROM campaign_case WHERE scenario = ?1 LIMIT 1))
         SELECT source, key, group_concat(DISTINCT kind) FROM (
             SELECT DISTINCT 'parameters' AS source, j.key AS key, j.type AS kind
-            FROM campaign_case c JOIN test_case t ON t.digest = c.test_case_digest
-            JOIN json_each(t.parameters) j WHERE c.scenario = ?1
+            FROM first CROSS JOIN test_case t ON t.digest = first.test_case_digest
+            JOIN json_each(t.parameters) j
             UNION
-            SELECT DISTINCT 'point', j.key, j.type
-            FROM campaign_case c JOIN json_each(c.point) j WHERE c.scenario = ?1)
+            SELECT DISTINCT 'point', j.key, j.type FROM first JOIN json_each(first.point) j)
         GROUP BY source, key ORDER BY source, key
         """,
         (scenario,),

@@ -103,8 +103,8 @@ def _campaign(*, key: bool = False) -> Column[str]:
 
 
 def _one_of(column: str, words: tuple[str, ...], name: str) -> CheckConstraint:
-    listed = ", ".join(f"'{word}'" for word in words)
-    return CheckConstraint(f"{column} IN ({listed})", name=name)
+    # SQLite makes a table of what follows IN, for every row that it checks.
+    return CheckConstraint(" OR ".join(f"{column} = '{word}'" for word in words), name=name)
 
 
 def _content(name: str) -> Table:
@@ -310,12 +310,10 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
             _number(f"{metric_id}_time_s"),
             _text(f"{metric_id}_actor", null=True),
         ]
-        checks += [
-            _one_of(f"{metric_id}_status", METRIC_STATUSES, f"{metric_id}_status"),
-            CheckConstraint(
-                f"({metric_id}_status = 'value') = ({metric_id} IS NOT NULL)", name=metric_id
-            ),
-        ]
+        empty = " ".join(f"WHEN '{word}' THEN {metric_id} IS NULL" for word in METRIC_STATUSES[1:])
+        value = f"WHEN 'value' THEN {metric_id} IS NOT NULL"
+        rule = f"CASE {metric_id}_status {value} {empty} ELSE 0 END"
+        checks.append(CheckConstraint(rule, name=metric_id))
     reference = ForeignKey(run.c.result_digest)
     key = Column("result_digest", String(64), reference, primary_key=True, nullable=False)
     return Table(name, into, key, *columns, _row_hash(), *checks)
@@ -387,10 +385,11 @@ artifact = Table(
     Index(None, "result_digest"),
 )
 
-INSERT_ONLY: Final = tuple(
-    table for table in metadata.sorted_tables if table not in {work, artifact}
-)
+INSERT_ONLY: Final = tuple(item for item in metadata.sorted_tables if item not in {work, artifact})
 """Tables whose rows are never changed or deleted, in dependency order."""
+
+RESULTS: Final = (run, metric, verdict, event)
+"""Tables written a block at a time; ``columns`` hashes their rows."""
 
 NONDETERMINISTIC: Final = {
     "run": ("executed_by", "executed_at", "row_hash"),

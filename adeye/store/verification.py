@@ -8,22 +8,28 @@ table and row. ``result_table_hash`` gives one hash for the results of a campaig
 from __future__ import annotations
 
 import hashlib
+import json
+from collections import defaultdict
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from sqlalchemy import Table, select
 
 from adeye.store import tables
+from adeye.store.columns import row_hashes, stored_words
 from adeye.store.encoding import row_hash
-from adeye.store.planning import SelectionHash, judging_hash
+from adeye.store.planning import judging_hash
 from adeye.store.plugin_metrics import plugin_tables
-from adeye.store.recording import RUN_HASHED, result_hash, tally_rows
+from adeye.store.recording import RUN_HASHED, result_hashes, tally_rows
 from adeye.store.rows import EngineKey
+from adeye.store.selection import SelectionHash
 from adeye.store.stored import Finding
 from adeye.store.triggers import trigger_ddl
 from adeye.store.views import view_ddl
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from sqlalchemy import Connection
 
@@ -93,14 +99,40 @@ def _second_name(ddl: str) -> str:
 
 
 def _altered_rows(connection: Connection, table: Table) -> Iterator[Finding]:
-    for values in _stream(connection, table):
-        try:
-            is_same = row_hash(table, values[:-1]) == values[-1]
-        except TypeError:
-            # A value of a type that was never written, such as a blob.
-            is_same = False
-        if not is_same:
-            yield Finding(table.name, _key(table, values), "altered")
+    names = [column.name for column in table.columns][:-1]
+    is_bulk = table in tables.RESULTS or table not in tables.INSERT_ONLY
+    for rows in _chunked(_stream(connection, table)):
+        if is_bulk and _bulk_hashes(table, names, rows) == [values[-1] for values in rows]:
+            continue
+        for values in rows:
+            if is_bulk:
+                is_same = _bulk_hashes(table, names, [values]) == [values[-1]]
+            else:
+                is_same = _hash(table, values) == values[-1]
+            if not is_same:
+                yield Finding(table.name, _key(table, values), "altered")
+
+
+def _chunked(rows: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:
+    while chunk := list(islice(rows, _CHUNK)):
+        yield chunk
+
+
+def _hash(table: Table, values: Sequence[Any]) -> str | None:
+    try:
+        return row_hash(table, values[:-1])
+    except TypeError:
+        # A value of a type that was never written, such as a blob.
+        return None
+
+
+def _bulk_hashes(
+    table: Table, names: Sequence[str], rows: Sequence[tuple[Any, ...]]
+) -> list[str] | None:
+    try:
+        return row_hashes(table, stored_words(table, names, [values[:-1] for values in rows]))
+    except (TypeError, ValueError, OverflowError):
+        return None
 
 
 def _content(connection: Connection) -> Iterator[Finding]:
@@ -119,41 +151,74 @@ def _missing_references(connection: Connection) -> Iterator[Finding]:
 def _results(connection: Connection) -> Iterator[Finding]:
     """Compare each run with its hash over metrics and events, and with its own identity."""
     names = [column.name for column in tables.run.columns]
-    metric_of, events_of = _rows_of(tables.metric), _rows_of(tables.event)
-    for values in _stream(connection, tables.run):
-        stored = dict(zip(names, values, strict=True))
-        digest = stored["result_digest"]
-        metric = connection.exec_driver_sql(metric_of, (digest,)).first() or ()
-        events = connection.exec_driver_sql(events_of, (digest,)).all()
-        hashed = _result_hash([stored[name] for name in RUN_HASHED], metric, events)
-        if hashed != stored["result_hash"]:
-            yield Finding("run", str(digest), "metrics, events or trace digest are not its own")
-        engine = EngineKey(
-            stored["backend"],
-            stored["variant"],
-            stored["numerics_version"],
-            stored["plugins_digest"],
-        )
-        if _result_digest(engine, stored["test_case_digest"]) != digest:
-            yield Finding("run", str(digest), "is not the result of its test case and engine")
+    for rows in _chunked(_stream(connection, tables.run)):
+        stored = [dict(zip(names, values, strict=True)) for values in rows]
+        digests = [str(item["result_digest"]) for item in stored]
+        parts = [_rows_of(connection, table, digests) for table in (tables.metric, tables.event)]
+        hashes = _result_hashes(stored, digests, *parts)
+        for place, item in enumerate(stored):
+            digest = digests[place]
+            hashed = hashes and hashes[place]
+            if hashed is None:
+                # One run of the chunk has what was never written: look at each alone.
+                own = [{digest: part.get(digest, [])} for part in parts]
+                hashed = next(iter(_result_hashes([item], [digest], *own) or ()), None)
+            if hashed != item["result_hash"]:
+                yield Finding("run", digest, "metrics, events or trace digest are not its own")
+            engine = EngineKey(
+                item["backend"],
+                item["variant"],
+                item["numerics_version"],
+                item["plugins_digest"],
+            )
+            if _result_digest(engine, item["test_case_digest"]) != item["result_digest"]:
+                yield Finding("run", digest, "is not the result of its test case and engine")
     yield from _unplanned(connection)
 
 
-def _rows_of(table: Table) -> str:
-    """Write the query of a run's rows without their hashes; plain text, as it runs for each."""
-    names = ", ".join(column.name for column in table.columns if column.name != "row_hash")
+def _hashed_names(table: Table) -> list[str]:
+    return [column.name for column in table.columns if column.name != "row_hash"]
+
+
+def _rows_of(
+    connection: Connection, table: Table, digests: Sequence[str]
+) -> dict[str, list[tuple[Any, ...]]]:
+    """Read the rows of some runs without their hashes, in the order of their key."""
+    names = ", ".join(_hashed_names(table))
     key = ", ".join(column.name for column in table.primary_key.columns)
-    return (
-        f"SELECT {names} FROM {table.name} "  # noqa: S608 - names of this package
-        f"WHERE result_digest = ? ORDER BY {key}"
+    found = connection.exec_driver_sql(
+        f"SELECT {names} FROM {table.name} WHERE result_digest IN "  # noqa: S608 - own names
+        f"(SELECT value FROM json_each(?)) ORDER BY {key}",
+        (json.dumps(digests),),
     )
+    rows: dict[str, list[tuple[Any, ...]]] = defaultdict(list)
+    for item in found:
+        rows[str(item[0])].append(tuple(item))
+    return rows
 
 
-def _result_hash(run: Sequence[Any], metric: Sequence[Any], events: Sequence[Any]) -> str:
+def _result_hashes(
+    stored: Sequence[dict[str, Any]],
+    digests: Sequence[str],
+    metrics: Mapping[str, Sequence[tuple[Any, ...]]],
+    events: Mapping[str, Sequence[tuple[Any, ...]]],
+) -> list[str] | None:
+    """Hash results; None if one of them has values that were never written."""
+    happened = [item for digest in digests for item in events.get(digest, ())]
+    run_of_event = [
+        run for run, digest in enumerate(digests) for _ in range(len(events.get(digest, ())))
+    ]
+    measured = [item for digest in digests for item in metrics.get(digest, ())]
+    runs = [tuple(item[name] for name in RUN_HASHED) for item in stored]
     try:
-        return result_hash(run, metric, events)
-    except TypeError:
-        return "not a value that was ever written"
+        return result_hashes(
+            stored_words(tables.run, RUN_HASHED, runs),
+            stored_words(tables.metric, _hashed_names(tables.metric), measured),
+            stored_words(tables.event, _hashed_names(tables.event), happened),
+            np.array(run_of_event, dtype=np.int64),
+        )
+    except (TypeError, ValueError, OverflowError):
+        return None
 
 
 def _result_digest(engine: EngineKey, test_case: str) -> str:

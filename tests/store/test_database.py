@@ -213,3 +213,12 @@ def test_first_switch_to_wal_does_not_wait_for_ever(monkeypatch: pytest.MonkeyPa
     connection: Any = BusyConnection(1000)
     with pytest.raises(sqlite3.OperationalError, match="locked"):
         database_module._enter_wal(connection)
+
+
+def test_message_that_is_not_utf_8_is_damage_in_words(tmp_path: Path) -> None:
+    # SQLite quotes a damaged schema as it is.
+    with (
+        pytest.raises(IntegrityError, match=r"a\.db is damaged: a text in it is not UTF-8"),
+        errors_in_words(tmp_path / "a.db"),
+    ):
+        b"malformed database schema (\xa7)".decode("utf-8")

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from adeye.store import tables
-from adeye.store.encoding import chunks, json_text, row, row_hash, utc_text
+from adeye.store.encoding import chunks, json_text, row, row_hash, rows_of_columns, utc_text
 
 EVENT = ("d", 0, 1.5, "contact", None, "hit")
 
@@ -78,3 +78,32 @@ def test_chunks_lose_nothing() -> None:
     cut = list(chunks(values))
     assert [item for part in cut for item in part] == values
     assert max(len(part) for part in cut) <= 500
+
+
+CASE: list[Any] = ["d", "s", "x", "y", "no%ne", "[]", "{}", 0, 7, 0.05, "o", 3]
+
+
+def test_rows_of_columns_are_the_rows_of_their_values() -> None:
+    columns = [*CASE]
+    columns[0], columns[6], columns[7] = ["d", "e%s"], ["{}", '{"a":"ü"}'], [0, 1]
+    columns[9], columns[11] = [0.05, 0.1], range(3, 5)
+    other = ["e%s", *CASE[1:6], '{"a":"ü"}', 1, 7, 0.1, "o", 4]
+    made = rows_of_columns(tables.test_case, columns)
+    assert made == [row(tables.test_case, CASE), row(tables.test_case, other)]
+
+
+def test_columns_of_different_lengths_make_no_rows() -> None:
+    columns = [*CASE]
+    columns[0], columns[1] = ["d", "e"], ["s"]
+    with pytest.raises(ValueError, match="zip"):
+        rows_of_columns(tables.test_case, columns)
+
+
+def test_number_and_its_text_hash_differently() -> None:
+    hashes = {row_hash(tables.event, (value,)) for value in (1, 1.0, "1", "i1", None, "n", "")}
+    assert len(hashes) == 7
+
+
+def test_value_of_a_type_that_is_never_written_has_no_hash() -> None:
+    with pytest.raises(TypeError, match="is not what was written"):
+        row_hash(tables.event, (b"blob",))

@@ -1,3 +1,4 @@
+import sqlite3
 from typing import Any
 
 from adeye.store.repository import Repository
@@ -62,3 +63,33 @@ def test_missing_verdicts_are_found_by_fsr_digest(repository: Repository, exampl
 def test_unexecuted_runs_lack_no_verdict(repository: Repository, example: Any) -> None:
     plan = repository.plan_campaign(example.record(), example.cases(4))
     assert repository.missing_verdicts(plan.campaign, ["a" * 64]) == {}
+
+
+def test_cases_at_the_end_of_a_large_plan_are_found_by_their_index(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    plan = repository.plan_campaign(example.record(), example.cases(400), block_size=4)
+    raw.execute("UPDATE work SET state = 'done' WHERE to_ordinal < 400")
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert [case.ordinal for case in block.cases] == [396, 397, 398, 399]
+    steps = raw.execute(
+        "EXPLAIN QUERY PLAN SELECT * FROM campaign_case "
+        "WHERE campaign_id = 'c' AND ordinal >= 900000 AND ordinal < 901024"
+    ).fetchall()
+    assert all("SEARCH campaign_case USING INDEX" in step[-1] for step in steps)
+
+
+def test_half_executed_block_lacks_the_other_half(repository: Repository, example: Any) -> None:
+    example.campaign(repository, 6)
+    example.with_odd("2")
+    example.thresholds["FSR2"] = "2 s"
+    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=8)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    lacking = [(case.ordinal, case.has_result, case.missing_fsrs) for case in block.cases]
+    assert lacking == [
+        *[(ordinal, True, ("FSR2",)) for ordinal in range(6)],
+        *[(ordinal, False, ("FSR1", "FSR2")) for ordinal in (6, 7)],
+    ]
+    assert (plan.to_execute, plan.to_judge) == (2, 6)

@@ -6,6 +6,7 @@ import pytest
 
 from adeye.errors import InputError
 from adeye.spec.concept import Waiver
+from adeye.store.planned import PlannedCases
 from adeye.store.repository import Repository
 from adeye.store.rows import EngineKey
 
@@ -203,3 +204,46 @@ def test_ten_thousand_cases_are_planned_without_holding_them(
     )
     assert plan.to_execute == 10_000
     assert repository.work_state(plan.campaign).pending == 10
+
+
+def test_many_together_are_the_campaign_of_each_alone(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    cases = [example.case(4 * at, structure="a") for at in range(6)]
+    one = repository.plan_campaign(example.record(), cases, block_size=4)
+    rows = raw.execute("SELECT * FROM test_case ORDER BY digest").fetchall()
+    alone = [PlannedCases.of(case) for case in cases]
+    columns: dict[str, Any] = {
+        name: [vars(part)[name][0] for part in alone]
+        for name in (
+            "test_cases",
+            "situations",
+            "parameters",
+            "points",
+            "replicates",
+            "inside_odd",
+            "point_index",
+        )
+    }
+    together = replace(alone[0], **columns)
+    again = repository.plan_campaign(example.record(), [together], block_size=4)
+    assert (again.campaign, again.is_new) == (one.campaign, False)
+    assert raw.execute("SELECT * FROM test_case ORDER BY digest").fetchall() == rows
+    assert blocks(raw) == [(0, 4, "execute", "pending"), (4, 6, "execute", "pending")]
+
+
+def test_blocks_never_mix_shapes_of_json(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    cases = [example.case(0), example.case(4), example.case(8, point={"ego_speed": "fast"})]
+    repository.plan_campaign(example.record(), cases, block_size=4)
+    assert [block[:2] for block in blocks(raw)] == [(0, 2), (2, 3)]
+
+
+def test_large_plan_tells_how_far_it_is(
+    repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("adeye.store.planning._CHUNK", 3)
+    seen: list[int] = []
+    repository.plan_campaign(example.record(), example.cases(8), report=seen.append)
+    assert seen == [3, 6]
