@@ -1,4 +1,8 @@
-"""Identity is content: canonical JSON and its sha256, never position, order, time or worker."""
+"""Identity is content: canonical JSON and its sha256, never position, order, time or worker.
+
+``canonical_json`` defines it. Plans have millions of values of one shape, whose constant parts are
+written once: ``JsonRows`` gives the same bytes row by row.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,8 @@ import hashlib
 import json
 import math
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 
@@ -27,15 +32,62 @@ def canonical_json(value: Any) -> bytes:
     >>> canonical_json({"b": -0.0, "a": [1, True]})
     b'{"a":[1,true],"b":0.0}'
     """
-    plain = _plain(value)
-    return json.dumps(
-        plain, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
-    ).encode()
+    return _dumps(_plain(value)).encode()
 
 
 def digest(value: Any) -> str:
     """Hash a value's canonical JSON with sha256, in hex."""
     return digest_bytes(canonical_json(value))
+
+
+@dataclass(frozen=True, slots=True)
+class JsonRows:
+    """Canonical JSON of many mappings that differ in the values of some keys.
+
+    Attributes:
+        varied: These keys, in the order in which they are written.
+        template: For ``%``, with one place for the text of each varied value.
+    """
+
+    varied: tuple[str, ...]
+    template: str
+
+    @classmethod
+    def of(cls, constant: Mapping[str, Any], varied: Iterable[str]) -> JsonRows:
+        """Write what the mappings share.
+
+        Args:
+            constant: Keys and values that are the same in all.
+            varied: The other keys.
+
+        Raises:
+            ValueError: A value has no canonical form, or two keys are equal in NFC.
+        """
+        given = tuple(varied)
+        names = {unicodedata.normalize("NFC", name): name for name in given}
+        shared = _object(constant)
+        if len(names) != len(given) or names.keys() & shared.keys():
+            msg = f"keys {[*shared, *given]} are not all different"
+            raise ValueError(msg)
+        order = sorted([*names, *shared])
+        members = [
+            f"{_escaped(name)}:{'%s' if name in names else _escaped(shared[name])}"
+            for name in order
+        ]
+        varying = tuple(names[name] for name in order if name in names)
+        return cls(varying, "{" + ",".join(members) + "}")
+
+    def texts(self, columns: Mapping[str, Sequence[str]], rows: int) -> list[str]:
+        """Write every mapping.
+
+        Args:
+            columns: Canonical JSON of the values, by varied key.
+            rows: How many there are.
+        """
+        if not self.varied:
+            return [self.template % ()] * rows
+        chosen = [columns[name] for name in self.varied]
+        return [self.template % values for values in zip(*chosen, strict=True)]
 
 
 def digest_bytes(content: bytes) -> str:
@@ -57,8 +109,42 @@ def stream_seed(
     Returns:
         64 bits of the sha256 of all of them; architecture, faults and step are not among them.
     """
-    preimage = [odd_seed, replicate, scenario, {k: float(v) for k, v in parameters.items()}]
-    return int.from_bytes(hashlib.sha256(canonical_json(preimage)).digest()[:8], "big")
+    texts = JsonRows.of({name: float(value) for name, value in parameters.items()}, ()).texts({}, 1)
+    return stream_seeds(odd_seed, scenario, [replicate], texts)[0]
+
+
+def stream_seeds(
+    odd_seed: int, scenario: str, replicates: Iterable[int], parameters: Iterable[str]
+) -> list[int]:
+    """Derive the seeds of many situations of one scenario.
+
+    Args:
+        odd_seed: Seed of the ODD.
+        scenario: Id of the scenario.
+        replicates: Their numbers.
+        parameters: Canonical JSON of their resolved parameters in SI.
+    """
+    sha256, name = hashlib.sha256, _dumps(_plain(scenario))
+    return [
+        int.from_bytes(sha256(f"[{odd_seed},{number},{name},{text}]".encode()).digest()[:8], "big")
+        for number, text in zip(replicates, parameters, strict=True)
+    ]
+
+
+def digests(texts: Iterable[str]) -> list[str]:
+    """Hash texts with sha256, in hex."""
+    sha256 = hashlib.sha256
+    return [sha256(text.encode()).hexdigest() for text in texts]
+
+
+def _dumps(plain: Any) -> str:
+    return json.dumps(
+        plain, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
+    )
+
+
+def _escaped(plain: Any) -> str:
+    return _dumps(plain).replace("%", "%%")
 
 
 def _plain(value: Any) -> Any:

@@ -16,7 +16,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.identity import canonical_json, digest, digest_bytes, stream_seed
+from adeye.identity import (
+    JsonRows,
+    canonical_json,
+    digest,
+    digest_bytes,
+    digests,
+    stream_seed,
+    stream_seeds,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -158,3 +166,48 @@ def test_digest_does_not_depend_on_the_hash_seed() -> None:
         for seed in ("0", "1", "2")
     }
     assert len(answers) == 1
+
+
+def test_seeds_of_many_are_those_of_each() -> None:
+    points = [{"b": 0.1 + at, "a": -0.0} for at in range(3)]
+    texts = JsonRows.of({"a": 0.0}, ["b"]).texts({"b": [repr(0.1 + at) for at in range(3)]}, 3)
+    alone = [stream_seed(7, at, "scenärio", point) for at, point in enumerate(points)]
+    assert stream_seeds(7, "scenärio", range(3), texts) == alone
+
+
+@given(
+    constant=st.dictionaries(st.text(max_size=3), st.floats(allow_nan=False, allow_infinity=False)),
+    varied=st.dictionaries(
+        st.text(min_size=4, max_size=5), st.lists(st.integers() | st.text(), min_size=2, max_size=2)
+    ),
+)
+def test_rows_of_json_are_the_canonical_json_of_each(
+    constant: dict[str, float], varied: dict[str, list[int | str]]
+) -> None:
+    try:
+        rows = JsonRows.of(constant, varied)
+        columns = {
+            name: [canonical_json(value).decode() for value in values]
+            for name, values in varied.items()
+        }
+        whole = [
+            canonical_json({**constant, **{name: values[at] for name, values in varied.items()}})
+            for at in range(2)
+        ]
+    except ValueError:  # lone surrogates, or two keys that are equal in NFC
+        return
+    assert [text.encode() for text in rows.texts(columns, 2)] == whole
+
+
+def test_percent_signs_in_the_constant_part_stay() -> None:
+    rows = JsonRows.of({"50%": "%s"}, ["x"])
+    assert rows.texts({"x": ["1"]}, 1) == ['{"50%":"%s","x":1}']
+
+
+def test_rows_with_a_key_twice_are_refused() -> None:
+    with pytest.raises(ValueError, match="are not all different"):
+        JsonRows.of({"a": 1}, ["a"])
+
+
+def test_digests_of_texts_are_sha256() -> None:
+    assert digests(["a"]) == [digest_bytes(b"a")]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
-from adeye.identity import digest, stream_seed
+from adeye.identity import JsonRows, digest, digests, stream_seed
+from adeye.sweep.overrides import MOST_VARIANTS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
@@ -59,28 +60,49 @@ class TestCase:
     @cached_property
     def situation_digest(self) -> str:
         """Identity of what happens around the ego, whatever drives it."""
-        return digest(
-            {
-                "scenario": content_digest(self.scenario),
-                "parameters": dict(self.parameters),
-                "replicate": self.replicate,
-                "seed": self.seed,
-            }
-        )
+        parameters = JsonRows.of(self.parameters, ()).texts({}, 1)
+        values = {"parameters": parameters, "replicate": [str(self.replicate)]}
+        return digests(situation_json(self.scenario, self.seed).texts(values, 1))[0]
 
     @cached_property
     def digest(self) -> str:
         """Identity of the test case: situation, clock, executable architecture and faults."""
-        return digest(
-            {
-                "situation": self.situation_digest,
-                "step": self.step,
-                "horizon": self.scenario.horizon,
-                "tail": self.scenario.tail,
-                "architecture": content_digest(self.architecture),
-                "faults": [fault.executable() for fault in self.faults],
-            }
-        )
+        rows = case_json(self.scenario, self.architecture, self.faults, self.step)
+        return digests(rows.texts({"situation": [f'"{self.situation_digest}"']}, 1))[0]
+
+    def identified(self, seed: int, situation: str, digest: str) -> Self:
+        """Take identities that were computed for many test cases at once.
+
+        Args:
+            seed: What ``stream_seed`` would be.
+            situation: What ``situation_digest`` would be.
+            digest: What ``digest`` would be.
+
+        Returns:
+            Itself.
+        """
+        vars(self).update(stream_seed=seed, situation_digest=situation, digest=digest)
+        return self
+
+
+def situation_json(scenario: LogicalScenario, seed: int) -> JsonRows:
+    """Define what identifies a situation: scenario, seed, parameters and replicate."""
+    shared = {"scenario": content_digest(scenario), "seed": seed}
+    return JsonRows.of(shared, ("parameters", "replicate"))
+
+
+def case_json(
+    scenario: LogicalScenario, architecture: Architecture, faults: Sequence[Fault], step: float
+) -> JsonRows:
+    """Define what identifies a test case: its situation, clock, architecture and faults."""
+    shared = {
+        "step": step,
+        "horizon": scenario.horizon,
+        "tail": scenario.tail,
+        "architecture": content_digest(architecture),
+        "faults": [fault.executable() for fault in faults],
+    }
+    return JsonRows.of(shared, ("situation",))
 
 
 _CONTENT: dict[int, tuple[LogicalScenario | Architecture, str]] = {}
@@ -90,7 +112,7 @@ def content_digest(part: LogicalScenario | Architecture) -> str:
     """Hash the executable content of a scenario or architecture, once per shared record.
 
     Args:
-        part: A frozen record; the reference is kept, so its identity is not reused.
+        part: A frozen record; while it is known the reference is kept, so its identity is its own.
 
     Returns:
         sha256 in hex.
@@ -98,5 +120,7 @@ def content_digest(part: LogicalScenario | Architecture) -> str:
     known = _CONTENT.get(id(part))
     if known is None or known[0] is not part:
         known = (part, digest(part.executable()))
+        if len(_CONTENT) >= MOST_VARIANTS:
+            _CONTENT.clear()
         _CONTENT[id(part)] = known
     return known[1]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adeye.errors import SourceLocation, SweepError
-from adeye.identity import stream_seed
+from adeye.identity import canonical_json, stream_seed
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import owner_id, uniform
 
@@ -29,23 +29,90 @@ DRAWS = 4_096
 HOPELESS = 1_000_000
 """Draws after which a random design without a single feasible point is given up."""
 
+MOST_TEXTS = 65_536
+"""Levels of one axis whose texts are kept; of more, they are written as they are asked for."""
+_MOST_CODES = 2**40
+
 Column = NDArray[np.float64] | NDArray[np.str_]
+Levels = NDArray[np.unsignedinteger[Any]]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Points:
-    """The feasible points of a design, column by column.
+    """The feasible points of a design, column by column; a million take some megabytes.
 
     Attributes:
-        columns: (N,) values in SI, or text, by the name of the axis.
-        texts: (N,) values as written, by the name of the axis.
+        values: Values of the levels in SI, or text, by the name of the axis.
+        levels: (N,) which level a point has, by the name of the axis.
         raw: Number of combinations before constraints.
+        count: N.
     """
 
-    columns: dict[str, Column]
-    texts: dict[str, NDArray[np.str_]]
+    values: dict[str, Column]
+    levels: dict[str, Levels]
     raw: int
     count: int
+    _distinct: dict[tuple[str, ...], NDArray[np.int64]] = field(
+        default_factory=dict, compare=False, repr=False
+    )
+    _texts: dict[str, NDArray[np.object_]] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """(N,) values in SI, or text, by the name of the axis."""
+        return {name: self.column(name) for name in self.values}
+
+    def column(self, name: str, rows: Any = slice(None)) -> Column:
+        """Give the values of one axis.
+
+        Args:
+            name: Of the axis.
+            rows: Which points, all unless said.
+        """
+        values: Column = self.values[name][self.levels[name][rows]]
+        return values
+
+    def texts(self, name: str, rows: Any = slice(None)) -> list[str]:
+        """Give canonical JSON of the values of one axis.
+
+        Args:
+            name: Of the axis.
+            rows: Which points, all unless said.
+        """
+        levels, values = self.levels[name][rows], self.values[name]
+        if len(values) > MOST_TEXTS:
+            return _texts(values[levels])
+        if name not in self._texts:
+            self._texts[name] = np.array(_texts(values), dtype=object)
+        return list(self._texts[name][levels].tolist())
+
+    def distinct(self, names: tuple[str, ...]) -> NDArray[np.int64]:
+        """Number the points that differ in some axes: the first of those that are alike."""
+        if names not in self._distinct:
+            self._distinct[names] = self._first_of_each(names)
+        return self._distinct[names]
+
+    def _first_of_each(self, names: tuple[str, ...]) -> NDArray[np.int64]:
+        if not names:
+            return np.zeros(1, dtype=np.int64)
+        codes = np.zeros(self.count, dtype=np.int64)
+        span = 1
+        for name in names:
+            # Levels of a list or of a zip may have one value.
+            unique, same = np.unique(self.values[name], return_inverse=True)
+            if span * len(unique) > _MOST_CODES:
+                known, codes = np.unique(codes, return_inverse=True)
+                span = len(known)
+            codes = codes * len(unique) + same[self.levels[name]]
+            span *= len(unique)
+        if self.count > 1 and bool((codes[1:] > codes[:-1]).all()):
+            return np.arange(self.count, dtype=np.int64)
+        _, first = np.unique(codes, return_index=True)
+        return np.sort(first).astype(np.int64)
+
+
+def _texts(values: Column) -> list[str]:
+    return [canonical_json(value).decode() for value in values.tolist()]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,14 +150,16 @@ def full_factorial(
             where=where,
             remedy="Take fewer levels, or design: random with samples.",
         )
-    kept: list[NDArray[np.int64]] = []
+    kept: list[list[Levels]] = []
     for start in range(0, raw, CHUNK):
         flat = np.arange(start, min(start + CHUNK, raw), dtype=np.int64)
         levels = _levels(flat, sizes)
-        kept.append(flat[_feasible(axes, levels, relations, fixed)])
-    flat = np.concatenate(kept)
-    _require_points(flat.shape[0], raw, relations, where)
-    return _points(axes, _levels(flat, sizes), raw, flat.shape[0])
+        mask = _feasible(axes, levels, relations, fixed)
+        kept.append([level[mask] for level in levels] or [_small(flat[mask], 1)])
+    chosen = [np.concatenate(parts) for parts in zip(*kept, strict=True)]
+    count = int(chosen[0].shape[0])
+    _require_points(count, raw, relations, where)
+    return _points(axes, chosen[: len(axes)], raw, count)
 
 
 def zipped(
@@ -113,7 +182,7 @@ def zipped(
             remedy="Give each axis as many values as the others.",
         )
     raw = sizes.pop() if sizes else 1
-    levels = [np.arange(raw, dtype=np.int64) for _ in axes]
+    levels = [_small(np.arange(raw), raw) for _ in axes]
     mask = _feasible(axes, levels, relations, fixed)
     count = int(mask.sum())
     _require_points(count, raw, relations, where)
@@ -181,14 +250,10 @@ class RandomDesign:
                 remedy="Widen the ranges or relax the relations.",
             )
         sample = np.concatenate(kept)[: self.samples]
-        drawn_columns: dict[str, Column] = {
-            axis.name: sample[:, at] for at, axis in enumerate(axes)
-        }
-        texts = {
-            name: np.array([repr(float(x)) for x in column])
-            for name, column in drawn_columns.items()
-        }
-        return Points(drawn_columns, texts, self.samples, self.samples)
+        values: dict[str, Column] = {axis.name: sample[:, at] + 0.0 for at, axis in enumerate(axes)}
+        # Every draw is a level of its own.
+        own = _small(np.arange(self.samples), self.samples)
+        return Points(values, dict.fromkeys(values, own), self.samples, self.samples)
 
 
 @compiled
@@ -197,26 +262,33 @@ def _draw(seed: np.uint64, owner: np.uint64, first: int, out: NDArray[np.float64
         out[at] = uniform(seed, owner, first + at, 0)
 
 
-def _levels(flat: NDArray[np.int64], sizes: Sequence[int]) -> list[NDArray[np.int64]]:
+def _levels(flat: NDArray[np.int64], sizes: Sequence[int]) -> list[Levels]:
     if not sizes:
         return []
-    return [np.asarray(level, dtype=np.int64) for level in np.unravel_index(flat, sizes)]
+    found = np.unravel_index(flat, sizes)
+    return [_small(level, size) for level, size in zip(found, sizes, strict=True)]
 
 
-def _column(axis: Axis, level: NDArray[np.int64]) -> Column:
+def _small(level: NDArray[Any], size: int) -> Levels:
+    """Keep numbers below ``size`` in as few bytes as they need."""
+    return level.astype(np.min_scalar_type(max(size - 1, 0)))
+
+
+def _values(axis: Axis) -> Column:
     if any(isinstance(value, str) for value in axis.values):
-        return np.array([str(value) for value in axis.values])[level]
-    return np.array([float(value) for value in axis.values])[level]
+        return np.array([str(value) for value in axis.values])
+    # -0.0 is 0.0 everywhere.
+    return np.array([float(value) for value in axis.values]) + 0.0
 
 
 def _feasible(
     axes: Sequence[Axis],
-    levels: Sequence[NDArray[np.int64]],
+    levels: Sequence[Levels],
     relations: Sequence[Relation],
     fixed: Mapping[str, float],
 ) -> NDArray[np.bool_]:
     count = int(levels[0].shape[0]) if levels else 1
-    columns = {axis.name: _column(axis, level) for axis, level in zip(axes, levels, strict=True)}
+    columns = {axis.name: _values(axis)[level] for axis, level in zip(axes, levels, strict=True)}
     mask = np.ones(count, dtype=bool)
     for relation in relations:
         mask &= _holds(relation, columns, fixed, count)
@@ -250,12 +322,10 @@ def _require_points(
         )
 
 
-def _points(
-    axes: Sequence[Axis], levels: Sequence[NDArray[np.int64]], raw: int, count: int
-) -> Points:
-    columns = {axis.name: _column(axis, level) for axis, level in zip(axes, levels, strict=True)}
-    texts = {
-        axis.name: np.array([str(text) for text in axis.texts])[level]
-        for axis, level in zip(axes, levels, strict=True)
-    }
-    return Points(columns, texts, raw, count)
+def _points(axes: Sequence[Axis], levels: Sequence[Levels], raw: int, count: int) -> Points:
+    return Points(
+        {axis.name: _values(axis) for axis in axes},
+        {axis.name: level for axis, level in zip(axes, levels, strict=True)},
+        raw,
+        count,
+    )

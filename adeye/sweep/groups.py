@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from adeye.errors import SourceLocation, SweepError
 from adeye.sweep.axes import Axis, has_path
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from adeye.spec.architecture import Architecture
@@ -93,7 +92,7 @@ def groups_of(
                 "+".join(ids) or NO_FAULT,
                 varied,
                 points,
-                _distinct(points, varied),
+                points.distinct(tuple(axis.name for axis in varied)),
                 where,
             )
         )
@@ -142,15 +141,3 @@ def _targets(files: OddFiles) -> set[str]:
             yield from (f"channels.{name}" for name in item.spec.channels)
 
     return set(parts())
-
-
-def _distinct(points: Points, axes: tuple[Axis, ...]) -> NDArray[np.int64]:
-    if not axes:
-        return np.zeros(1, dtype=np.int64)
-    codes = np.zeros(points.count, dtype=np.int64)
-    for axis in axes:
-        _, level = np.unique(points.columns[axis.name], return_inverse=True)
-        codes = codes * (int(level.max()) + 1) + level
-        _, codes = np.unique(codes, return_inverse=True)
-    _, first = np.unique(codes, return_index=True)
-    return np.sort(first).astype(np.int64)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 Spec = TypeVar("Spec", bound=Record)
 Path = tuple[str, ...]
+MOST_VARIANTS = 4_096
+"""Records of changed files that are kept, so that a sweep over files stays small too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +46,15 @@ class Variants:
     """The variants of one file, made once for each distinct set of changes.
 
     A shared record per variant keeps a plan of many test cases small and lets a batch tell by
-    identity which runs have one content.
+    identity which runs have one content. Only the newest are kept.
     """
 
     _made: dict[tuple[int, tuple[Change, ...]], Any] = field(default_factory=dict)
+
+    def _keep(self, key: tuple[int, tuple[Change, ...]], record: Any) -> None:
+        if len(self._made) >= MOST_VARIANTS:
+            self._made.clear()
+        self._made[key] = record
 
     def of(self, loaded: Loaded[Spec], changes: tuple[Change, ...]) -> Spec:
         """Return the record of a file with changes applied.
@@ -59,7 +66,7 @@ class Variants:
             return loaded.spec
         key = (id(loaded), changes)
         if key not in self._made:
-            self._made[key] = _changed(type(loaded.spec), loaded.content, changes)
+            self._keep(key, _changed(type(loaded.spec), loaded.content, changes))
         made: Spec = self._made[key]
         return made
 
@@ -73,7 +80,7 @@ class Variants:
             return fault
         key = (id(fault), changes)
         if key not in self._made:
-            self._made[key] = _changed(Fault, content, changes)
+            self._keep(key, _changed(Fault, content, changes))
         made: Fault = self._made[key]
         return made
 

@@ -3,25 +3,58 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from adeye.identity import digest
 from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.overrides import MOST_VARIANTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from adeye.spec.architecture import Architecture
+    from adeye.spec.fault import Fault
     from adeye.sweep.case import TestCase
 
 _KNOWN: dict[int, tuple[Any, str]] = {}
 
 
-def structure_key(case: TestCase) -> str:
+class Structured(Protocol):
+    """What tells the structure of a test case."""
+
+    @property
+    def scenario_id(self) -> str:
+        """Id of the scenario in its ODD."""
+
+    @property
+    def scenario(self) -> LogicalScenario:
+        """The scenario, overrides applied."""
+
+    @property
+    def architecture(self) -> Architecture:
+        """The architecture, overrides applied."""
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """The faults of its entry."""
+
+    @property
+    def fault_entry(self) -> str:
+        """Name of the entry."""
+
+    @property
+    def step(self) -> float:
+        """Master clock [s]."""
+
+
+def structure_key(case: Structured) -> str:
     """Hash what must be equal inside a batch.
 
     Scenario, actors, storyboard, sensors, channels, links, rates, latencies, switch policy, fault
     models and step are structure; every other number may vary from run to run.
+
+    Args:
+        case: A test case, or what many share.
     """
     faults = [
         [fault.id, fault.target, fault.model, fault.onset.when.text if fault.onset.when else ""]
@@ -64,6 +97,8 @@ def _structure(part: LogicalScenario | Architecture) -> str:
     if known is None or known[0] is not part:
         made = _of_scenario(part) if isinstance(part, LogicalScenario) else _of_architecture(part)
         known = (part, digest(made))
+        if len(_KNOWN) >= MOST_VARIANTS:
+            _KNOWN.clear()
         _KNOWN[id(part)] = known
     return known[1]
 

@@ -10,6 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.spec.document import load_document
+from adeye.spec.load import load_scenario
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LaneChange, LogicalScenario, Parameter, SpeedChange
 
@@ -33,7 +34,7 @@ def content(*place: str, value: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("path", SHIPPED, ids=[path.stem for path in SHIPPED])
 def test_shipped_scenario_reads_back_from_its_stored_form(path: Path) -> None:
-    spec = LogicalScenario.model_validate(load_document(path).value)
+    spec = load_scenario(path).spec
     assert spec.scenario == path.stem
     assert LogicalScenario.model_validate(spec.model_dump(mode="json"), context=SI) == spec
 

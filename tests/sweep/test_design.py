@@ -75,7 +75,7 @@ def test_without_axes_there_is_one_point() -> None:
 def test_text_stays_text() -> None:
     points = full_factorial([axis("policy", "stuck", "free", kind="architecture")], [], {}, WHERE)
     assert points.columns["policy"].tolist() == ["stuck", "free"]
-    assert points.texts["policy"].tolist() == ["stuck", "free"]
+    assert points.texts("policy") == ['"stuck"', '"free"']
 
 
 def test_no_feasible_point_is_refused_with_the_relations() -> None:
@@ -186,7 +186,21 @@ def test_size_of_the_random_chunks_does_not_matter(monkeypatch: pytest.MonkeyPat
 
 def test_values_are_written_so_that_they_read_back() -> None:
     points = draw(20)
-    assert [float(text) for text in points.texts["a"]] == points.columns["a"].tolist()
+    assert [float(text) for text in points.texts("a")] == points.columns["a"].tolist()
+
+
+def test_texts_of_many_levels_are_those_of_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = draw(20)
+    few = points.texts("a", slice(3, 9))
+    monkeypatch.setattr(design, "MOST_TEXTS", 5)
+    assert points.texts("a", slice(3, 9)) == few == points.texts("a")[3:9]
+
+
+def test_a_million_points_take_a_few_bytes_each() -> None:
+    axes = [axis(f"a{k}", *map(float, range(10))) for k in range(6)]
+    points = full_factorial(axes, [], {}, WHERE)
+    assert points.count == 1_000_000
+    assert sum(level.nbytes for level in points.levels.values()) == 6_000_000
 
 
 def test_infeasible_random_design_is_refused() -> None:
