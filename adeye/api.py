@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
 from adeye.campaign.runner import CampaignSummary, Progress, run_campaign
+from adeye.engine import DEFAULT_BACKEND
 from adeye.reporting import find_campaign
 from adeye.store.repository import Repository
 
@@ -17,17 +18,20 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def plan(odd: str | Path, *, backend: str = "highway") -> CampaignPlan:
+def plan(
+    odd: str | Path, *, backend: str = DEFAULT_BACKEND, variant: str | None = None
+) -> CampaignPlan:
     """Load an ODD, check everything that can be checked, and count its test cases.
 
     Args:
         odd: The ODD's file.
-        backend: Traffic implementation that would execute it.
+        backend: Traffic implementation that would execute it: ``batch`` or ``highway``.
+        variant: Arithmetic of it, by default its first: ``reference`` of ``batch``.
 
     Raises:
         adeye.errors.InputError: Anything is wrong; the message has file, line and column.
     """
-    return make_plan(odd, backend=backend)
+    return make_plan(odd, backend=backend, variant=variant)
 
 
 def run(
@@ -35,6 +39,7 @@ def run(
     *,
     db: str | Path | None = None,
     workers: int = 1,
+    threads: int = 1,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignSummary:
     """Execute what a plan lacks in the database, judge it and return the verdicts.
@@ -43,13 +48,14 @@ def run(
         odd: The ODD's file, or a plan of it.
         db: Database, by default ``.adeye/adeye.db``.
         workers: Processes; 1 runs in this one.
+        threads: Threads over blocks of runs, in this process.
         progress: Called after each block of runs.
 
     Raises:
         adeye.errors.AdeyeError: Its ``exit_code`` tells of what kind.
     """
     checked = odd if isinstance(odd, CampaignPlan) else plan(odd)
-    return run_campaign(checked, db=db, workers=workers, progress=progress)
+    return run_campaign(checked, db=db, workers=workers, threads=threads, progress=progress)
 
 
 def replay(run: str, *, db: str | Path | None = None) -> Replayed:

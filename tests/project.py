@@ -118,9 +118,14 @@ class Project:
         """Plan the ODD."""
         return make_plan(self.odd)
 
-    def run(self, *, db: str = "", workers: int = 1) -> CampaignSummary:
+    def run(self, *, db: str = "", workers: int = 1, threads: int = 1) -> CampaignSummary:
         """Run the ODD into a database of the project."""
-        return adeye.run(self.odd, db=self.folder / db if db else self.db, workers=workers)
+        return adeye.run(
+            self.odd,
+            db=self.folder / db if db else self.db,
+            workers=workers,
+            threads=threads,
+        )
 
     def rows(self, campaign: str | None = None, *, db: str = "") -> list[dict[str, Any]]:
         """Return the runs of a campaign, the newest unless said, as ``v_runs`` shows them."""
@@ -168,4 +173,4 @@ def count_rows(db: Path, table: str) -> int:
 
 def run_cases(plan: CampaignPlan, cases: Sequence[TestCase]) -> Trace:
     """Execute test cases of one structure in one batch."""
-    return engine.run(cases, base_dirs=plan.folders)
+    return engine.run(cases, base_dirs=plan.folders, drawn=True)

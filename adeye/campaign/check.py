@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.parts import load_parts
 from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, suggest
+from adeye.identity import digest
 from adeye.spec.expression import to_program
 from adeye.spec.quantity import require_dimension
-from adeye.sweep.structure import batches
+from adeye.sweep.case import content_digest
 from adeye.units import Dimension
 from adeye.world.check import check_scenario
 from adeye.world.compile import compile_world
 from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded, OddFiles
     from adeye.spec.odd import ScenarioUse
     from adeye.spec.scenario import LogicalScenario
-    from adeye.sweep.case import TestCase
+    from adeye.sweep.expand import Expansion
+    from adeye.sweep.sections import Section
+    from adeye.sweep.shared import Shared
 
 BATCH = 1_024
 
@@ -51,30 +53,54 @@ def check_onsets(files: OddFiles) -> None:
                 _check_onset(fault, files.scenarios[use.name].spec, use.name, where)
 
 
-def check_cases(files: OddFiles, cases: Sequence[TestCase]) -> None:
+def check_cases(expansion: Expansion) -> None:
     """Check what a sweep makes of the files: every variant and every value of the worlds.
 
+    Every point is looked at, ``BATCH`` of them at a time; a variant, and a world that only
+    replicates, faults or sensors tell from another, once.
+
     Args:
-        files: The ODD and everything it names.
-        cases: The test cases of the plan.
+        expansion: The test cases of the plan.
 
     Raises:
+        SweepError: A variant is not valid, or a point is outside an ODD that refuses such.
         SpecError: A variant of a scenario or of a plug-in's parameters is not valid, an onset
             condition is not, or a value is not possible.
     """
+    files = expansion.files
     sweeps = {
         use.name: files.odd.locate(("scenarios", number, "sweep"))
         for number, use in enumerate(files.odd.spec.scenarios)
     }
-    for case in _first_of_each(cases, lambda item: (id(item.scenario), item.faults)):
-        _check_variant(files, case, sweeps[case.scenario_id])
-    for case in _first_of_each(cases, lambda item: id(item.architecture)):
-        loaded = files.architectures[case.architecture.architecture]
-        if case.architecture is not loaded.spec:
-            _check_parts(loaded, case, sweeps[case.scenario_id])
-    worlds = _first_of_each(cases, lambda item: (item.situation_digest, item.architecture.vehicle))
-    for batch in batches(worlds, BATCH):
-        _check_worlds(files.scenarios[batch[0].scenario_id], batch)
+    seen: set[object] = set()
+    for section in expansion.sections:
+        shared = expansion.shared(section)
+        where = sweeps[shared.scenario_id]
+        faults = digest([fault.executable() for fault in shared.faults])
+        if _is_new((shared.scenario_id, content_digest(shared.scenario), faults), seen):
+            _check_variant(files, shared, where)
+        loaded = section.group.architecture
+        is_varied = shared.architecture is not loaded.spec
+        if is_varied and _is_new(content_digest(shared.architecture), seen):
+            _check_parts(loaded, shared, where)
+        if _is_new((shared.scenario_id, *_worlds_key(section, shared)), seen):
+            _check_worlds(expansion, section)
+
+
+def _is_new(key: object, seen: set[object]) -> bool:
+    is_new = key not in seen
+    seen.add(key)
+    return is_new
+
+
+def _worlds_key(section: Section, shared: Shared) -> tuple[object, ...]:
+    """Tell which sections have the same worlds: neither faults nor sensors are in them."""
+    levels = section.group.points.levels
+    values = hashlib.sha256()
+    for axis in section.group.axes:
+        if axis.kind == "parameter":
+            values.update(axis.name.encode() + levels[axis.name][section.rows].tobytes())
+    return content_digest(shared.scenario), shared.architecture.vehicle, values.digest()
 
 
 def _fault_ids(use: ScenarioUse, files: OddFiles) -> set[str]:
@@ -105,41 +131,35 @@ def _check_onset(fault: Fault, scenario: LogicalScenario, name: str, where: Sour
         ) from error
 
 
-def _first_of_each(cases: Sequence[TestCase], key: Any) -> Iterator[TestCase]:
-    seen: set[Any] = set()
-    for case in cases:
-        own = key(case)
-        if own not in seen:
-            seen.add(own)
-            yield case
-
-
-def _check_variant(files: OddFiles, case: TestCase, where: SourceLocation) -> None:
-    if case.scenario is not files.scenarios[case.scenario_id].spec:
-        for loc, message in check_scenario(case.scenario):
+def _check_variant(files: OddFiles, shared: Shared, where: SourceLocation) -> None:
+    if shared.scenario is not files.scenarios[shared.scenario_id].spec:
+        for loc, message in check_scenario(shared.scenario):
             raise SpecError(
                 f"with the swept values, {'.'.join(map(str, loc))}: {message}", where=where
             )
     planned = {fault.id: fault for fault in files.odd.spec.faults}
-    for fault in case.faults:
+    for fault in shared.faults:
         if fault is not planned[fault.id]:
-            _check_onset(fault, case.scenario, case.scenario_id, where)
+            _check_onset(fault, shared.scenario, shared.scenario_id, where)
 
 
-def _check_parts(loaded: Loaded[Any], case: TestCase, where: SourceLocation) -> None:
+def _check_parts(loaded: Loaded[Any], shared: Shared, where: SourceLocation) -> None:
     try:
-        load_parts(replace(loaded, spec=case.architecture))
+        load_parts(replace(loaded, spec=shared.architecture))
     except InputError as error:
         raise SpecError(
             f"with the swept values, {error.message}", where=where, remedy=error.remedy
         ) from error
 
 
-def _check_worlds(loaded: Loaded[LogicalScenario], batch: Sequence[TestCase]) -> None:
+def _check_worlds(expansion: Expansion, section: Section) -> None:
     """Compute the initial worlds; a message begins with the dotted path of its formula."""
-    try:
-        compile_world(batch)
-    except InputError as error:
-        path = tuple(error.message.split(":")[0].split("."))
-        where = error.where or loaded.locate(path)
-        raise SpecError(error.message, where=where, remedy=error.remedy) from error
+    size = BATCH * section.replicates
+    for columns in expansion.columns(section.first, section.end, size):
+        try:
+            compile_world(columns.worlds())
+        except InputError as error:
+            loaded = section.group.scenario
+            path = tuple(error.message.split(":")[0].split("."))
+            where = error.where or loaded.locate(path)
+            raise SpecError(error.message, where=where, remedy=error.remedy) from error

@@ -1,10 +1,12 @@
-"""Where batches run: in this process, or in worker processes that may die without loss."""
+"""Where batches run: here, in threads, or in worker processes that may die without loss."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor
+from concurrent.futures import wait as wait_for_futures
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -44,6 +46,46 @@ class InProcess(Generic[Task, Result]):
 
     def close(self) -> None:
         """Nothing is held."""
+
+
+class Threads(Generic[Task, Result]):
+    """Runs batches in threads of this process, one batch each at a time.
+
+    Pays where batches are compiled code, which releases the interpreter's lock. Tasks are asked
+    for and results handed over in the caller's thread. An exception of the work ends the iteration.
+    """
+
+    def __init__(self, work: Callable[[Task], Result], threads: int) -> None:
+        """Prepare.
+
+        Args:
+            work: Function from task to result; it may share nothing that it changes.
+            threads: How many.
+        """
+        self._work = work
+        self._count = threads
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="block")
+
+    def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
+        """Execute tasks as they come; results arrive in the order in which they end."""
+        busy: dict[Future[Result], Task] = {}
+        while True:
+            # One more than there are threads, so that none waits while a result is handed over.
+            while len(busy) <= self._count:
+                # The iterator is asked again after its end: a batch that failed comes back.
+                task = next(tasks, None)
+                if task is None:
+                    break
+                busy[self._pool.submit(self._work, task)] = task
+            if not busy:
+                return
+            ended, _ = wait_for_futures(busy, return_when=FIRST_COMPLETED)
+            for future in ended:
+                yield Done(busy.pop(future), future.result())
+
+    def close(self) -> None:
+        """Drop what was not begun and wait for what was."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 class Processes(Generic[Task, Result]):

@@ -1,110 +1,177 @@
-"""What happened in a run, as a list of events in order of time, read from its trace."""
+"""What happened in the runs of a batch, as events in order of time, read from their trace."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from adeye.signals import NO_CHANNEL, REASON_LABELS, STATUS_LABELS, Bools
+from adeye.store.block import EventBlock
+from adeye.store.columns import Dictionary, Texts
 from adeye.store.rows import EventRecord
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable
 
+    from numpy.typing import NDArray
+
+    from adeye.signals import Floats, Ints
     from adeye.trace import Trace
 
+_KINDS = ("channel", "contact", "fault", "monitor", "storyboard", "switch")
 
-def events_of(trace: Trace, run: int) -> tuple[EventRecord, ...]:
-    """List the events of a run.
 
-    Args:
-        trace: A batch.
-        run: Row of the batch.
+@dataclass
+class _Found:
+    """Events as they are found, one part for each kind and subject."""
+
+    runs: list[Ints] = field(default_factory=list)
+    times: list[Floats] = field(default_factory=list)
+    kinds: list[Ints] = field(default_factory=list)
+    subjects: list[Ints] = field(default_factory=list)
+    texts: list[Ints] = field(default_factory=list)
+    names: dict[str, int] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+
+    def add(self, kind: str, subject: str, text: str, runs: Ints, times: Floats) -> None:
+        """Add events that differ in run and time only."""
+        if not len(runs):
+            return
+        same = np.zeros(len(runs), dtype=np.int64)
+        self.runs.append(np.asarray(runs, dtype=np.int64))
+        self.times.append(np.asarray(times, dtype=np.float64))
+        self.kinds.append(same + _KINDS.index(kind))
+        self.subjects.append(same + self.names.setdefault(subject, len(self.names)))
+        self.texts.append(same + self.lines.setdefault(text, len(self.lines)))
+
+    def block(self) -> EventBlock:
+        """Sort by run, time, kind and subject; what is found first stays first."""
+
+        def whole(parts: Iterable[Ints]) -> Ints:
+            return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+
+        names = tuple(self.names)
+        order = {name: place for place, name in enumerate(sorted(names))}
+        rank = np.array([order[name] for name in names], dtype=np.int64)
+        run, kind, subject = whole(self.runs), whole(self.kinds), whole(self.subjects)
+        time = np.concatenate([np.zeros(0), *self.times])
+        chosen = np.lexsort((rank[subject], kind, time, run))
+        return EventBlock(
+            run[chosen],
+            time[chosen],
+            Texts(kind[chosen], Dictionary(_KINDS)),
+            Texts(subject[chosen], Dictionary(names)),
+            Texts(whole(self.texts)[chosen], Dictionary(tuple(self.lines))),
+        )
+
+
+def happenings(trace: Trace) -> EventBlock:
+    """List the events of every run of a batch.
 
     Returns:
         Storyboard events, faults, channel states, monitors, handovers and contact.
     """
-    found = [
-        *_storyboard(trace, run),
-        *_faults(trace, run),
-        *_channels(trace, run),
-        *_monitors(trace, run),
-        *_handovers(trace, run),
-        *_contact(trace, run),
-    ]
-    return tuple(sorted(found, key=lambda event: (event.time_s, event.kind, event.subject or "")))
+    found = _Found()
+    # Nothing is decided at the last row of a run.
+    decided = np.arange(trace.time.shape[0]) < (trace.length - 1)[:, np.newaxis]
+    _storyboard(trace, found)
+    for name, active in _flags(trace, trace.layout.faults, trace["fault_active"]):
+        _edges(trace, found, ("fault", f"fault {name}", name), ("begins", "ends"), active, decided)
+    _channels(trace, found, decided)
+    confirmed = trace["monitors"][..., 1]
+    for name, active in _flags(trace, trace.layout.monitors, confirmed):
+        words = ("confirmed", "healed")
+        _edges(trace, found, ("monitor", f"monitor {name}", name), words, active, decided)
+    _handovers(trace, found, decided)
+    _contact(trace, found)
+    return found.block()
 
 
-def _decided(trace: Trace, run: int) -> int:
-    """Number of rows with a decision: all but the last."""
-    return max(0, int(trace.length[run]) - 1)
+def events_of(trace: Trace, run: int) -> tuple[EventRecord, ...]:
+    """List the events of one run of a batch."""
+    events = happenings(trace.select([run]))
+    columns = (events.kind.values(), events.subject.values(), events.text.values())
+    return tuple(
+        EventRecord(time, kind or "", subject, text or "")
+        for time, kind, subject, text in zip(events.time_s.tolist(), *columns, strict=True)
+    )
 
 
-def _storyboard(trace: Trace, run: int) -> Iterator[EventRecord]:
-    last = int(trace.length[run]) - 1
+def _storyboard(trace: Trace, found: _Found) -> None:
+    begun = trace["begun"][np.arange(trace.runs), trace.length - 1]
     for index, name in enumerate(trace.layout.context.event_ids):
-        time = float(trace["begun"][run, last, index])
-        if np.isfinite(time):
-            yield EventRecord(time, "storyboard", name, f"{name} begins")
+        runs = np.flatnonzero(np.isfinite(begun[:, index]))
+        found.add("storyboard", name, f"{name} begins", runs, begun[runs, index])
 
 
-def _edges(values: Bools) -> Iterator[tuple[int, bool]]:
-    """Rows at which a boolean changes, with what it changes to; it is false before row 0."""
-    before = False
-    for row in np.flatnonzero(np.diff(np.concatenate(([False], values)).astype(np.int8))):
-        before = bool(values[row])
-        yield int(row), before
+def _flags(
+    trace: Trace, names: tuple[str, ...], column: np.ndarray[tuple[int, ...], np.dtype[np.generic]]
+) -> Iterable[tuple[str, Bools]]:
+    return ((name, column[:, :, index] != 0) for index, name in enumerate(names) if trace.runs)
 
 
-def _faults(trace: Trace, run: int) -> Iterator[EventRecord]:
-    rows = _decided(trace, run)
-    for index, name in enumerate(trace.layout.faults):
-        active = np.asarray(trace["fault_active"][run, :rows, index], dtype=np.bool_)
-        for row, is_on in _edges(active):
-            text = f"fault {name} {'begins' if is_on else 'ends'}"
-            yield EventRecord(float(trace.time[row]), "fault", name, text)
+def _edges(
+    trace: Trace,
+    found: _Found,
+    what: tuple[str, str, str],
+    words: tuple[str, str],
+    active: Bools,
+    decided: Bools,
+) -> None:
+    """Find where a truth value changes; it is false before row 0."""
+    kind, title, name = what
+    if not active.any():
+        return
+    changed = active & decided
+    changed[:, 1:] &= ~active[:, :-1]
+    ended = decided[:, 1:] & active[:, :-1] & ~active[:, 1:]
+    # In order of time, so that events of one time come as they did.
+    runs, rows = np.nonzero(changed)
+    found.add(kind, name, f"{title} {words[0]}", runs, trace.time[rows])
+    runs, rows = np.nonzero(ended)
+    found.add(kind, name, f"{title} {words[1]}", runs, trace.time[rows + 1])
 
 
-def _channels(trace: Trace, run: int) -> Iterator[EventRecord]:
-    rows = _decided(trace, run)
+def _changes(column: NDArray[Any], decided: Bools) -> tuple[Ints, Ints]:
+    """Find runs and rows at which a code differs from the row before."""
+    runs, rows = np.nonzero((column[:, 1:] != column[:, :-1]) & decided[:, 1:])
+    return runs, rows + 1
+
+
+def _channels(trace: Trace, found: _Found, decided: Bools) -> None:
     for index, name in enumerate(trace.layout.channels):
-        status = trace["status"][run, :rows, index]
-        for row in range(1, rows):
-            if status[row] != status[row - 1]:
-                text = f"channel {name}: {STATUS_LABELS[int(status[row])]}"
-                yield EventRecord(float(trace.time[row]), "channel", name, text)
-    event = trace.channel_events[run]
-    if event is not None:
-        text = f"{event.outcome}: {event.detail}"
-        yield EventRecord(event.time, "channel", event.channel, text)
+        status = trace["status"][:, :, index]
+        runs, rows = _changes(status, decided)
+        codes = status[runs, rows]
+        for code in np.unique(codes):
+            text = f"channel {name}: {STATUS_LABELS[int(code)]}"
+            chosen = codes == code
+            found.add("channel", name, text, runs[chosen], trace.time[rows[chosen]])
+    for run, event in enumerate(trace.channel_events):
+        if event is not None:
+            text = f"{event.outcome}: {event.detail}"
+            found.add("channel", event.channel, text, np.array([run]), np.array([event.time]))
 
 
-def _monitors(trace: Trace, run: int) -> Iterator[EventRecord]:
-    rows = _decided(trace, run)
-    for index, name in enumerate(trace.layout.monitors):
-        confirmed = np.asarray(trace["monitors"][run, :rows, index, 1], dtype=np.bool_)
-        for row, is_on in _edges(confirmed):
-            text = f"monitor {name} {'confirmed' if is_on else 'healed'}"
-            yield EventRecord(float(trace.time[row]), "monitor", name, text)
+def _handovers(trace: Trace, found: _Found, decided: Bools) -> None:
+    authority, reason = trace["authority"], trace["reason"]
+    runs, rows = _changes(authority, decided)
+    channels, reasons = authority[runs, rows], reason[runs, rows]
+    pairs = sorted(set(zip(channels.tolist(), reasons.tolist(), strict=True)))
+    for channel, why in pairs:
+        name = trace.layout.channels[channel] if channel != NO_CHANNEL else "none"
+        chosen = (channels == channel) & (reasons == why)
+        text = f"authority to {name} ({REASON_LABELS[int(why)]})"
+        found.add("switch", name, text, runs[chosen], trace.time[rows[chosen]])
 
 
-def _handovers(trace: Trace, run: int) -> Iterator[EventRecord]:
-    rows = _decided(trace, run)
-    authority, reason = trace["authority"][run], trace["reason"][run]
-    for row in range(1, rows):
-        if authority[row] != authority[row - 1]:
-            channel = int(authority[row])
-            name = trace.layout.channels[channel] if channel != NO_CHANNEL else "none"
-            text = f"authority to {name} ({REASON_LABELS[int(reason[row])]})"
-            yield EventRecord(float(trace.time[row]), "switch", name, text)
-
-
-def _contact(trace: Trace, run: int) -> Iterator[EventRecord]:
-    last = int(trace.length[run]) - 1
-    thing = int(trace["contact"][run, last])
-    if thing >= 0:
-        name = trace.layout.context.object_ids[thing]
-        speed = float(trace["impact_speed"][run, last])
+def _contact(trace: Trace, found: _Found) -> None:
+    last = trace.length - 1
+    touched = trace["contact"][np.arange(trace.runs), last]
+    for run in np.flatnonzero(touched >= 0):
+        name = trace.layout.context.object_ids[int(touched[run])]
+        speed = float(trace["impact_speed"][run, last[run]])
         text = f"contact with {name} at {speed:.2f} m/s"
-        yield EventRecord(float(trace.time[last]), "contact", name, text)
+        found.add("contact", name, text, np.array([run]), trace.time[last[run : run + 1]])

@@ -13,13 +13,15 @@ from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
 from adeye.campaign.provenance import provenance
 from adeye.campaign.work import WorkContext
-from adeye.engine import DRIVER, EngineIdentity, identity
+from adeye.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.errors import InputError, SpecError
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
 from adeye.spec.load import OddFiles, load_odd
-from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, PlannedCase
+from adeye.store.planned import PlannedCases
+from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
 from adeye.sweep.axes import quantity_or_text
 from adeye.sweep.expand import Expansion, expand
+from adeye.sweep.sequence import LazyCases
 from adeye.sweep.structure import structure_key
 from adeye.units import Dimension
 
@@ -99,8 +101,14 @@ class CampaignPlan:
 
     @cached_property
     def cases(self) -> Sequence[TestCase]:
-        """Every test case, by ordinal."""
-        return list(self.expansion.cases())
+        """Every test case, by ordinal, made when it is asked for."""
+        return LazyCases(self.expansion)
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether nothing in a tick is Python code of somebody else, so that threads pay."""
+        has_plugins = any(parts.plugins for parts in self.parts.values())
+        return self.engine.backend == "batch" and not has_plugins
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -130,6 +138,7 @@ class CampaignPlan:
         """What every block of the campaign shares."""
         return WorkContext(
             backend=self.engine.backend,
+            variant=self.engine.variant,
             engines=self.engines,
             folders=self.folders,
             requirements=self.files.concept.spec.requirements,
@@ -168,33 +177,45 @@ class CampaignPlan:
                 **provenance(self.path),
                 "numerics_version": self.engine.numerics_version,
                 "driver": self.driver,
+                "backend": self.engine.backend,
+                "variant": self.engine.variant,
             },
         )
 
-    def planned(self) -> Iterator[PlannedCase]:
+    def planned(self) -> Iterator[PlannedCases]:
         """Describe the test cases for the database, in the order of their ordinals."""
         contents = Contents()
-        for index, case in enumerate(self.cases):
-            name = case.architecture.architecture
-            yield PlannedCase(
-                test_case=case.digest,
-                situation=case.situation_digest,
-                scenario=case.scenario_id,
-                scenario_content=contents.scenario(case.scenario),
+        for columns in self.expansion.columns():
+            shared = columns.shared
+            name = shared.architecture.architecture
+            yield PlannedCases(
+                scenario=shared.scenario_id,
+                scenario_content=contents.scenario(shared.scenario),
                 architecture=name,
-                architecture_content=contents.architecture(case.architecture, self.folders[name]),
-                fault_entry=case.fault_entry,
-                faults=[fault.model_dump(mode="json") for fault in case.faults],
-                parameters=case.parameters,
-                point=case.point,
-                replicate=case.replicate,
-                seed=case.seed,
-                step_s=case.step,
-                inside_odd=case.inside_odd,
+                architecture_content=contents.architecture(shared.architecture, self.folders[name]),
+                fault_entry=shared.fault_entry,
+                faults=[fault.model_dump(mode="json") for fault in shared.faults],
+                seed=shared.seed,
+                step_s=shared.step,
                 engine=self.engines[name],
-                point_index=index,
-                structure=structure_key(case),
+                structure=structure_key(shared),
+                test_cases=columns.digest,
+                situations=columns.situation_digest,
+                parameters=columns.parameters_json,
+                points=columns.point_json,
+                replicates=columns.replicate,
+                inside_odd=columns.inside_odd,
+                point_index=range(columns.first, columns.first + len(columns)),
             )
+
+    def examples(self) -> list[TestCase]:
+        """Make the first test case of each structure."""
+        found: dict[str, TestCase] = {}
+        for section in self.expansion.sections:
+            key = structure_key(self.expansion.shared(section))
+            if key not in found:
+                found[key] = self.cases[section.first]
+        return list(found.values())
 
     def _odd_content(self) -> dict[str, Any]:
         files = self.files
@@ -233,19 +254,22 @@ class CampaignPlan:
         return units
 
 
-def make_plan(path: str | Path, *, backend: str = "highway") -> CampaignPlan:
+def make_plan(
+    path: str | Path, *, backend: str = DEFAULT_BACKEND, variant: str | None = None
+) -> CampaignPlan:
     """Load an ODD and check everything that can be checked before anything runs.
 
     Args:
         path: The ODD's file.
         backend: Traffic implementation that would execute it.
+        variant: Arithmetic of it; None for its first.
 
     Raises:
         InputError: Anything is wrong; the message has file, line and column.
     """
     files = load_odd(path)
     check_scenarios(files)
-    engine = identity(backend)
+    engine = identity(backend, variant)
     metrics = _load_metrics(files)
     parts = {name: load_parts(item, metrics) for name, item in files.architectures.items()}
     expansion = expand(files)
@@ -264,7 +288,7 @@ def make_plan(path: str | Path, *, backend: str = "highway") -> CampaignPlan:
     )
     if not plan.cases:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
-    check_cases(files, plan.cases)
+    check_cases(expansion)
     return plan
 
 

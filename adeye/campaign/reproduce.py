@@ -16,6 +16,7 @@ from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
+from adeye.traffic import VARIANTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -108,7 +109,9 @@ def rerun(repository: Repository, run: RunRef) -> Execution:
     trace = run_batch(
         [case],
         backend=str(stored.row["backend"]),
+        variant=_known_variant(stored.row),
         base_dirs={case.architecture.architecture: folder},
+        drawn=True,
     )
     concept = Concept.model_validate(
         repository.content("concept", campaign.concept_digest), context=SI
@@ -124,6 +127,16 @@ def rerun(repository: Repository, run: RunRef) -> Execution:
     )
 
 
+def _known_variant(row: Mapping[str, Any]) -> str | None:
+    """Give the arithmetic that a run was made with; None if this version has another in its place.
+
+    The version of an arithmetic changes with its bits; its name stays.
+    """
+    backend, name = str(row["backend"]), str(row["variant"])
+    short = name.rpartition("-")[0]
+    return short if short in VARIANTS.get(backend, ()) else None
+
+
 def replay_run(db: str | Path | None, run: str) -> Replayed:
     """Execute a stored run again and compare trace digests.
 
@@ -135,7 +148,7 @@ def replay_run(db: str | Path | None, run: str) -> Replayed:
         done = rerun(repository, repository.find_run(run))
     row = done.stored.row
     trace_digest = done.trace.digests()[0]
-    now = identity(str(row["backend"]))
+    now = identity(str(row["backend"]), _known_variant(row))
     note = ""
     if (row["variant"], row["numerics_version"]) != (now.variant, now.numerics_version):
         note = (

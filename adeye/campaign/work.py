@@ -2,35 +2,41 @@
 
 from __future__ import annotations
 
-import math
 import os
 import platform
-from dataclasses import dataclass, field
+import threading
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.campaign.happenings import events_of
+from adeye.campaign.happenings import happenings
 from adeye.campaign.metrics import plugin_of, use_plugin_metrics
 from adeye.engine import run as run_batch
 from adeye.errors import AdeyeError
-from adeye.evaluation.judge import Evaluation, Judgement, evaluate_trace
+from adeye.evaluation.judge import Evaluation, evaluate_trace
+from adeye.evaluation.metrics.registry import STATUSES
+from adeye.evaluation.outcome import END_REASONS
 from adeye.evaluation.requirements import (
     CheckedRequirement,
     compile_requirement,
     requirement_digest,
 )
 from adeye.evaluation.source import TraceSignals
-from adeye.store.rows import EngineKey, MetricValue, RunRecord, VerdictRecord
+from adeye.recorder import Memory
+from adeye.store.block import JudgedBlock, MetricBlock, PluginBlock, RunBlock, VerdictBlock
+from adeye.store.columns import Dictionary, Texts
+from adeye.store.tables import METRIC_IDS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from adeye.ports import MetricColumn
+    from adeye.evaluation.judgement import JudgementColumns
     from adeye.spec.concept import Requirement
     from adeye.spec.odd import Attributes
+    from adeye.store.rows import EngineKey
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -41,6 +47,7 @@ class WorkContext:
 
     Attributes:
         backend: Traffic implementation.
+        variant: Its arithmetic.
         engines: Engine by architecture id.
         folders: Folder of the file that names plug-ins, by architecture id.
         requirements: FSRs of the concept; a worker compiles them once.
@@ -50,6 +57,7 @@ class WorkContext:
     """
 
     backend: str
+    variant: str
     engines: Mapping[str, EngineKey]
     folders: Mapping[str, Path]
     requirements: tuple[Requirement, ...]
@@ -80,16 +88,26 @@ class BatchResult:
     """What came out of a block.
 
     Attributes:
-        runs: Results of what was executed.
-        verdicts: Missing verdicts, by result digest.
-        judged_traces: Trace digests of the runs that were executed only to judge them.
+        runs: Results of what was executed; None if nothing was.
+        judged: Missing verdicts, with the traces of the runs that were executed only for them.
         failure: Why adeye itself could not execute it; empty if it could.
     """
 
-    runs: tuple[RunRecord, ...] = ()
-    verdicts: Mapping[str, Sequence[VerdictRecord]] = field(default_factory=dict)
-    judged_traces: Mapping[str, str] = field(default_factory=dict)
+    runs: RunBlock | None = None
+    judged: JudgedBlock | None = None
     failure: str = ""
+
+    @property
+    def done(self) -> int:
+        """Number of runs that were executed or judged."""
+        executed = 0 if self.runs is None else len(self.runs)
+        return executed + (0 if self.judged is None else len(self.judged.result_digests))
+
+    @property
+    def failures(self) -> int:
+        """Number of runs with a FAIL or an ERROR."""
+        parts = (self.runs, self.judged)
+        return sum(part.verdicts.failures for part in parts if part is not None)
 
 
 def execute(task: BatchTask) -> BatchResult:
@@ -117,19 +135,50 @@ def _execute(task: BatchTask) -> BatchResult:
     if not cases:
         return BatchResult()
     use_plugin_metrics(task.context.metrics, task.context.odd_folder)
-    trace = run_batch(cases, backend=task.context.backend, base_dirs=task.context.folders)
-    evaluation = evaluate(trace, cases, task.context.requirements, task.context.faults)
-    runs = tuple(
-        describe(trace, run, evaluation, task.context.engines[case.architecture.architecture])
-        for run, case in enumerate(task.execute)
+    context = task.context
+    trace = run_batch(
+        cases,
+        backend=context.backend,
+        variant=context.variant,
+        base_dirs=context.folders,
+        memory=_memory(),
     )
-    verdicts: dict[str, list[VerdictRecord]] = {}
-    judged: dict[str, str] = {}
-    for place, (_, digest, missing) in enumerate(task.judge, start=len(task.execute)):
-        records = [_verdict(item) for item in evaluation.judgements[place]]
-        verdicts[digest] = [record for record in records if record.fsr_id in missing]
-        judged[digest] = trace.digests()[place]
-    return BatchResult(runs, verdicts, judged)
+    evaluation = evaluate(trace, cases, context.requirements, context.faults)
+    engines = [context.engines[case.architecture.architecture] for case in cases]
+    everything = describe(trace, evaluation, engines)
+    executed = len(task.execute)
+    runs = everything.take(np.arange(executed)) if executed else None
+    return BatchResult(runs, _judged(task, everything) if task.judge else None)
+
+
+_LOCAL = threading.local()
+
+
+def _memory() -> Memory:
+    """Give the memory of this thread's traces: one lives until its block has been described."""
+    if not hasattr(_LOCAL, "memory"):
+        _LOCAL.memory = Memory()
+    memory: Memory = _LOCAL.memory
+    return memory
+
+
+def _judged(task: BatchTask, everything: RunBlock) -> JudgedBlock:
+    """Keep the verdicts that the judged results lack."""
+    executed = len(task.execute)
+    verdicts = everything.verdicts
+    wanted = [frozenset(missing) for _, _, missing in task.judge]
+    names = verdicts.fsr_id.values()
+    chosen = [
+        place
+        for place, run in enumerate(verdicts.run.tolist())
+        if run >= executed and names[place] in wanted[run - executed]
+    ]
+    kept = verdicts.take(np.array(chosen, dtype=np.int64))
+    return JudgedBlock(
+        tuple(digest for _, digest, _ in task.judge),
+        replace(kept, run=kept.run - executed),
+        everything.trace_digests[executed:],
+    )
 
 
 def evaluate(
@@ -159,78 +208,96 @@ def signals_of(trace: Trace, cases: Sequence[TestCase], faults: Sequence[str]) -
     return TraceSignals(trace, inside, cases[0].attributes, faults=faults)
 
 
-def describe(trace: Trace, run: int, evaluation: Evaluation, key: EngineKey) -> RunRecord:
-    """Describe one run for the database.
+def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey]) -> RunBlock:
+    """Describe the runs of a batch for the database.
 
     Args:
-        trace: The batch that it is in.
-        run: Its row in the batch.
+        trace: The batch.
         evaluation: Of the batch.
-        key: Engine that executed it.
+        engines: B engines that executed them.
     """
-    happened = evaluation.outcomes[run]
-    rows = int(trace.length[run])
-    return RunRecord(
-        test_case=trace.case_digests[run],
-        engine=key,
-        outcome=happened.outcome,
-        trace_rows=rows,
-        duration_s=float(trace.time[rows - 1]),
-        trace_digest=trace.digests()[run],
-        is_realised=happened.is_realised,
-        end_reason=happened.end_reason,
-        metrics={
-            name: _metric(trace, column, run)
-            for name, column in evaluation.metrics.items()
-            if plugin_of(name) is None
-        },
-        verdicts=[_verdict(item) for item in evaluation.judgements[run]],
-        events=events_of(trace, run),
-        outcome_channel=happened.channel,
-        outcome_detail=happened.detail,
-        executed_by=f"{platform.node()}:{os.getpid()}",
-        executed_at=datetime.now(UTC),
-        plugin_metrics=_plugin_metrics(trace, run, evaluation),
-    )
-
-
-def _plugin_metrics(
-    trace: Trace, run: int, evaluation: Evaluation
-) -> dict[str, dict[str, MetricValue]]:
-    found: dict[str, dict[str, MetricValue]] = {}
-    for name, column in evaluation.metrics.items():
+    happened = evaluation.happened
+    different = tuple(dict.fromkeys(engines))
+    codes = {engine: code for code, engine in enumerate(different)}
+    runs = range(trace.runs)
+    rows = np.asarray(trace.length, dtype=np.int64)
+    plugins: dict[str, list[str]] = {}
+    for name in evaluation.metrics:
         plugin = plugin_of(name)
         if plugin is not None:
-            found.setdefault(plugin, {})[name] = _metric(trace, column, run)
-    return found
-
-
-def _metric(trace: Trace, column: MetricColumn, run: int) -> MetricValue:
-    status = column.status[run]
-    time, actor = float(column.time[run]), int(column.actor[run])
-    return MetricValue(
-        value=float(column.value[run]) if status == "value" else None,
-        status=status,
-        time_s=time if math.isfinite(time) else None,
-        actor=trace.layout.context.object_ids[actor] if actor >= 0 else None,
+            plugins.setdefault(plugin, []).append(name)
+    return RunBlock(
+        test_cases=trace.case_digests,
+        engines=different,
+        engine=np.array([codes[engine] for engine in engines], dtype=np.int64),
+        outcome=happened.code,
+        outcome_channel=Texts.of([happened.channels.get(run) for run in runs]),
+        outcome_detail=Texts.of([happened.details.get(run) for run in runs]),
+        trace_rows=rows,
+        duration_s=trace.time[rows - 1],
+        trace_digests=tuple(trace.digests()),
+        realised=happened.realised,
+        end_reason=Texts(happened.end_reason, Dictionary(END_REASONS)),
+        machine_dependent=np.zeros(trace.runs, dtype=np.bool_),
+        metrics=_metrics(trace, evaluation, METRIC_IDS),
+        verdicts=_verdicts(evaluation.judged),
+        events=happenings(trace),
+        executed_by=Texts.same(f"{platform.node()}:{os.getpid()}", trace.runs),
+        executed_at=(datetime.now(UTC),) * trace.runs,
+        plugin_metrics=tuple(
+            PluginBlock(plugin, np.arange(trace.runs), _metrics(trace, evaluation, sorted(names)))
+            for plugin, names in sorted(plugins.items())
+        ),
     )
 
 
-def _verdict(item: Judgement) -> VerdictRecord:
-    return VerdictRecord(
-        fsr_id=item.fsr_id,
-        fsr_digest=item.fsr_digest,
-        verdict=item.verdict,
-        is_exercised=item.is_exercised,
-        robustness_low=item.robustness_low,
-        robustness_high=item.robustness_high,
-        margin=item.margin,
-        unit=item.unit,
-        signal=item.signal,
-        predicate=item.predicate,
-        time_s=item.time_s,
-        actor=item.actor,
-        value=item.value,
-        threshold=item.threshold,
-        detail=item.detail,
+def _metrics(trace: Trace, evaluation: Evaluation, ids: Sequence[str]) -> MetricBlock:
+    columns = [evaluation.metrics[name] for name in ids]
+    codes = {word: code for code, word in enumerate(STATUSES)}
+    times = np.stack([column.time for column in columns], axis=1)
+    status = np.array([[codes[word] for word in column.status] for column in columns]).T
+    value = np.stack([column.value for column in columns], axis=1)
+    return MetricBlock(
+        tuple(ids),
+        np.where(status == 0, value, np.nan),
+        status,
+        np.where(np.isfinite(times), times, np.nan),
+        np.array([column.actor for column in columns], dtype=np.int64).T,
+        Dictionary((*trace.layout.context.object_ids, None)),
+    )
+
+
+def _verdicts(judged: Sequence[JudgementColumns]) -> VerdictBlock:
+    """Join the columns of the FSRs, run by run."""
+    if not judged:
+        return VerdictBlock.of(())
+    run = np.concatenate([item.runs for item in judged])
+    order = np.argsort(run, kind="stable")
+    fsr = np.repeat(np.arange(len(judged)), [len(item.runs) for item in judged])[order]
+
+    def joined(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
+        return np.concatenate([getattr(item, name) for item in judged])[order]
+
+    def texts(code: str, words: Sequence[Sequence[str | None]]) -> Texts:
+        """Join columns of codes, each with a dictionary of its own."""
+        sizes = np.cumsum([0, *(len(item) for item in words)])
+        codes = [getattr(item, code) + sizes[place] for place, item in enumerate(judged)]
+        everything = [word for item in words for word in item]
+        return Texts(np.concatenate(codes)[order], Dictionary(everything))
+
+    def of_binding(place: int) -> Texts:
+        return texts("binding", [[words[place] for words in item.bindings] for item in judged])
+
+    return VerdictBlock(
+        run=run[order],
+        fsr_id=Texts(fsr, Dictionary([item.fsr_id for item in judged])),
+        fsr_digest=Texts(fsr, Dictionary([item.fsr_digest for item in judged], is_clean=True)),
+        verdict=joined("verdict").astype(np.int8),
+        exercised=joined("exercised").astype(np.bool_),
+        numbers=joined("numbers").astype(np.float64),
+        unit=of_binding(0),
+        signal=of_binding(1),
+        predicate=of_binding(2),
+        actor=Texts(joined("actor").astype(np.int64), Dictionary((*judged[0].objects, None))),
+        detail=texts("detail", [item.details for item in judged]),
     )

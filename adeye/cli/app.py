@@ -18,6 +18,7 @@ from adeye.cli.read import replay, show
 from adeye.cli.run import report, run
 from adeye.cli.scenario import scenario_app
 from adeye.cli.starter import init
+from adeye.cli.warmup import warmup
 
 CAMPAIGN: Final = "Plan and run"
 RESULTS: Final = "Read results"
@@ -110,4 +111,5 @@ add(app, init, "adeye init", "adeye init my_project", panel=WRITE)
 app.add_typer(new_app, name="new", rich_help_panel=WRITE)
 app.add_typer(scenario_app, name="scenario", rich_help_panel=WRITE)
 app.add_typer(database_app, name="db", rich_help_panel=KEEP)
+add(app, warmup, "adeye warmup", "adeye warmup odd/first.yaml", panel=KEEP)
 add(app, doctor, "adeye doctor", "adeye doctor --requirements", panel=KEEP)

@@ -63,7 +63,12 @@ CAPABILITIES: Final = (
         Status.PARTLY,
         f"{PROOFS}/test_r05_third_party_parts.py",
     ),
-    Capability("R6", "physics-based worlds: tyre-road limit, actuators, occlusion, weather"),
+    Capability(
+        "R6",
+        "physics-based worlds: tyre-road limit, actuators, occlusion, weather",
+        Status.PARTLY,
+        f"{PROOFS}/test_r06_physics.py",
+    ),
     Capability("R7", "every sensor parameter can be varied from YAML"),
     Capability("R8", "radar, lidar, GNSS, IMU, camera and ultrasonic sensors"),
     Capability(
@@ -145,6 +150,11 @@ CAPABILITIES: Final = (
         f"{PROOFS}/test_r21_faults_beside_the_sweep.py",
     ),
     Capability("R22", "co-simulation standards such as FMI"),
-    Capability("R23", "no tie to a hardware configuration: the same bits everywhere"),
+    Capability(
+        "R23",
+        "no tie to a hardware configuration: the same bits everywhere",
+        Status.PROVEN,
+        f"{PROOFS}/test_r23_any_hardware.py",
+    ),
 )
 """All capabilities in order."""

@@ -46,7 +46,32 @@ Json = Annotated[
 ]
 Backend = Annotated[
     str,
-    typer.Option("--backend", metavar="NAME", envvar="ADEYE_BACKEND", help="Simulated traffic."),
+    typer.Option(
+        "--backend",
+        metavar="NAME",
+        envvar="ADEYE_BACKEND",
+        help="Simulated traffic: batch (compiled) or highway (the reference, slow).",
+    ),
+]
+Variant = Annotated[
+    str | None,
+    typer.Option(
+        "--variant",
+        metavar="NAME",
+        envvar="ADEYE_VARIANT",
+        help="Arithmetic of batch: reference (default; as highway-env writes it) or fast.",
+    ),
+]
+Threads = Annotated[
+    int | None,
+    typer.Option(
+        "--threads",
+        min=1,
+        metavar="N",
+        envvar="ADEYE_THREADS",
+        help="Threads over blocks of runs; default: one per usable processor, unless a part is "
+        "Python code or the traffic is highway. Results do not depend on it.",
+    ),
 ]
 Workers = Annotated[
     int | None,
@@ -56,7 +81,8 @@ Workers = Annotated[
         min=1,
         metavar="N",
         envvar="ADEYE_WORKERS",
-        help="Worker processes; default: one per usable processor. Results do not depend on it.",
+        help="Worker processes in place of threads: for parts in Python code, and for isolation "
+        "from crashes. Results do not depend on it.",
     ),
 ]
 ReportFile = Annotated[

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from adeye.cli.options import Backend, Json, OddFile
+from adeye.cli.options import Backend, Json, OddFile, Variant
 from adeye.cli.output import clean, emit, emit_json, emit_table, listed, talk
 
 if TYPE_CHECKING:
@@ -17,7 +17,9 @@ _SHARED_BY_ALL: Final = "all"
 _TIMES: Final = " \N{MULTIPLICATION SIGN} "
 
 
-def plan(odd: OddFile, backend: Backend = "highway", json: Json = False) -> None:
+def plan(
+    odd: OddFile, backend: Backend = "batch", variant: Variant = None, json: Json = False
+) -> None:
     """Check an ODD and everything it names, and count its test cases. Nothing is executed.
 
     Test cases are points times fault entries times architectures times replicates. The fault-free
@@ -25,7 +27,7 @@ def plan(odd: OddFile, backend: Backend = "highway", json: Json = False) -> None
     """
     from adeye.campaign.plan import make_plan
 
-    planned = make_plan(odd, backend=backend)
+    planned = make_plan(odd, backend=backend, variant=variant)
     if json:
         emit_json("plan", _document(planned))
         return

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -21,6 +22,8 @@ from adeye.cli.options import (
     Quiet,
     ReportFile,
     ReportJsonFile,
+    Threads,
+    Variant,
     Workers,
 )
 from adeye.cli.output import clean, emit, emit_json, talk, wrote
@@ -49,9 +52,11 @@ ReportJson = Annotated[
 def run(
     odd: OddFile,
     *,
+    threads: Threads = None,
     workers: Workers = None,
     db: Db = None,
-    backend: Backend = "highway",
+    backend: Backend = "batch",
+    variant: Variant = None,
     report: ReportFile = None,
     junit: JunitFile = None,
     report_json: ReportJsonFile = None,
@@ -68,12 +73,13 @@ def run(
     """
     from adeye.campaign.plan import make_plan
 
-    plan = make_plan(odd, backend=backend)
+    plan = make_plan(odd, backend=backend, variant=variant)
+    lanes = parallel(plan, threads, workers)
     if not quiet:
         for notice in plan.notices:
             talk(clean(f"note: {notice}", lines=True))
     try:
-        summary = _execute(plan, db, workers or usable_processors(), quiet=quiet)
+        summary = _execute(plan, db, lanes, quiet=quiet)
     except (KeyboardInterrupt, Terminated):
         talk(_resume_hint(odd, db))
         raise
@@ -128,12 +134,64 @@ def executed_text(summary: CampaignSummary) -> str:
     return f"Executed {summary.executed} of {summary.planned} test cases; {summary.reused} reused."
 
 
-def _execute(plan: CampaignPlan, db: str | None, workers: int, *, quiet: bool) -> CampaignSummary:
-    from adeye.campaign.runner import run_campaign
+@dataclass(frozen=True, slots=True)
+class Parallel:
+    """How many blocks are executed at once.
 
-    what = f"{plan.expansion.count} test cases, {workers} worker{'s' if workers > 1 else ''}"
-    with reporting(what, quiet=quiet) as progress:
-        return run_campaign(plan, db=db, workers=workers, progress=progress)
+    Attributes:
+        kind: ``thread`` or ``worker``.
+        count: How many.
+    """
+
+    kind: Literal["thread", "worker"]
+    count: int
+
+    @property
+    def text(self) -> str:
+        """For people."""
+        return f"{self.count} {self.kind}{'s' if self.count > 1 else ''}"
+
+
+def parallel(plan: CampaignPlan, threads: int | None, workers: int | None) -> Parallel:
+    """Choose threads or processes: compiled parts run in threads, Python code does not.
+
+    Args:
+        plan: What is executed.
+        threads: As asked for.
+        workers: As asked for.
+
+    Raises:
+        UsageError: Both are asked for.
+    """
+    from adeye.errors import UsageError
+
+    if threads is not None and workers is not None:
+        raise UsageError(
+            "--threads and --workers exclude each other", remedy="Give one of the two."
+        )
+    if workers is not None:
+        return Parallel("worker", workers)
+    if threads is not None or plan.is_compiled:
+        return Parallel("thread", threads or usable_processors())
+    return Parallel("worker", usable_processors())
+
+
+def _execute(
+    plan: CampaignPlan, db: str | None, lanes: Parallel, *, quiet: bool
+) -> CampaignSummary:
+    from adeye.campaign.runner import run_campaign
+    from adeye.kernel.jit import is_cache_warm
+
+    if not quiet and not is_cache_warm():
+        talk("Compiling for this machine; only the first run does, it takes up to a minute.")
+    with reporting(f"{plan.expansion.count} test cases, {lanes.text}", quiet=quiet) as progress:
+        return run_campaign(
+            plan,
+            db=db,
+            workers=lanes.count if lanes.kind == "worker" else 1,
+            threads=lanes.count if lanes.kind == "thread" else 1,
+            progress=progress,
+        )
 
 
 def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, quiet: bool) -> int:

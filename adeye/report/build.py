@@ -48,6 +48,25 @@ MAX_WORST = 40
 MAX_REPLAYS = 16
 
 
+def determinism(backend: str, variant: str) -> str:
+    """Say what is promised about running a campaign again.
+
+    Args:
+        backend: Traffic implementation; empty if the database does not say.
+        variant: Its arithmetic.
+    """
+    if backend == "batch":
+        promise = "portable: every run re-executes bit for bit on any processor, if plug-ins do"
+    else:
+        # highway-env computes with NumPy and the mathematical library, whose last bits differ.
+        promise = "same platform: every run re-executes bit for bit on this kind of machine only"
+    traffic = f" (traffic {backend}, {variant})" if backend else ""
+    return (
+        f"Class {promise}{traffic}, whatever the batch, the order and the number of threads or "
+        "workers; `adeye replay` compares trace digests."
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class ReplayRequest:
     """A run to draw, and what the page says about it."""
@@ -130,9 +149,8 @@ class ReportBuilder:
             database=self.repository.path.name,
             exit_code=code,
             message=message,
-            determinism=(
-                "Every run re-executes bit for bit on this kind of machine, whatever the batch, "
-                "the order and the number of workers; `adeye replay` compares trace digests."
+            determinism=determinism(
+                str(provenance.get("backend", "")), str(provenance.get("variant", ""))
             ),
             statements=(
                 "The sweep is a designed set of points, not a random sample: it gives coverage, "

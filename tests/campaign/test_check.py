@@ -73,7 +73,7 @@ def load(project: Path) -> Callable[..., OddFiles]:
 
 
 def check(files: OddFiles) -> None:
-    check_cases(files, list(expand(files).cases()))
+    check_cases(expand(files))
 
 
 def replace(path: Path, old: str, new: str) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import threading
 from collections.abc import Iterator
 
 import pytest
 
 from adeye.campaign import executors
-from adeye.campaign.executors import Done, InProcess, Processes
+from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from tests.campaign.work import DIE, perform
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
@@ -38,6 +39,57 @@ def test_in_process_runs_in_the_order_of_the_tasks_and_only_when_asked() -> None
 def test_in_process_exception_is_the_callers() -> None:
     with pytest.raises(ValueError, match="refused x"):
         list(InProcess(perform).run(iter(["raise:x"])))
+
+
+def test_threads_give_back_every_result_with_its_task() -> None:
+    tasks = [f"echo:{number}" for number in range(7)]
+    executor = Threads(perform, 2)
+    ended = list(executor.run(iter(tasks)))
+    executor.close()
+    assert sorted(done.task for done in ended) == tasks
+    assert all(done.task == f"echo:{done.result}" for done in ended)
+
+
+def test_threads_work_at_the_same_time_and_tasks_are_asked_for_here() -> None:
+    meeting = threading.Barrier(2, timeout=10.0)
+    asked: set[int] = set()
+
+    def tasks() -> Iterator[str]:
+        for name in "abcd":
+            asked.add(threading.get_ident())
+            yield name
+
+    def meet(_name: str) -> int:
+        meeting.wait()
+        return threading.get_ident()
+
+    executor = Threads(meet, 2)
+    used = {done.result for done in executor.run(tasks())}
+    executor.close()
+    assert len(used) == 2
+    assert asked == {threading.get_ident()}
+    assert threading.get_ident() not in used
+
+
+def test_threads_ask_again_after_the_end() -> None:
+    tasks = Again("echo:a")
+    executor = Threads(perform, 2)
+    results = []
+    for done in executor.run(tasks):
+        results.append(done.result)
+        if done.result == "a":
+            tasks.waiting.append("echo:b")
+    executor.close()
+    assert results == ["a", "b"]
+
+
+def test_exception_in_a_thread_is_the_callers_and_the_rest_is_dropped() -> None:
+    tasks = Again("raise:x", *["echo:a"] * 50)
+    executor = Threads(perform, 2)
+    with pytest.raises(ValueError, match="refused x"):
+        list(executor.run(tasks))
+    executor.close()
+    assert len(tasks.waiting) > 40
 
 
 def test_processes_give_back_every_result_with_its_task() -> None:

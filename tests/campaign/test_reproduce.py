@@ -68,7 +68,8 @@ def test_planned_run_has_a_description_but_no_replay(mini: Executed, tmp_path: P
     db = tmp_path / "adeye.db"
     with pytest.raises(KeyboardInterrupt):
         run_campaign(mini.plan, db=db, progress=stop)
-    run = next(iter(mini.plan.planned())).result_digest
+    first = next(iter(mini.plan.planned()))
+    run = first.engine.result_digest(first.test_cases[0])
     assert describe_run(db, run)["is_done"] is False
     with pytest.raises(InputError, match="planned, but not executed yet"):
         replay_run(db, run)

@@ -166,7 +166,7 @@ def test_workers_and_block_size_do_not_change_a_result(
     small: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     small.run()
-    monkeypatch.setattr(runner, "BLOCK_SIZE", 1)
+    monkeypatch.setattr(runner, "block_size", lambda _: 1)
     small.run(db="other.db", workers=2)
     assert table_hash(small.db) == table_hash(small.folder / "other.db")
 
@@ -258,7 +258,9 @@ def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
 
     def otherwise(task: BatchTask) -> BatchResult:
         result = work.execute(task)
-        return replace(result, judged_traces=dict.fromkeys(result.judged_traces, "0" * 32))
+        assert result.judged is not None
+        traces = ("0" * 32,) * len(result.judged.trace_digests)
+        return replace(result, judged=replace(result.judged, trace_digests=traces))
 
     monkeypatch.setattr(runner, "execute", otherwise)
     with pytest.raises(IntegrityError, match="does not come out as it was recorded"):

@@ -68,6 +68,7 @@ def test_the_verbs_are_these() -> None:
         "scenario show",
         "show",
         "signals",
+        "warmup",
     ]
 
 

@@ -23,7 +23,7 @@ def test_factors_and_total_are_printed(adeye: Any, odd: str) -> None:
     assert ended.code == 0, ended.err
     assert "3: none, front_camera_out, nominal_silent" in ended.out
     assert "2 x 3 x 1 x 1 + 2 x 3 x 1 x 1 = 12" in ended.out.replace("\N{MULTIPLICATION SIGN}", "x")
-    assert "Traffic highway" in ended.out
+    assert "Traffic batch (reference-1)" in ended.out
     assert "driver stepwise" in ended.out
     assert "gate: camera_radar" in ended.out
 
@@ -34,7 +34,7 @@ def test_json_adds_up(adeye: Any, odd: str) -> None:
     assert document["test_cases"] == 12
     assert sum(factor["test_cases"] for factor in document["factors"]) == 12
     assert document["axes"] == {"cut_in": ["gap"], "lead_braking": ["deceleration"]}
-    assert document["engine"]["backend"] == "highway"
+    assert document["engine"]["backend"] == "batch"
     assert document["driver"] == "stepwise"
 
 

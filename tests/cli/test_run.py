@@ -15,6 +15,7 @@ from adeye.cli.interruption import Terminated
 from adeye.cli.run import executed_text, usable_processors
 from adeye.errors import PlatformError
 from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.kernel import jit as adeye_jit
 from adeye.store import schema
 
 LINE = VerdictLine(
@@ -49,6 +50,7 @@ class Campaign:
     def __init__(self) -> None:
         self.summary: CampaignSummary | BaseException = SUMMARY
         self.report_error: Exception | None = None
+        self.is_compiled = True
         self.plans: list[tuple[Any, dict[str, Any]]] = []
         self.runs: list[dict[str, Any]] = []
         self.reports: list[tuple[Any, ...]] = []
@@ -56,7 +58,9 @@ class Campaign:
     def make_plan(self, path: Path, **options: Any) -> Any:
         self.plans.append((path, options))
         return SimpleNamespace(
-            notices=("an\x1b axis is dead",), expansion=SimpleNamespace(count=12)
+            notices=("an\x1b axis is dead",),
+            expansion=SimpleNamespace(count=12),
+            is_compiled=self.is_compiled,
         )
 
     def run_campaign(self, _plan: Any, **options: Any) -> CampaignSummary:
@@ -92,13 +96,46 @@ def test_exit_code_is_the_summarys(adeye: Any, campaign: Campaign, code: ExitCod
 
 def test_options_reach_the_campaign(adeye: Any, campaign: Campaign) -> None:
     adeye("run", "odd.yaml", "--workers", "3", "--db", "x.db", "--backend", "other")
-    assert campaign.plans == [(Path("odd.yaml"), {"backend": "other"})]
+    assert campaign.plans == [(Path("odd.yaml"), {"backend": "other", "variant": None})]
     assert (campaign.runs[0]["workers"], campaign.runs[0]["db"]) == (3, "x.db")
+    adeye("run", "odd.yaml", "--threads", "2", "--variant", "fast")
+    assert campaign.plans[1][1] == {"backend": "batch", "variant": "fast"}
+    assert (campaign.runs[1]["workers"], campaign.runs[1]["threads"]) == (1, 2)
 
 
-def test_workers_are_the_usable_processors_unless_said(adeye: Any, campaign: Campaign) -> None:
+def test_compiled_parts_use_every_processor_in_threads(adeye: Any, campaign: Campaign) -> None:
+    adeye("run", "odd.yaml")
+    assert campaign.runs[0]["threads"] == usable_processors() >= 1
+    assert campaign.runs[0]["workers"] == 1
+
+
+def test_python_parts_use_every_processor_in_processes(adeye: Any, campaign: Campaign) -> None:
+    campaign.is_compiled = False
     adeye("run", "odd.yaml")
     assert campaign.runs[0]["workers"] == usable_processors() >= 1
+    assert campaign.runs[0]["threads"] == 1
+
+
+@pytest.mark.parametrize(("warm", "options"), [(False, []), (True, []), (False, ["--quiet"])])
+def test_first_compilation_is_announced(
+    adeye: Any,
+    campaign: Campaign,
+    monkeypatch: pytest.MonkeyPatch,
+    warm: bool,  # noqa: FBT001 - a case of the table
+    options: list[str],
+) -> None:
+    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda: warm)
+    ended = adeye("run", "odd.yaml", *options)
+    assert campaign.runs
+    is_expected = not warm and not options
+    assert ("Compiling for this machine" in ended.err) is is_expected
+
+
+def test_threads_and_workers_exclude_each_other(adeye: Any, campaign: Campaign) -> None:
+    ended = adeye("run", "odd.yaml", "--threads", "2", "--workers", "2")
+    assert ended.code == 2
+    assert "exclude each other" in ended.err
+    assert not campaign.runs
 
 
 def test_result_on_stdout_and_talk_on_stderr(adeye: Any, campaign: Campaign) -> None:

@@ -16,6 +16,7 @@ from adeye.report.build import (
     ReplayRequest,
     ReportBuilder,
     binding_of,
+    determinism,
     margin_of,
 )
 from adeye.store.repository import Repository
@@ -60,6 +61,14 @@ def total(report: Report, fsr: str, architecture: str) -> Cell:
         for cell in report.cells
         if (cell.fsr, cell.architecture, cell.scenario) == (fsr, architecture, None)
     )
+
+
+def test_report_says_which_determinism_is_promised(built: Report) -> None:
+    assert built.determinism.startswith("Class portable")
+    assert "(traffic batch, reference-1)" in built.determinism
+    assert determinism("highway", "highway-env-1.12.1").startswith("Class same platform")
+    # A database that does not say promises no more than the least.
+    assert determinism("", "").startswith("Class same platform")
 
 
 def test_report_counts_what_the_database_holds(built: Report, rows: list[dict[str, Any]]) -> None:
