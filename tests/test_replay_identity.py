@@ -25,7 +25,7 @@ def test_fifty_runs_replay_identically_from_any_batch_and_worker_count(
     with project.edited_odd() as odd:
         odd["scenarios"][0]["sweep"]["parameters"]["lateral_speed"] = ["1 m/s", "2 m/s"]
     project.run(db="two.db", workers=2)
-    monkeypatch.setattr(runner, "BLOCK_SIZE", 5)
+    monkeypatch.setattr(runner, "block_size", lambda _: 5)
     project.run(db="one.db", workers=1)
     assert table_hash(tmp_path / "one.db") == table_hash(tmp_path / "two.db")
     runs = [row["run"] for row in project.rows(db="two.db")]
