@@ -26,7 +26,7 @@ import sys
 import adeye
 from adeye.campaign import runner
 
-runner.BLOCK_SIZE = 3  # many blocks, so that there is something to interrupt
+runner.block_size = lambda _: 3  # many blocks, so that there is something to interrupt
 tell = lambda state: print(state.done, flush=True)
 adeye.run(sys.argv[1], db=sys.argv[2], workers=2, progress=tell)
 """
