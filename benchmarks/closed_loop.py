@@ -295,7 +295,7 @@ def measure(size: Size, rounds: int, variant: str = "reference") -> dict[str, An
 
 
 def measure_all(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 - as drive calls it
-    """Measure every size in both arithmetics."""
+    """Measure every size in both variants."""
     if smoke:
         return [measure(Size(3, 4, 2.0, 1), 1)]
     return [measure(size, rounds, variant) for size in SIZES for variant in ("reference", "fast")]

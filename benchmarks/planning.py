@@ -83,7 +83,7 @@ def one_round(plan: CampaignPlan) -> dict[str, float]:
             tempfile.TemporaryDirectory() as folder,
             Repository.open(Path(folder) / "adeye.db") as repository,
         ):
-            repository.plan_campaign(plan.record(), plan.planned(), block_size=block_size(count))
+            repository.plan_campaign(plan.record(), plan.planned(), block_size=block_size(plan))
 
     step("expand", lambda: expand(plan.files))
     step("digest", digest)

@@ -106,7 +106,7 @@ def cost_of_batch(size: Size, variant: str) -> float:
 
 
 def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 - as drive calls it
-    """Measure every size and both arithmetics once a round."""
+    """Measure every size and both variants once a round."""
     try:
         import libsumo  # noqa: F401 - only whether it is there
     except ImportError:

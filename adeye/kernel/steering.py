@@ -1,4 +1,4 @@
-"""How vehicles steer along their lanes and move, in two arithmetics of one model.
+"""How vehicles steer along their lanes and move, in two kinds of arithmetic for one model.
 
 The *reference* goes through the formulas in highway-env's order: the steering angle of a lane
 keeping controller, of which it keeps the tangent, then the slip angle of a bicycle. The *fast* one

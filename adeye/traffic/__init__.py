@@ -24,7 +24,7 @@ VARIANTS: Final = {
     "highway": {"highway-env": f"highway-env-{version('highway-env')}"},
     "batch": {"reference": "reference-1", "fast": "fast-1"},
 }
-"""Arithmetics of each implementation, the first one unless another is asked for; with the number
+"""Kinds of arithmetic of each implementation, the first one unless another is asked for; with the number
 of their version, which is raised whenever their bits change on purpose."""
 
 

@@ -48,7 +48,7 @@ from adeye.kernel.network import build_links
 from adeye.kernel.random import owner_id, uniform
 from adeye.kernel.steering import advance_fast, advance_reference, locate
 from adeye.traffic import variant_of
-from adeye.traffic.stage import Stage
+from adeye.traffic.stage import Stage, Staged
 from adeye.world.compile import World, compile_world
 from adeye.world.roads import RUN_OUT
 
@@ -76,7 +76,7 @@ JAM_GAP: Final = 5.0
 """Bumper-to-bumper gap at which IDM stands [m]."""
 
 
-class BatchTraffic:
+class BatchTraffic(Staged):
     """Traffic of a batch in compiled kernels."""
 
     name = "batch"
@@ -91,9 +91,9 @@ class BatchTraffic:
         Raises:
             UsageError: There is no such variant.
         """
+        super().__init__()
         self.variant = variant_of(self.name, variant)
         self._react = react_fast if self.variant.startswith("fast") else react_reference
-        self._stage: Stage | None = None
 
     def reset(self, cases: Sequence[Situation]) -> tuple[SceneContext, Scene]:
         """Build the world of each test case; all have one structure.
@@ -146,37 +146,6 @@ class BatchTraffic:
                 self._marks,
             )
         return stage.scene()
-
-    @property
-    def running(self) -> Bools:
-        """Runs that have not ended (B,)."""
-        return self._require_stage().ending.running
-
-    @property
-    def ended(self) -> Bools:
-        """Runs that have ended (B,)."""
-        return self._require_stage().ending.ended
-
-    @property
-    def arrived(self) -> Bools:
-        """Runs whose ego has reached its goal within the horizon (B,)."""
-        return self._require_stage().ending.arrived
-
-    @property
-    def horizon_row(self) -> Ints:
-        """Last row at which an obligation may start (B,)."""
-        return self._require_stage().ending.horizon_row
-
-    @property
-    def complete(self) -> Bools:
-        """Runs that ended by goal or horizon, not by contact (B,)."""
-        return self._require_stage().ending.complete
-
-    def _require_stage(self) -> Stage:
-        if self._stage is None:
-            msg = "reset the traffic before it is used"
-            raise RuntimeError(msg)
-        return self._stage
 
 
 def _begin_vehicles(world: World) -> tuple[Floats, Ints]:

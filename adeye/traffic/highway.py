@@ -30,12 +30,11 @@ from adeye.signals import (
     OBJECT_Y,
     Bools,
     Floats,
-    Ints,
     Scene,
     SceneContext,
 )
 from adeye.traffic import variant_of
-from adeye.traffic.stage import Stage
+from adeye.traffic.stage import Stage, Staged
 from adeye.world.compile import World, compile_world
 from adeye.world.roads import RUN_OUT
 
@@ -117,7 +116,7 @@ class ReactiveVehicle(IDMVehicle):
         self.speed = max(0.0, self.speed)
 
 
-class HighwayTraffic:
+class HighwayTraffic(Staged):
     """Traffic of a batch on highway_env's roads."""
 
     name = "highway"
@@ -125,7 +124,7 @@ class HighwayTraffic:
     def __init__(self) -> None:
         self.variant = variant_of(self.name)
         self.roads: list[Road] = []
-        self._stage: Stage | None = None
+        super().__init__()
 
     def reset(self, cases: Sequence[Situation]) -> tuple[SceneContext, Scene]:
         """Build the world of each test case; all have one structure.
@@ -150,37 +149,6 @@ class HighwayTraffic:
         stage.advance(command, self._reacted)
         self._place(running)
         return stage.scene()
-
-    @property
-    def running(self) -> Bools:
-        """Runs that have not ended (B,)."""
-        return self._require_stage().ending.running
-
-    @property
-    def ended(self) -> Bools:
-        """Runs that have ended (B,)."""
-        return self._require_stage().ending.ended
-
-    @property
-    def arrived(self) -> Bools:
-        """Runs whose ego has reached its goal within the horizon (B,)."""
-        return self._require_stage().ending.arrived
-
-    @property
-    def horizon_row(self) -> Ints:
-        """Last row at which an obligation may start (B,)."""
-        return self._require_stage().ending.horizon_row
-
-    @property
-    def complete(self) -> Bools:
-        """Runs that ended by goal or horizon, not by contact (B,)."""
-        return self._require_stage().ending.complete
-
-    def _require_stage(self) -> Stage:
-        if self._stage is None:
-            msg = "reset the traffic before it is used"
-            raise RuntimeError(msg)
-        return self._stage
 
     def _react(self, running: Bools) -> None:
         step = self._require_stage().world.context.step

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.kernel.storyboard import begin_events, move_actors
-from adeye.signals import Bools, Floats, Scene
+from adeye.signals import Bools, Floats, Ints, Scene
 from adeye.traffic.contact import Contacts
 from adeye.traffic.ego import Ego
 from adeye.traffic.ending import Ending
@@ -128,3 +128,42 @@ class Stage:
                 self._actors,
             )
         self.ending.update(self._tick, self._ego_place[:, 0], self._contacts.touched)
+
+
+class Staged:
+    """A traffic that moves its reactive actors itself and leaves everything else to a stage."""
+
+    def __init__(self) -> None:
+        """Begin without a stage; ``reset`` of the traffic sets it up."""
+        self._stage: Stage | None = None
+
+    @property
+    def running(self) -> Bools:
+        """Runs that have not ended (B,)."""
+        return self._require_stage().ending.running
+
+    @property
+    def ended(self) -> Bools:
+        """Runs that have ended (B,)."""
+        return self._require_stage().ending.ended
+
+    @property
+    def arrived(self) -> Bools:
+        """Runs whose ego has reached its goal within the horizon (B,)."""
+        return self._require_stage().ending.arrived
+
+    @property
+    def horizon_row(self) -> Ints:
+        """Last row at which an obligation may start (B,)."""
+        return self._require_stage().ending.horizon_row
+
+    @property
+    def complete(self) -> Bools:
+        """Runs that ended by goal or horizon, not by contact (B,)."""
+        return self._require_stage().ending.complete
+
+    def _require_stage(self) -> Stage:
+        if self._stage is None:
+            msg = "reset the traffic before it is used"
+            raise RuntimeError(msg)
+        return self._stage
