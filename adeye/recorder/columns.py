@@ -11,15 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.recorder.rows import (
-    add_decision,
-    add_proposal,
-    add_reading,
-    add_scene,
-    clear,
-    move,
-    place_detections,
-)
+from adeye.recorder.rows import clear, mark_detected, move, place_detections
 from adeye.trace import COLUMNS, DRAWN, ChannelEvent, Layout, Trace
 
 if TYPE_CHECKING:
@@ -33,11 +25,23 @@ if TYPE_CHECKING:
 TRACKS: Final = 8
 """Tracks of a channel that a trace keeps."""
 
-RING: Final = 8
+RING: Final = 16
 """Ticks that are collected before they are moved."""
 
 _COLLECTED: Final = tuple(name for name in COLUMNS if name not in DRAWN)
-"""Columns that go through the ring, in the order of their places in its rows."""
+"""Columns that go through the ring."""
+
+_SEEN: Final = (
+    "ego",
+    "ego_place",
+    "objects",
+    "object_places",
+    "begun",
+    "contact",
+    "impact_speed",
+    "foreign_contact",
+)
+"""Columns of the scene, which the last row of a run has too; what was decided from it is zero."""
 
 _CODES: Final = {"contact": np.int16, "status": np.int8, "authority": np.int8, "reason": np.int8}
 _FLAGS: Final = frozenset(
@@ -96,8 +100,6 @@ class Recorder:
         self._length = np.zeros(runs, dtype=np.int64)
         self._open = np.ones(runs, dtype=np.bool_)
         self._is_drawn = drawn
-        # What a channel without monitors shows of them.
-        self._no_monitors: Bools = np.zeros((runs, 0, 2), dtype=np.bool_)
         shapes = _shapes(
             objects=len(layout.context.object_ids),
             events=len(layout.context.event_ids),
@@ -113,9 +115,10 @@ class Recorder:
         }
         for name in DRAWN:
             self._columns[name][:] = 0.0
-        widths = [int(np.prod(shapes[name])) for name in _COLLECTED]
-        self._at = np.cumsum([0, *widths]).astype(np.int64)
-        self._ring: Floats = memory.array("ring", (runs, RING, int(self._at[-1])), np.float64)
+        self._ring: dict[str, Any] = {
+            name: memory.array(f"ring of {name}", (RING, runs, *shapes[name]), _kind(name))
+            for name in _COLLECTED
+        }
         self._first = 0
 
     def add(
@@ -129,56 +132,47 @@ class Recorder:
     ) -> None:
         """Write the scene of a tick and what was decided from it."""
         self._add_scene(scene)
-        row, runs = scene.tick, scene.running
-        out = self._ring[:, row - self._first]
+        ring, place = self._ring, scene.tick - self._first
         for index, name in enumerate(self._layout.sensors):
             reading = readings[name]
-            add_reading(
-                runs,
-                index,
-                len(self._layout.sensors),
-                reading.stamp,
-                reading.alive,
-                reading.mask,
-                reading.source,
-                self._at,
-                out,
-            )
+            ring["sensor_stamp"][place, :, index] = reading.stamp
+            ring["sensor_alive"][place, :, index] = reading.alive
+            mark_detected(reading.mask, reading.source, ring["detected"][place, :, index])
             if self._is_drawn:
-                self._draw_detections(row, runs, index, reading)
+                self._draw_detections(scene, index, reading)
         monitor = 0
+        ring["monitors"][place] = False
         for index, proposal in enumerate(proposals):
-            monitors = self._no_monitors if proposal.monitors is None else proposal.monitors
-            add_proposal(
-                runs,
-                index,
-                monitor,
-                proposal.acceleration,
-                proposal.steering_angle,
-                proposal.stamp,
-                proposal.status,
-                monitors,
-                self._at,
-                out,
-            )
-            monitor += monitors.shape[1]
+            for name in ("acceleration", "steering_angle", "stamp", "status"):
+                ring[name][place, :, index] = getattr(proposal, name)
+            if proposal.monitors is not None:
+                end = monitor + proposal.monitors.shape[1]
+                ring["monitors"][place, :, monitor:end] = proposal.monitors
+                monitor = end
             if self._is_drawn:
-                shown = np.nan if proposal.tracks is None else proposal.tracks[runs, :TRACKS]
-                self._columns["tracks"][runs, row, index] = shown
-        add_decision(runs, authority.channel, authority.reason, command, active, self._at, out)
+                self._draw_tracks(scene, index, proposal)
+        ring["authority"][place] = authority.channel
+        ring["reason"][place] = authority.reason
+        ring["command"][place] = command
+        ring["fault_active"][place] = active
 
-    def _draw_detections(self, row: int, runs: Bools, sensor: int, reading: Measurement) -> None:
+    def _draw_tracks(self, scene: Scene, channel: int, proposal: ControlCommand) -> None:
+        runs = scene.running
+        shown = np.nan if proposal.tracks is None else proposal.tracks[runs, :TRACKS]
+        self._columns["tracks"][runs, scene.tick, channel] = shown
+
+    def _draw_detections(self, scene: Scene, sensor: int, reading: Measurement) -> None:
         # The pose at the time of the sample is in the ring or in the columns already.
         self._move()
         place_detections(
-            runs,
+            scene.running,
             reading.mask,
             reading.detections,
             reading.source,
             reading.stamp,
             self._layout.context.step,
             self._columns["ego"],
-            self._columns["detections"][:, row, sensor],
+            self._columns["detections"][:, scene.tick, sensor],
         )
 
     def close(self, scene: Scene) -> None:
@@ -195,6 +189,10 @@ class Recorder:
     ) -> Trace:
         """Return what was recorded, cut to the longest run."""
         rows = int(self._length.max())
+        every = np.arange(len(self._length))
+        for name in _COLLECTED:
+            if name not in _SEEN:
+                self._columns[name][every, self._length - 1] = 0
         for values in self._columns.values():
             clear(values.reshape(len(self._length), len(self._time), -1), self._length, rows)
         return Trace(
@@ -212,26 +210,16 @@ class Recorder:
         if scene.tick - self._first == RING:
             self._move()
             self._first = scene.tick
-        add_scene(
-            self._open,
-            scene.running,
-            scene.tick,
-            scene.ego,
-            scene.ego_place,
-            scene.objects,
-            scene.object_places,
-            scene.begun,
-            scene.contact,
-            scene.impact_speed,
-            scene.foreign_contact,
-            self._ring[:, scene.tick - self._first],
-            self._length,
-        )
+        np.putmask(self._length, self._open, scene.tick + 1)
+        self._open &= scene.running
+        for name in _SEEN:
+            self._ring[name][scene.tick - self._first] = getattr(scene, name)
 
     def _move(self) -> None:
-        runs, rows = self._ring.shape[0], len(self._time)
-        flat = [self._columns[name].reshape(runs, rows, -1) for name in _COLLECTED]
-        move(self._ring, self._first, self._length, self._at, *flat)
+        runs, rows = len(self._length), len(self._time)
+        for name, ring in self._ring.items():
+            column = self._columns[name].reshape(runs, rows, -1)
+            move(ring.reshape(RING, runs, -1), self._first, self._length, column)
 
 
 def trace_bytes(case: TestCase) -> int:

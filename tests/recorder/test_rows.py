@@ -5,19 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adeye.recorder.rows import add_reading, clear, move_column, place_detections
+from adeye.recorder.rows import clear, mark_detected, move, place_detections
 from adeye.signals import EGO_HEADING, EGO_X, EGO_Y
 
 RUNS, RING, ROWS = 3, 4, 10
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.int8, np.int16, np.bool_])
-def test_column_gets_its_part_of_the_ring_in_its_own_type(kind: type[np.generic]) -> None:
-    ring = np.arange(RUNS * RING * 5, dtype=np.float64).reshape(RUNS, RING, 5) % 3.0
+def test_run_gets_its_rows_of_the_ring_as_far_as_it_has_come(kind: type[np.generic]) -> None:
+    ring = (np.arange(RING * RUNS * 2).reshape(RING, RUNS, 2) % 3 + 1).astype(kind)
     column = np.zeros((RUNS, ROWS, 2), dtype=kind)
-    move_column(ring, 1, 4, 7, 3, column)
-    assert np.array_equal(column[1, 4:7], ring[1, :3, 3:5].astype(kind))
-    column[1, 4:7] = 0
+    # The first run has ended before the ring, the second within it, the third goes on.
+    move(ring, 4, np.array([3, 6, 8]), column)
+    assert not column[0].any()
+    assert np.array_equal(column[1, 4:6], ring[:2, 1])
+    assert np.array_equal(column[2, 4:8], ring[:, 2])
+    column[1, 4:6] = column[2, 4:8] = 0
     assert not column.any()
 
 
@@ -29,25 +32,12 @@ def test_only_rows_beyond_the_end_of_a_run_are_cleared() -> None:
     assert not column[1, 4:8].any()
 
 
-def test_reading_marks_true_objects_in_the_place_of_its_sensor() -> None:
-    # Two sensors and two objects: stamps, alive and detected in a row of the ring.
-    at = np.zeros(21, dtype=np.int64)
-    at[8:13] = 0, 2, 4, 8, 8
-    out = np.zeros((2, 8))
-    add_reading(
-        np.array([True, False]),
-        1,
-        2,
-        np.array([0.4, 0.5]),
-        np.array([True, True]),
-        np.array([[True, True], [True, True]]),
-        np.array([[1, -1], [0, 1]]),
-        at,
-        out,
-    )
-    assert out[0].tolist() == [0.0, 0.4, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-    # The other run has ended; a detection without an object leaves no mark.
-    assert not out[1].any()
+def test_reading_marks_the_objects_behind_its_detections() -> None:
+    detected = np.ones((2, 3), dtype=np.bool_)
+    mask = np.array([[True, True, False], [False, True, True]])
+    # A detection without an object leaves no mark, and what was marked before is forgotten.
+    mark_detected(mask, np.array([[1, -1, 0], [0, 2, 1]]), detected)
+    assert detected.tolist() == [[False, True, False], [False, True, True]]
 
 
 def test_detection_is_placed_from_the_pose_at_the_time_of_its_sample() -> None:
