@@ -68,6 +68,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     drawn: bool = False,
     memory: Memory | None = None,
     on_tick: Callable[[int], None] | None = None,
+    most_ticks: int | None = None,
 ) -> Trace:
     """Run a batch of test cases of one structure in closed loop.
 
@@ -79,6 +80,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         drawn: Whether to record what only pictures need, ``trace.DRAWN``; the digest is the same.
         memory: Where the trace lies; a later run with the same memory overwrites it.
         on_tick: Called after each tick with the number of runs that have ended.
+        most_ticks: Stop after so many ticks, however many runs go on; None to go to the end.
 
     Returns:
         The trace; its rows are in the order of the cases.
@@ -111,7 +113,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     recorder = Recorder(
         layout, last + 1, tuple(case.digest for case in cases), drawn=drawn, memory=memory
     )
-    while scene.running.any():
+    while scene.running.any() and scene.tick != most_ticks:
         active = faults.update(scene)
         readings = faults.on_readings(rig.sense(scene), active)
         proposals = faults.on_commands(rack.act(scene, readings), active)

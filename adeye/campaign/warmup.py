@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import gc
 import time
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from adeye.campaign.executors import Processes
 from adeye.campaign.runner import Progress
-from adeye.campaign.work import BatchTask, execute
+from adeye.campaign.work import BatchTask, evaluate, execute
+from adeye.engine import run as run_batch
 from adeye.errors import PlatformError
+from adeye.kernel.jit import mark_cache_warm
+from adeye.spec.clock import ticks
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,3 +47,71 @@ def warm_up(plan: CampaignPlan, progress: Callable[[Progress], None] | None = No
                 f"{case.scenario_id} with {case.architecture.architecture}: {result.failure}"
             )
     return time.monotonic() - began
+
+
+def compile_aside(plan: CampaignPlan) -> bool:
+    """Compile most of what a plan needs in two processes, each on a processor of its own.
+
+    The compiler uses one processor, and memory that it never gives back. One process executes a
+    test case, the other judges one in which nothing moves. What this process needs it loads
+    afterwards; if something fails aside, it fails here again, where it is reported.
+
+    Args:
+        plan: A checked plan.
+
+    Returns:
+        Whether both came to their end.
+    """
+    case = plan.cases[0]
+    task = BatchTask(0, (case,), (), plan.work)
+    processes = Processes(_compile_part, 2)
+    parts = ((_drive, task), (_judge, task))
+    ended = [done.result is True for done in processes.run(iter(parts))]
+    if all(ended):
+        mark_cache_warm()
+    return all(ended)
+
+
+def _compile_part(part: tuple[Callable[[BatchTask], None], BatchTask]) -> bool:
+    # Collecting the compiler's cyclic rubbish takes longer than its memory is worth here.
+    gc.disable()
+    function, task = part
+    try:
+        function(task)
+    except Exception:  # noqa: BLE001 - the caller meets it again and reports it
+        return False
+    return True
+
+
+def _drive(task: BatchTask) -> None:
+    """Execute the test case of a task."""
+    work = task.context
+    run_batch(task.execute, backend=work.backend, variant=work.variant, base_dirs=work.folders)
+
+
+def _judge(task: BatchTask) -> None:
+    """Judge the first scene of the test case of a task as if it lasted until the horizon."""
+    work, case = task.context, task.execute[0]
+    first = run_batch(
+        task.execute,
+        backend=work.backend,
+        variant=work.variant,
+        base_dirs=work.folders,
+        most_ticks=0,
+    )
+    rows = ticks(case.scenario.horizon, case.step, "horizon") + 1
+    columns: dict[str, Any] = {
+        name: np.repeat(column, rows, axis=1) for name, column in first.columns.items()
+    }
+    # What is not realised is not judged.
+    columns["begun"][:] = 0.0
+    trace = replace(
+        first,
+        time=np.arange(rows, dtype=np.float64) * case.step,
+        length=np.full(1, rows),
+        horizon_row=np.full(1, rows - 1),
+        complete=np.ones(1, dtype=np.bool_),
+        columns=columns,
+    )
+    trace.digests()
+    evaluate(trace, task.execute, work.requirements, work.faults)

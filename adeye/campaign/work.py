@@ -24,6 +24,7 @@ from adeye.evaluation.requirements import (
     requirement_digest,
 )
 from adeye.evaluation.source import TraceSignals
+from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.recorder import Memory
 from adeye.store.block import JudgedBlock, MetricBlock, PluginBlock, RunBlock, VerdictBlock
 from adeye.store.columns import Dictionary, Texts
@@ -123,11 +124,14 @@ def execute(task: BatchTask) -> BatchResult:
         AdeyeError: What the user asked for cannot be run.
     """
     try:
-        return _execute(task)
+        done = _execute(task)
     except AdeyeError:
         raise
     except Exception as error:  # noqa: BLE001 - recorded with the block, the campaign goes on
         return BatchResult(failure=f"{type(error).__name__}: {error}")
+    if not is_cache_warm():
+        mark_cache_warm()
+    return done
 
 
 def _execute(task: BatchTask) -> BatchResult:

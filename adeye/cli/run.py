@@ -72,7 +72,10 @@ def run(
     violated, 5 database or disk, 130 and 143 interrupted.
     """
     from adeye.campaign.plan import make_plan
+    from adeye.kernel.jit import is_cache_warm
 
+    if not quiet and not is_cache_warm():
+        talk("Compiling for this machine; only the first run does, it takes half a minute.")
     plan = make_plan(odd, backend=backend, variant=variant)
     lanes = parallel(plan, threads, workers)
     if not quiet:
@@ -180,10 +183,11 @@ def _execute(
     plan: CampaignPlan, db: str | None, lanes: Parallel, *, quiet: bool
 ) -> CampaignSummary:
     from adeye.campaign.runner import run_campaign
+    from adeye.campaign.warmup import compile_aside
     from adeye.kernel.jit import is_cache_warm
 
-    if not quiet and not is_cache_warm():
-        talk("Compiling for this machine; only the first run does, it takes up to a minute.")
+    if not is_cache_warm() and usable_processors() > 1:
+        compile_aside(plan)
     with reporting(f"{plan.expansion.count} test cases, {lanes.text}", quiet=quiet) as progress:
         return run_campaign(
             plan,

@@ -7,6 +7,7 @@ import os
 import platform
 import stat
 import tempfile
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +22,7 @@ __all__ = [
     "compiled",
     "inlined",
     "is_cache_warm",
+    "mark_cache_warm",
     "source_digest",
 ]
 
@@ -119,14 +121,24 @@ def cache_directory() -> Path:
 
 
 def is_cache_warm() -> bool:
-    """Tell whether compiled functions of these sources are stored already.
+    """Tell whether a test case was executed with the compiled functions of these sources before.
 
-    Without one, the first run compiles for several seconds. With ``NUMBA_DISABLE_JIT`` nothing is
+    Without them, the first run compiles for half a minute. With ``NUMBA_DISABLE_JIT`` nothing is
     ever compiled, which counts as warm.
     """
-    if numba.config.DISABLE_JIT:
-        return True
-    return any(_DIRECTORY.rglob("*.nbi"))
+    return bool(numba.config.DISABLE_JIT) or _mark().exists()
+
+
+def mark_cache_warm() -> None:
+    """Note that compiled functions of these sources are stored; a folder may refuse the note."""
+    with suppress(OSError):
+        _mark().touch()
+
+
+@cache
+def _mark() -> Path:
+    # A folder that the user chose serves several versions of the sources.
+    return _DIRECTORY / f"warm-{source_digest()}"
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -171,6 +183,8 @@ def _compiled(function: Callable[P, R], **options: bool) -> Callable[P, R]:
         error_model="numpy",
         boundscheck=False,
         nogil=True,
+        # Nobody calls a kernel from C.
+        no_cfunc_wrapper=True,
         **{"_nrt": False, **options},
     )
     return cast("Callable[P, R]", jit(function))

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from adeye import engine
 from adeye.campaign import warmup, work
-from adeye.campaign.warmup import warm_up
+from adeye.campaign.warmup import _compile_part, _drive, _judge, compile_aside, warm_up
+from adeye.campaign.work import BatchTask
 from adeye.errors import PlatformError
+from adeye.evaluation.judgement import VERDICTS
+from adeye.evaluation.verdict import Verdict
 
 if TYPE_CHECKING:
     from adeye.campaign.runner import Progress
-    from adeye.campaign.work import BatchResult, BatchTask
+    from adeye.campaign.work import BatchResult
+    from adeye.evaluation.judge import Evaluation
     from tests.conftest import MakeProject
 
 
@@ -45,3 +50,39 @@ def test_case_that_cannot_be_executed_is_named(
     monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult(failure="OSError: no room"))
     with pytest.raises(PlatformError, match=r"with .*: OSError: no room"):
         warm_up(plan)
+
+
+def test_what_is_compiled_aside_drives_and_judges(
+    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = make_project().plan()
+    task = BatchTask(0, (plan.cases[0],), (), plan.work)
+    found: list[Evaluation] = []
+    lengths: list[int] = []
+
+    def judged(*arguments: Any) -> Evaluation:
+        found.append(work.evaluate(*arguments))
+        return found[-1]
+
+    def driven(*arguments: Any, **options: Any) -> Any:
+        trace = engine.run(*arguments, **options)
+        lengths.extend(trace.length.tolist())
+        return trace
+
+    monkeypatch.setattr(warmup, "evaluate", judged)
+    monkeypatch.setattr(warmup, "run_batch", driven)
+    assert _compile_part((_drive, task))
+    assert _compile_part((_judge, task))
+    # One goes to its end and one only begins, yet its formulas are evaluated.
+    assert lengths[0] > 10
+    assert lengths[1] == 1
+    assert any(
+        code == VERDICTS.index(Verdict.PASS) for item in found[0].judged for code in item.verdict
+    )
+
+
+def test_failure_aside_is_left_to_the_run(make_project: MakeProject) -> None:
+    plan = make_project().plan()
+    assert compile_aside(plan)
+    task = BatchTask(0, (), (), plan.work)
+    assert not _compile_part((_drive, task))

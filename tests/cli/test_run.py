@@ -9,7 +9,9 @@ import pytest
 
 import adeye.campaign.plan
 import adeye.campaign.runner
+import adeye.cli.run as cli_run
 import adeye.reporting
+from adeye.campaign import warmup
 from adeye.campaign.runner import CampaignSummary, Progress, VerdictLine
 from adeye.cli.interruption import Terminated
 from adeye.cli.run import executed_text, usable_processors
@@ -124,8 +126,12 @@ def test_first_compilation_is_announced(
     warm: bool,  # noqa: FBT001 - a case of the table
     options: list[str],
 ) -> None:
+    compiled: list[Any] = []
     monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda: warm)
+    monkeypatch.setattr(warmup, "compile_aside", compiled.append)
+    monkeypatch.setattr(cli_run, "usable_processors", lambda: 2)
     ended = adeye("run", "odd.yaml", *options)
+    assert len(compiled) == (0 if warm else 1)
     assert campaign.runs
     is_expected = not warm and not options
     assert ("Compiling for this machine" in ended.err) is is_expected

@@ -90,12 +90,19 @@ def test_change_in_another_file_is_never_stale(package: Path, tmp_path: Path) ->
     assert run(program, package, XDG_CACHE_HOME=cache) == ["3.0"]
 
 
-def test_cache_is_cold_before_and_warm_after_the_first_call(package: Path, tmp_path: Path) -> None:
-    program = ASK + "from adeye.outer import outer; print(is_cache_warm()); outer(1.0); "
-    program += "print(is_cache_warm())"
-    cache = str(tmp_path / "cache")
-    assert run(program, package, XDG_CACHE_HOME=cache) == ["False", "True"]
-    assert run(program, package, XDG_CACHE_HOME=cache) == ["True", "True"]
+def test_cache_is_warm_once_it_is_said_to_be_and_cold_for_other_sources(
+    package: Path, tmp_path: Path
+) -> None:
+    program = ASK + "from adeye.kernel.jit import mark_cache_warm; print(is_cache_warm()); "
+    program += "mark_cache_warm(); print(is_cache_warm())"
+    # A folder of the user's own choice is the same for all sources.
+    for variable in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
+        cache = {variable: str(tmp_path / variable)}
+        (tmp_path / variable).mkdir()
+        assert run(program, package, **cache) == ["False", "True"]
+        assert run(program, package, **cache) == ["True", "True"]
+        (package / "adeye" / "inner.py").write_text(INNER.format(factor=len(variable)))
+        assert run(program, package, **cache) == ["False", "True"]
 
 
 def test_nothing_to_compile_is_warm(package: Path, tmp_path: Path) -> None:
