@@ -11,6 +11,7 @@ import pytest
 import adeye
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.report.dead import moves
+from tests.figures import figures_of
 from tests.project import CANDIDATE, ROOT, Executed, Project
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def test_legacy_architecture_fails_some(motorway: Executed) -> None:
 def test_every_swept_axis_moves_a_metric(motorway: Executed) -> None:
     rows = motorway.project.rows()
     for use in motorway.plan.files.odd.spec.scenarios:
-        own = [row for row in rows if row["scenario"] == use.name]
+        own = figures_of([row for row in rows if row["scenario"] == use.name])
         for axis in use.sweep.parameters:
             assert moves(own, axis), f"{use.name}: {axis}"
 
@@ -131,8 +132,9 @@ def check_experiment(rows: list[dict[str, Any]]) -> None:
             lines[others].append((dict(key)[axis], speed))
         for line in lines.values():
             assert all(a[1] <= b[1] for a, b in pairwise(sorted(line))), line
+    figures = figures_of(rows)
     for axis in ("trigger_distance", "ego_speed", "rain", "reflectivity"):
-        assert moves(rows, axis), axis
+        assert moves(figures, axis), axis
     assert any(row["contact"] for row in rows)
     assert {row["end_reason"] for row in rows} >= {"contact", "goal"}
 

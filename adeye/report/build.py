@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from adeye.evaluation.verdict import Outcome, Verdict
 from adeye.report.contents import (
@@ -37,6 +38,7 @@ from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
 
 if TYPE_CHECKING:
+    from adeye.store.figures import Figures
     from adeye.store.repository import Repository
     from adeye.store.rows import EventRecord, VerdictRecord
     from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
@@ -46,6 +48,8 @@ SHORT = 12
 WORST_PER_FSR = 3
 MAX_WORST = 40
 MAX_REPLAYS = 16
+_LOOKED_AT = 500
+"""Runs whose verdicts are read at once."""
 
 
 def determinism(backend: str, variant: str) -> str:
@@ -117,13 +121,13 @@ class ReportBuilder:
         return {item.id: item for item in self.concept.requirements}
 
     @cached_property
-    def results(self) -> list[dict[str, Any]]:
-        """Rows of ``v_runs`` with parsed points."""
-        table = self.repository.results(self.campaign.id)
-        rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
-        for row in rows:
-            row["point"] = json.loads(row["point"])
-        return rows
+    def figures(self) -> Figures:
+        """What was executed, as columns."""
+        return self.repository.figures(self.campaign.id)
+
+    def _run_of(self, ordinal: int) -> str:
+        """Result digest of the run of an ordinal."""
+        return self.repository.find_run(str(ordinal), campaign=self.campaign.id).result_digest
 
     def build(self, draw: Draw, *, replays: int = MAX_REPLAYS) -> Report:
         """Put the report together.
@@ -158,7 +162,7 @@ class ReportBuilder:
             ),
             planned=progress.planned,
             accounted=progress.accounted,
-            outcomes=Counter(Outcome(row["outcome"]) for row in self.results),
+            outcomes=self._outcomes(),
             command=self._command(f"adeye run {provenance.get('odd_path', self.campaign.odd)}"),
             architectures=tuple(architectures_of(content)),
             scenarios=tuple(scenarios_of(content)),
@@ -166,14 +170,22 @@ class ReportBuilder:
             fsrs=tuple(fsr_of(content, item) for item in self.concept.requirements),
             cells=cells,
             worst_cases=worst,
-            dead_axes=tuple(dead_axes(self.results, self.odd, self._command)),
-            metrics=tuple(summarise(self.results, self.replay_command)),
+            dead_axes=tuple(dead_axes(self.figures, self.odd, self._command)),
+            metrics=tuple(summarise(self.figures, self._run_of, self.replay_command)),
             hazards=tuple(hazards_of(content)),
             goals=tuple(goals_of(content)),
             elements=tuple(elements_of(content)),
             assumptions=tuple(assumptions_of(content)),
             waivers=tuple(waivers_of(content, cells)),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
+        )
+
+    def _outcomes(self) -> Counter[Outcome]:
+        """Count the runs by outcome."""
+        column = self.figures.outcome
+        counts = np.bincount(column.codes, minlength=len(column.words)).tolist()
+        return Counter(
+            {Outcome(word): count for word, count in zip(column.words, counts, strict=True)}
         )
 
     # Commands
@@ -236,7 +248,7 @@ class ReportBuilder:
 
     def _worst_cases(self) -> tuple[WorstCase, ...]:
         found: list[tuple[float, WorstCase]] = []
-        rows = {row["run"]: row for row in self.results}
+        figures = self.figures
         for fsr in self.requirements:
             for architecture in self.odd["architectures"]:
                 for run, record in self.repository.worst_runs(
@@ -244,18 +256,18 @@ class ReportBuilder:
                 ):
                     if record.verdict is Verdict.VACUOUS:
                         continue
-                    row = rows[run.result_digest]
+                    place = int(np.searchsorted(figures.ordinal, run.ordinal))
                     case = WorstCase(
                         fsr=fsr,
                         architecture=architecture,
                         scenario=run.scenario,
                         run=run.result_digest,
                         verdict=record.verdict,
-                        outcome=Outcome(row["outcome"]),
-                        fault=row["fault_entry"],
+                        outcome=Outcome(figures.outcome[place]),
+                        fault=figures.fault_entry[place],
                         parameters=tuple(
                             Label(label=item.label, value=item.value)
-                            for item in named_values(row["point"], self.odd, run.scenario)
+                            for item in named_values(figures.point(place), self.odd, run.scenario)
                         ),
                         margin=margin_of(record),
                         binding=binding_of(record),
@@ -279,26 +291,34 @@ class ReportBuilder:
                 chosen[case.run] = ReplayRequest(
                     run, f"worst of {case.fsr} for {case.architecture}"
                 )
-        order = [*self.campaign.gate, *self.odd["architectures"]]
         for scenario in self.odd["scenarios"]:
-            rows = [
-                row
-                for row in self.results
-                if row["scenario"] == scenario
-                and "FAIL" not in json.loads(row["verdicts"]).values()
-            ]
-            rows.sort(
-                key=lambda row: (
-                    order.index(row["architecture"]),
-                    row["fault_entry"] != "none",
-                    row["min_distance_m"] is None,
-                    row["min_distance_m"] or 0.0,
+            passing = self._closest_passing(scenario)
+            if passing is not None and passing.result_digest not in chosen:
+                chosen[passing.result_digest] = ReplayRequest(
+                    passing, f"closest passing run of {scenario}"
                 )
-            )
-            if rows and rows[0]["run"] not in chosen:
-                run = self.repository.find_run(rows[0]["run"], campaign=self.campaign.id)
-                chosen[rows[0]["run"]] = ReplayRequest(run, f"closest passing run of {scenario}")
         return list(chosen.values())
+
+    def _closest_passing(self, scenario: str) -> RunRef | None:
+        """Find the run without a FAIL that came nearest, best of the gate's and without a fault."""
+        own = self.figures.of_scenario(scenario)
+        order = [*self.campaign.gate, *self.odd["architectures"]]
+        ranks = np.array([order.index(word) for word in own.architecture.words], dtype=np.int64)
+        has_fault = np.array([word != "none" for word in own.fault_entry.words], dtype=np.bool_)
+        # NaN, no distance at all, is sorted last.
+        keys = (
+            own.metrics["min_distance_m"],
+            has_fault[own.fault_entry.codes],
+            ranks[own.architecture.codes],
+        )
+        ordinals = own.ordinal[np.lexsort(keys)].tolist()
+        for first in range(0, len(ordinals), _LOOKED_AT):
+            looked_at = ordinals[first : first + _LOOKED_AT]
+            failed = self.repository.failed_among(self.campaign.id, looked_at)
+            for ordinal in looked_at:
+                if ordinal not in failed:
+                    return self.repository.find_run(str(ordinal), campaign=self.campaign.id)
+        return None
 
 
 def margin_of(record: VerdictRecord) -> Margin | None:

@@ -2,49 +2,71 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from adeye.report.model import DeadAxis
-from adeye.store.tables import METRIC_IDS
 from adeye.sweep.present import axis_text
 
-Row = Mapping[str, Any]
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from adeye.signals import Ints
+    from adeye.store.figures import Figures
+
+_MOST = 2**62
 
 
 def dead_axes(
-    rows: Sequence[Row], odd: Mapping[str, Any], command: Callable[[str], str]
+    figures: Figures, odd: Mapping[str, Any], command: Callable[[str], str]
 ) -> Iterator[DeadAxis]:
     """List the axes of each scenario that change no metric of any pair of runs.
 
     Args:
-        rows: Results with ``scenario``, ``architecture``, ``fault_entry``, ``replicate``,
-            ``point`` and the metrics.
+        figures: Executed runs.
         odd: Stored content of the ODD.
         command: Completes a command line with the database.
     """
-    by_scenario: dict[str, list[Row]] = defaultdict(list)
-    for row in rows:
-        by_scenario[row["scenario"]].append(row)
-    for scenario, own in sorted(by_scenario.items()):
-        for axis in sorted({name for row in own for name in row["point"]}):
-            levels = {row["point"][axis] for row in own if axis in row["point"]}
+    for scenario in sorted(figures.scenario.words):
+        own = figures.of_scenario(scenario)
+        for axis in sorted(own.points):
+            column = own.points[axis]
+            levels = [column.words[code] for code in np.unique(column.codes) if code >= 0]
             if len(levels) > 1 and not moves(own, axis):
                 shown = ", ".join(axis_text(axis, value, odd, scenario) for value in sorted(levels))
                 query = f'adeye query "SELECT * FROM v_runs_{scenario}"'  # noqa: S608 - shown only
                 yield DeadAxis(scenario=scenario, axis=axis, values=shown, command=command(query))
 
 
-def moves(rows: Iterable[Row], axis: str) -> bool:
-    """Tell whether two runs that differ in one axis only differ in any metric."""
-    seen: dict[Hashable, tuple[Any, ...]] = {}
-    for row in rows:
-        if axis not in row["point"]:
-            continue
-        others = tuple(sorted((k, v) for k, v in row["point"].items() if k != axis))
-        key = (row["architecture"], row["fault_entry"], row["replicate"], others)
-        metrics = tuple(row[name] for name in METRIC_IDS)
-        if seen.setdefault(key, metrics) != metrics:
+def moves(figures: Figures, axis: str) -> bool:
+    """Tell whether two runs that differ in one axis only differ in any metric.
+
+    Args:
+        figures: Executed runs of one scenario.
+        axis: Name of a swept axis.
+    """
+    own = figures.take(np.flatnonzero(figures.points[axis].codes >= 0))
+    others = [column.codes for name, column in own.points.items() if name != axis]
+    group = _groups([own.architecture.codes, own.fault_entry.codes, own.replicate, *others])
+    _, first, of_run = np.unique(group, return_index=True, return_inverse=True)
+    for values in own.metrics.values():
+        expected = values[first][of_run]
+        if ((values != expected) & ~(np.isnan(values) & np.isnan(expected))).any():
             return True
     return False
+
+
+def _groups(columns: list[Ints]) -> Ints:
+    """Give rows with equal values in all columns one number."""
+    group = np.zeros(len(columns[0]), dtype=np.int64)
+    count = 1
+    for column in columns:
+        # What a run lacks is -1.
+        levels = int(column.max(initial=-1)) + 2
+        if count * levels > _MOST:
+            group = np.unique(group, return_inverse=True)[1].astype(np.int64)
+            count = len(group)
+        group = group * levels + column + 1
+        count *= levels
+    return group

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from adeye.report.model import Extreme, MetricSummary
-from adeye.store.tables import METRIC_IDS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator
+
+    from adeye.store.figures import Figures
 
 UNITS = {"mps": "m/s", "mps2": "m/s²", "mps3": "m/s³", "m": "m", "s": "s"}
 
@@ -29,28 +31,36 @@ def metric_title(name: str) -> tuple[str, str]:
 
 
 def summarise(
-    rows: Sequence[Mapping[str, Any]], command: Callable[[str], str]
+    figures: Figures, run_of: Callable[[int], str], command: Callable[[str], str]
 ) -> Iterator[MetricSummary]:
     """Give least, median and greatest value of each metric and the runs that they come from.
 
+    Among equal values the run that was planned first is taken, for the greatest the last.
+
     Args:
-        rows: Results as ``v_runs`` shows them.
+        figures: Executed runs.
+        run_of: Result digest of the run of an ordinal.
         command: Command line that reproduces a run.
     """
-    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = defaultdict(list)
-    for row in rows:
-        groups[row["scenario"], row["architecture"]].append(row)
-    for (scenario, architecture), own in sorted(groups.items()):
-        for name in METRIC_IDS:
-            found = sorted((row[name], row["run"]) for row in own if row[name] is not None)
+    pairs = np.stack([figures.scenario.codes, figures.architecture.codes], axis=1)
+    cells = [
+        (figures.scenario.words[scenario], figures.architecture.words[architecture], pair)
+        for pair in np.unique(pairs, axis=0)
+        for scenario, architecture in [pair.tolist()]
+    ]
+    for scenario, architecture, pair in sorted(cells, key=lambda item: item[:2]):
+        own = figures.take(np.flatnonzero((pairs == pair).all(axis=1)))
+        for name, values in own.metrics.items():
+            places = np.flatnonzero(~np.isnan(values))
+            order = places[np.argsort(values[places], kind="stable")]
             title, unit = metric_title(name)
-
-            def extreme(at: int, found: list[tuple[float, str]] = found) -> Extreme | None:
-                if not found:
-                    return None
-                value, run = found[at]
-                return Extreme(value=value, run=run, command=command(run))
-
+            extremes: list[Extreme | None] = [None, None, None]
+            if len(order):
+                extremes = []
+                for place in (order[0], order[(len(order) - 1) // 2], order[-1]):
+                    run = run_of(int(own.ordinal[place]))
+                    value = float(values[place])
+                    extremes.append(Extreme(value=value, run=run, command=command(run)))
             yield MetricSummary(
                 metric=name,
                 title=title,
@@ -58,8 +68,8 @@ def summarise(
                 scenario=scenario,
                 architecture=architecture,
                 runs=len(own),
-                undefined=len(own) - len(found),
-                minimum=extreme(0),
-                median=extreme((len(found) - 1) // 2),
-                maximum=extreme(-1),
+                undefined=len(own) - len(order),
+                minimum=extremes[0],
+                median=extremes[1],
+                maximum=extremes[2],
             )

@@ -19,10 +19,9 @@ from __future__ import annotations
 from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any, Self
 
-from sqlalchemy import func, select
-
 from adeye.store import (
     content,
+    figures,
     leasing,
     pending,
     planning,
@@ -59,6 +58,7 @@ if TYPE_CHECKING:
 
     from adeye.evaluation.verdict import Verdict
     from adeye.spec.concept import Concept
+    from adeye.store.figures import Figures
     from adeye.store.planned import PlannedCases
     from adeye.store.rows import (
         Artifact,
@@ -367,6 +367,16 @@ class Repository:
         with self._database.read() as connection:
             return summaries.results(connection, campaign)
 
+    def figures(self, campaign: str) -> Figures:
+        """Return every executed run of a campaign as columns."""
+        with self._database.read() as connection:
+            return figures.read_figures(connection, campaign)
+
+    def failed_among(self, campaign: str, ordinals: Sequence[int]) -> frozenset[int]:
+        """Return those of a few hundred runs of a campaign that fail an FSR."""
+        with self._database.read() as connection:
+            return summaries.failed_among(connection, campaign, ordinals)
+
     # Integrity
 
     def result_table_hash(self, campaign: str) -> str:
@@ -382,9 +392,6 @@ class Repository:
     def info(self) -> DatabaseInfo:
         """Say what the database holds."""
         with self._database.read() as connection:
-            rows = {
-                table.name: connection.execute(select(func.count()).select_from(table)).scalar_one()
-                for table in tables.metadata.sorted_tables
-            }
+            rows = summaries.row_counts(connection)
             version = schema.read_version(connection) or ""
         return DatabaseInfo(str(self.path), version, self.path.stat().st_size, rows)

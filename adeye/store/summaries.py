@@ -6,7 +6,7 @@ import hashlib
 import json
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import and_, case, func, select, text
+from sqlalchemy import and_, between, case, func, or_, select, text
 
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
@@ -16,7 +16,7 @@ from adeye.store.stored import FsrStatus, Progress, ResultTable, RunRef
 from adeye.store.views import COUNTED
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping, Sequence
     from datetime import date
 
     from sqlalchemy import Connection, Row, Select, Table
@@ -110,11 +110,76 @@ def worst_runs(
         limit: Most runs to return.
         only: Restrict ``architecture``, ``scenario`` or ``verdict`` to a value that is not None.
     """
-    cases, fsrs, judged = tables.campaign_case, tables.campaign_fsr, tables.verdict
-    failed = judged.c.verdict == Verdict.FAIL.value
-    unbounded = judged.c.robustness_low.is_(None)
+    cases, judged = tables.campaign_case, tables.verdict
+    ranges = _blocks_of_worst(connection, campaign_id, fsr, limit, only)
+    if not ranges:
+        return ()
+    columns = {
+        "architecture": cases.c.architecture,
+        "scenario": cases.c.scenario,
+        "verdict": judged.c.verdict,
+    }
     query = (
-        select(cases, judged)
+        _judged_cases(cases, judged)
+        .where(
+            cases.c.campaign_id == campaign_id,
+            tables.campaign_fsr.c.fsr_id == fsr,
+            or_(*(between(cases.c.ordinal, first, end - 1) for first, end in ranges)),
+            *(columns[name] == value for name, value in only.items() if value is not None),
+        )
+        .order_by(*_worst_first(judged.c.verdict, judged.c.robustness_low), cases.c.ordinal)
+        .limit(limit)
+    )
+    return tuple((run_ref(item), verdict_record(item)) for item in connection.execute(query))
+
+
+def row_counts(connection: Connection) -> dict[str, int]:
+    """Count the rows of every table."""
+    return {
+        table.name: connection.execute(select(func.count()).select_from(table)).scalar_one()
+        for table in tables.metadata.sorted_tables
+    }
+
+
+def _blocks_of_worst(
+    connection: Connection, campaign_id: str, fsr: str, limit: int, only: Mapping[str, str | None]
+) -> list[tuple[int, int]]:
+    """Find the ordinals among which the worst runs are, from the worst run of each tally.
+
+    A run is among the worst n only if its tally is among the n whose worst is worst: each of those
+    before holds a run that is worse, or as bad and planned earlier.
+    """
+    tally, work = tables.tally, tables.work
+    query = (
+        select(work.c.from_ordinal, work.c.to_ordinal)
+        .join(tally, tally.c.work_id == work.c.id)
+        .where(
+            tally.c.campaign_id == campaign_id,
+            tally.c.fsr_id == fsr,
+            *(tally.c[name] == value for name, value in only.items() if value is not None),
+        )
+        .order_by(*_worst_first(tally.c.verdict, tally.c.worst_robustness), work.c.from_ordinal)
+        .limit(limit)
+    )
+    return sorted({(item.from_ordinal, item.to_ordinal) for item in connection.execute(query)})
+
+
+def _worst_first(verdict: Any, robustness: Any) -> tuple[Any, Any, Any]:
+    """Order by badness: an infinite robustness, NULL, is the worst of a FAIL, else the best."""
+    failed = verdict == Verdict.FAIL.value
+    return (
+        case((failed, 0), else_=1),
+        case((robustness.is_(None) == failed, 0), else_=1),
+        robustness,
+    )
+
+
+def _judged_cases(*columns: Any) -> Select[Any]:
+    """Join the cases of campaigns with the verdicts that the campaigns ask for."""
+    cases, fsrs, judged = tables.campaign_case, tables.campaign_fsr, tables.verdict
+    return (
+        select(*columns)
+        .select_from(cases)
         .join(fsrs, is_judged())
         .join(
             judged,
@@ -123,25 +188,20 @@ def worst_runs(
                 judged.c.fsr_digest == fsrs.c.fsr_digest,
             ),
         )
-        .where(cases.c.campaign_id == campaign_id, fsrs.c.fsr_id == fsr)
-        # An infinite robustness is NULL: the worst of a FAIL, the best of anything else.
-        .order_by(
-            case((failed, 0), else_=1),
-            case((unbounded == failed, 0), else_=1),
-            judged.c.robustness_low,
-            cases.c.ordinal,
-        )
-        .limit(limit)
     )
-    columns = {
-        "architecture": cases.c.architecture,
-        "scenario": cases.c.scenario,
-        "verdict": judged.c.verdict,
-    }
-    for name, value in only.items():
-        if value is not None:
-            query = query.where(columns[name] == value)
-    return tuple((run_ref(item), verdict_record(item)) for item in connection.execute(query))
+
+
+def failed_among(
+    connection: Connection, campaign_id: str, ordinals: Sequence[int]
+) -> frozenset[int]:
+    """Return those of some runs of a campaign that fail an FSR."""
+    cases = tables.campaign_case
+    query = _judged_cases(cases.c.ordinal).where(
+        cases.c.campaign_id == campaign_id,
+        cases.c.ordinal.in_(ordinals),
+        tables.verdict.c.verdict == Verdict.FAIL.value,
+    )
+    return frozenset(connection.execute(query).scalars())
 
 
 def results(connection: Connection, campaign_id: str) -> ResultTable:
@@ -168,7 +228,7 @@ def result_table_hash(connection: Connection, campaign_id: str) -> str:
 
 
 def _hashed(campaign_id: str) -> Iterator[tuple[str, Select[Any]]]:
-    cases, fsrs = tables.campaign_case, tables.campaign_fsr
+    cases = tables.campaign_case
     of_campaign = cases.c.campaign_id == campaign_id
     yield "case", select(cases).where(of_campaign).order_by(cases.c.ordinal)
     for table in (tables.run, tables.metric, tables.event):
@@ -183,15 +243,7 @@ def _hashed(campaign_id: str) -> Iterator[tuple[str, Select[Any]]]:
     judged = tables.verdict
     yield (
         "verdict",
-        select(cases.c.ordinal, *_deterministic(judged))
-        .join(fsrs, is_judged())
-        .join(
-            judged,
-            and_(
-                judged.c.result_digest == cases.c.result_digest,
-                judged.c.fsr_digest == fsrs.c.fsr_digest,
-            ),
-        )
+        _judged_cases(cases.c.ordinal, *_deterministic(judged))
         .where(of_campaign)
         .order_by(cases.c.ordinal, judged.c.fsr_id),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from datetime import date
 from typing import TYPE_CHECKING, Any
@@ -230,6 +229,6 @@ def test_verdict_without_a_number_has_no_margin_and_no_binding() -> None:
     assert (margin.value, margin.unit, margin.robustness) == (-1.5, "m", -0.15)
 
 
-def test_results_are_parsed_once(builder: ReportBuilder, rows: list[dict[str, Any]]) -> None:
-    assert [row["point"] for row in builder.results] == [row["point"] for row in rows]
-    assert all(isinstance(json.loads(row["verdicts"]), dict) for row in builder.results)
+def test_runs_are_read_once(builder: ReportBuilder, rows: list[dict[str, Any]]) -> None:
+    assert len(builder.figures) == len(rows)
+    assert builder.figures is builder.figures

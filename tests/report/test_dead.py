@@ -8,6 +8,7 @@ import pytest
 
 from adeye.report.dead import dead_axes, moves
 from adeye.store.tables import METRIC_IDS
+from tests.figures import figures_of
 
 ODD: dict[str, Any] = {
     "scenarios": {
@@ -30,18 +31,18 @@ def row(point: dict[str, float], distance: float | None = 1.0, **changes: Any) -
 
 
 def dead(rows: list[dict[str, Any]]) -> list[str]:
-    return [item.axis for item in dead_axes(rows, ODD, lambda text: text)]
+    return [item.axis for item in dead_axes(figures_of(rows), ODD, lambda text: text)]
 
 
 def test_axis_that_changes_a_metric_is_alive() -> None:
     rows = [row({"gap": 30.0}, 1.0), row({"gap": 40.0}, 2.0)]
-    assert moves(rows, "gap")
+    assert moves(figures_of(rows), "gap")
     assert dead(rows) == []
 
 
 def test_axis_that_changes_nothing_is_dead_with_its_values_in_the_users_units() -> None:
     rows = [row({"gap": 30.0, "ego_speed": 25.0}), row({"gap": 40.0, "ego_speed": 25.0})]
-    found = list(dead_axes(rows, ODD, lambda text: f"{text} --db x.db"))
+    found = list(dead_axes(figures_of(rows), ODD, lambda text: f"{text} --db x.db"))
     assert [(item.scenario, item.axis, item.values) for item in found] == [
         ("cut_in", "gap", "30 m, 40 m")
     ]
@@ -50,7 +51,7 @@ def test_axis_that_changes_nothing_is_dead_with_its_values_in_the_users_units() 
 
 
 def test_value_that_comes_or_goes_is_a_change() -> None:
-    assert moves([row({"gap": 30.0}, None), row({"gap": 40.0}, 1.0)], "gap")
+    assert moves(figures_of([row({"gap": 30.0}, None), row({"gap": 40.0}, 1.0)]), "gap")
 
 
 @pytest.mark.parametrize(
@@ -65,7 +66,7 @@ def test_value_that_comes_or_goes_is_a_change() -> None:
 def test_only_runs_that_differ_in_nothing_else_are_compared(other: dict[str, Any]) -> None:
     rows = [row({"gap": 30.0, "ego_speed": 25.0}, 1.0)]
     rows.append({**row({"gap": 40.0, "ego_speed": 25.0}, 2.0), **other})
-    assert not moves(rows, "gap")
+    assert not moves(figures_of(rows), "gap")
 
 
 def test_one_pair_in_any_architecture_keeps_an_axis_alive() -> None:
@@ -90,5 +91,15 @@ def test_axis_of_one_architecture_is_judged_by_its_own_runs() -> None:
 def test_scenarios_are_judged_apart() -> None:
     rows = [row({"gap": 30.0}, 1.0), row({"gap": 40.0}, 2.0)]
     rows += [row({"gap": gap}, scenario="braking") for gap in (30.0, 40.0)]
-    found = list(dead_axes(rows, ODD, lambda text: text))
+    found = list(dead_axes(figures_of(rows), ODD, lambda text: text))
     assert [(item.scenario, item.axis) for item in found] == [("braking", "gap")]
+
+
+def test_more_axes_than_one_number_can_hold_are_told_apart() -> None:
+    # 2 levels of 70 axes: 2^70 groups.
+    names = [f"axis_{k}" for k in range(70)]
+    base = dict.fromkeys(names, 0.0)
+    rows = [row(base)] + [row({**base, name: 1.0}) for name in names]
+    assert dead(rows) == sorted(names)
+    rows[1] = row({**base, names[0]: 1.0}, 2.0)
+    assert dead(rows) == sorted(names[1:])

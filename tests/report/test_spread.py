@@ -8,6 +8,7 @@ import pytest
 
 from adeye.report.spread import metric_title, summarise
 from adeye.store.tables import METRIC_IDS
+from tests.figures import figures_of
 
 if TYPE_CHECKING:
     from adeye.report.model import MetricSummary
@@ -25,7 +26,9 @@ def row(run: str, distance: float | None, **changes: Any) -> dict[str, Any]:
 
 
 def summaries(rows: list[dict[str, Any]]) -> dict[tuple[str, str, str], MetricSummary]:
-    made = summarise(rows, lambda run: f"adeye replay {run}")
+    made = summarise(
+        figures_of(rows), lambda place: str(rows[place]["run"]), lambda run: f"adeye replay {run}"
+    )
     return {(item.scenario, item.architecture, item.metric): item for item in made}
 
 
@@ -45,6 +48,13 @@ def test_median_of_an_even_number_is_a_run_that_exists() -> None:
     found = summaries([row("a", 1.0), row("b", 2.0)])["cut_in", "candidate", "min_distance_m"]
     assert found.median is not None
     assert (found.median.value, found.median.run) == (1.0, "a")
+
+
+def test_among_equal_values_the_run_planned_first_is_the_least_and_the_last_the_greatest() -> None:
+    rows = [row("d", 1.0), row("c", 1.0), row("b", 1.0), row("a", 1.0)]
+    found = summaries(rows)["cut_in", "candidate", "min_distance_m"]
+    extremes = (found.minimum, found.median, found.maximum)
+    assert [item.run for item in extremes if item] == ["d", "c", "a"]
 
 
 def test_metric_without_a_value_has_no_extremes() -> None:

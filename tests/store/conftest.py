@@ -75,6 +75,7 @@ class Example:
         self.gate: tuple[str, ...] = ("new",)
         self.odd = ContentRecord("motorway", "1", {"odd": "motorway", "seed": 7})
         self.verdict_of: Callable[[BlockCase, str], Verdict] = lambda _case, _fsr: Verdict.PASS
+        self.margin_of: Callable[[BlockCase], float] = lambda case: 1.0 + case.ordinal
 
     def concept(self) -> Concept:
         return Concept(
@@ -171,7 +172,7 @@ class Example:
 
     def verdict(self, case: BlockCase, fsr: str) -> VerdictRecord:
         verdict = self.verdict_of(case, fsr)
-        margin = (-1.0 if verdict is Verdict.FAIL else 1.0) * (1.0 + case.ordinal)
+        margin = (-1.0 if verdict is Verdict.FAIL else 1.0) * self.margin_of(case)
         return VerdictRecord(
             fsr_id=fsr,
             fsr_digest=self.fsr_digest(fsr),

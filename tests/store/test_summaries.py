@@ -1,5 +1,6 @@
 import random  # noqa: TID251 - shuffles the order of execution; no simulated noise
 from datetime import date
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -146,6 +147,24 @@ def test_worst_runs_come_first(repository: Repository, example: Any) -> None:
     assert [run.ordinal for run, _ in only] == [1]
 
 
+@pytest.mark.parametrize("limit", [1, 3, 12])
+def test_worst_runs_are_found_whatever_the_blocks(
+    repository: Repository, example: Any, limit: int
+) -> None:
+    # Ties in every block, and failures in the last one only.
+    example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal > 9 else Verdict.PASS
+    example.margin_of = lambda case: float(case.ordinal % 3)
+    campaign = example.campaign(repository, 12, block_size=2)
+    everything = repository.worst_runs(campaign, "FSR1", limit=100)
+    worst = repository.worst_runs(campaign, "FSR1", limit=limit)
+    assert worst == everything[:limit]
+    places = {run.ordinal: place for place, (run, _) in enumerate(everything)}
+    assert sorted(places) == list(range(12))
+    for (one, first), (two, second) in pairwise(everything):
+        if first.verdict is second.verdict and first.margin == second.margin:
+            assert one.ordinal < two.ordinal
+
+
 def test_worst_runs_are_those_of_the_fsr_as_the_campaign_judges_it(
     repository: Repository, example: Any
 ) -> None:
@@ -155,6 +174,18 @@ def test_worst_runs_are_those_of_the_fsr_as_the_campaign_judges_it(
     second = example.campaign(repository, 4)
     assert repository.worst_runs(first, "FSR1")[0][1].verdict is Verdict.PASS
     assert repository.worst_runs(second, "FSR1")[0][1].verdict is Verdict.FAIL
+
+
+def test_runs_that_fail_an_fsr_are_told_from_those_that_do_not(
+    repository: Repository, example: Any
+) -> None:
+    example.verdict_of = lambda case, fsr: (
+        Verdict.FAIL if (case.ordinal, fsr) in {(1, "FSR2"), (5, "FSR1")} else Verdict.PASS
+    )
+    campaign = example.campaign(repository, 8)
+    assert repository.failed_among(campaign, range(8)) == {1, 5}
+    assert repository.failed_among(campaign, [0, 5]) == {5}
+    assert repository.failed_among(campaign, []) == frozenset()
 
 
 def test_results_are_one_row_a_run_in_the_order_of_the_plan(

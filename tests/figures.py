@@ -1,0 +1,29 @@
+"""Figures made from rows like those of ``v_runs``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adeye.store.figures import Figures, Labels, encode_points
+from adeye.store.tables import METRIC_IDS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+
+def figures_of(rows: Sequence[Mapping[str, Any]]) -> Figures:
+    """Turn rows into columns; what a row does not say is the same in all of them."""
+    return Figures(
+        ordinal=np.arange(len(rows)),
+        scenario=Labels.of(row.get("scenario", "") for row in rows),
+        architecture=Labels.of(row.get("architecture", "") for row in rows),
+        fault_entry=Labels.of(row.get("fault_entry", "none") for row in rows),
+        replicate=np.array([row.get("replicate", 0) for row in rows], dtype=np.int64),
+        outcome=Labels.of(row.get("outcome", "completed") for row in rows),
+        points=encode_points(row.get("point", {}) for row in rows),
+        metrics={
+            name: np.array([row[name] for row in rows], dtype=np.float64) for name in METRIC_IDS
+        },
+    )
