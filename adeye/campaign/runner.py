@@ -168,7 +168,9 @@ def run_campaign(
         if failed:
             summary = replace(summary, message=f"{summary.message.rstrip('.')}; {failed}")
         if tasks.failures and campaign.work.quarantined:
-            given_up = f"{campaign.work.quarantined} blocks were given up: {tasks.failures[-1]}"
+            # An exception of a library may have many lines; the database keeps them all.
+            last = tasks.failures[-1].partition("\n")[0]
+            given_up = f"{campaign.work.quarantined} blocks were given up: {last}"
             summary = replace(summary, message=f"{summary.message.rstrip('.')}; {given_up}")
         return summary
 
