@@ -16,6 +16,7 @@ from adeye.channels.tracks import (
     TRACK_WIDTH,
     TRACK_X,
     TRACK_Y,
+    carried_by,
 )
 from adeye.kernel.jit import compiled, inlined
 
@@ -38,15 +39,16 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
     estimate_stamp: float,
     kinds: Ints,
     mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
+    run: int,
+    stamps: tuple[Floats, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
     pose: Floats,
     tracks: Floats,
     used: Floats,
     places: Floats,
     owner: Ints,
-) -> None:
+) -> int:
     """Bring pose and tracks of one run to the present tick.
 
     A sample is used once, whenever it arrives; a sensor that has dropped out shows its old stamp.
@@ -62,40 +64,70 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
         estimate_stamp: Its time [s], -1 before the first.
         kinds: (S,) index into ``SENSOR_KINDS``.
         mounts: (S, 2) x, y [m].
-        stamps: (S,) time of each sensor's newest sample [s].
-        masks: (S, M).
-        detections: (S, M, 7).
+        run: Which row of the samples is meant.
+        stamps: Time of each sensor's newest sample (B,) [s], see ``sight.Sight``.
+        masks: Which detections are in it (B, M).
+        detections: (B, M, 7).
         pose: (POSE_WIDTH,) in and out.
         tracks: (K, TRACK_STATE) in and out.
         used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
         places: (M, 2) scratch.
         owner: (M,) scratch.
+
+    Returns:
+        The end of the tracks: all places from there on are free.
     """
     update_pose(pose, segments, estimate, estimate_stamp, time, period)
     if not has_pose(pose, time):
         # Without its own motion every standing object would seem to move.
-        tracks[:, TRACK_HITS] = 0.0
-        return
-    predict_tracks(tracks, pose, time, period, coast)
-    for sensor in range(stamps.shape[0]):
-        if not stamps[sensor] > used[sensor]:
+        for row in range(tracks.shape[0]):
+            tracks[row, TRACK_HITS] = 0.0
+        return 0
+    # Many a sensor is as late as the one before, so the way since then is the same.
+    age = period
+    motion = carried_by(pose, age)
+    end = predict_tracks(tracks, pose, motion, time, period, coast)
+    for sensor in range(kinds.shape[0]):
+        stamp = stamps[sensor][run]
+        if not stamp > used[sensor]:
             continue
-        used[sensor] = stamps[sensor]
-        update_tracks(
+        used[sensor] = stamp
+        if time - stamp != age:
+            age = time - stamp
+            motion = carried_by(pose, age)
+        end = update_tracks(
             tracks,
+            end,
             pose,
+            motion,
             kinds[sensor],
             mounts[sensor, 0],
             mounts[sensor, 1],
-            masks[sensor],
-            detections[sensor],
-            stamps[sensor],
-            time - stamps[sensor],
+            masks[sensor][run],
+            detections[sensor][run],
+            stamp,
+            age,
             gate,
             places,
             owner,
         )
-    drop_tentative(tracks, time, confirm_hits)
+    drop_tentative(tracks, end, time, confirm_hits)
+    return end
+
+
+@inlined
+def is_degraded(alive: tuple[Bools, ...], sensors: int, run: int) -> bool:
+    """Tell whether a linked sensor does not deliver.
+
+    Args:
+        alive: Whether each delivers (B,), see ``sight.Sight``.
+        sensors: How many are linked.
+        run: Which row is meant.
+    """
+    for sensor in range(sensors):  # noqa: SIM110 - a kernel
+        if not alive[sensor][run]:
+            return True
+    return False
 
 
 @compiled

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from adeye.channels.perception import perceive, show_tracks
+from adeye.channels.perception import is_degraded, perceive, show_tracks
 from adeye.channels.pose import POSE_WIDTH, clear_pose
 from adeye.channels.tracking import SENSOR_KINDS
 from adeye.channels.tracks import TRACK_HITS, TRACK_STATE, TRACKS
@@ -37,9 +37,10 @@ class Eye:
             stamp if with_pose else -1.0,
             np.array([SENSOR_KINDS.index("radar")]),
             np.zeros((1, 2)),
-            seen.stamp,
-            seen.mask,
-            seen.detections,
+            0,
+            (seen.stamp,),
+            (seen.mask,),
+            (seen.detections,),
             self.pose,
             self.tracks,
             self.used,
@@ -84,3 +85,9 @@ def test_without_own_motion_nothing_is_tracked() -> None:
     # The sample was not used up meanwhile.
     eye.look(5 * STEP, stamp=5 * STEP)
     assert eye.tracks[0, TRACK_HITS] == 1.0
+
+
+def test_dead_sensor_degrades_its_own_run_only() -> None:
+    alive = (np.array([True, True, True]), np.array([True, False, True]), np.zeros(3, np.bool_))
+    assert [is_degraded(alive, 2, run) for run in range(3)] == [False, True, False]
+    assert is_degraded(alive, 3, 0)

@@ -9,7 +9,7 @@ import numpy as np
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import vehicle_fields
 from adeye.channels.nominal.planning import MEMORY_PATH, MEMORY_WIDTH, nominal_step
-from adeye.channels.perception import show_tracks
+from adeye.channels.perception import is_degraded, show_tracks
 from adeye.channels.pose import POSE_WIDTH, clear_pose
 from adeye.channels.sight import Sight
 from adeye.channels.tracks import TRACK_STATE, TRACKS
@@ -56,7 +56,7 @@ class NominalChannel:
         for row in self._pose:
             clear_pose(row)
         self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
-        self._used = np.full(self._sight.stamps.shape, -1.0)
+        self._used = np.full(self._sight.mounts.shape[:2], -1.0)
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
         self._command = np.zeros((runs, 2))
@@ -80,9 +80,9 @@ class NominalChannel:
             sight.kinds,
             sight.mounts,
             sight.stamps,
+            sight.alive,
             sight.masks,
             sight.detections,
-            sight.is_degraded,
             self._pose,
             self._tracks,
             self._used,
@@ -115,10 +115,10 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     estimate_stamp: Floats,
     kinds: Ints,
     mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
-    is_degraded: Bools,
+    stamps: tuple[Floats, ...],
+    alive: tuple[Bools, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
     pose: Floats,
     tracks: Floats,
     used: Floats,
@@ -142,9 +142,10 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
             estimate_stamp[run],
             kinds,
             mounts[run],
-            stamps[run],
-            masks[run],
-            detections[run],
+            run,
+            stamps,
+            masks,
+            detections,
             pose[run],
             tracks[run],
             used[run],
@@ -154,6 +155,8 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
             owner,
             path,
         )
-        status[run] = DEGRADED if state == OK and is_degraded[run] else state
+        if state == OK and is_degraded(alive, kinds.shape[0], run):
+            state = DEGRADED
+        status[run] = state
         if shows_tracks:
             show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

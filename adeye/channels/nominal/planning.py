@@ -34,9 +34,10 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     estimate_stamp: float,
     kinds: Ints,
     mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
+    run: int,
+    stamps: tuple[Floats, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
     pose: Floats,
     tracks: Floats,
     used: Floats,
@@ -56,9 +57,10 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
         estimate_stamp: Its time [s], -1 before the first.
         kinds: (S,) index into ``SENSOR_KINDS``.
         mounts: (S, 2) x, y [m].
-        stamps: (S,) time of each sensor's newest sample [s].
-        masks: (S, M).
-        detections: (S, M, 7).
+        run: Which row of the samples is meant.
+        stamps: Time of each sensor's newest sample (B,) [s], see ``sight.Sight``.
+        masks: Which detections are in it (B, M).
+        detections: (B, M, 7).
         pose: (POSE_WIDTH,) in and out.
         tracks: (K, TRACK_STATE) in and out.
         used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
@@ -71,7 +73,7 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     Returns:
         OK, or FAULT without a recent ego estimate: then it coasts with the steering held.
     """
-    perceive(
+    end = perceive(
         time,
         record["period"],
         record["coast"],
@@ -82,6 +84,7 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
         estimate_stamp,
         kinds,
         mounts,
+        run,
         stamps,
         masks,
         detections,
@@ -99,6 +102,7 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     path_d = memory[MEMORY_PATH]
     view_path(
         tracks,
+        end,
         pose,
         segments,
         path_d,

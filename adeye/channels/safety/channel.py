@@ -10,7 +10,7 @@ import numpy as np
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import vehicle_fields
 from adeye.channels.links import SWITCH, linked_channels
-from adeye.channels.perception import show_tracks
+from adeye.channels.perception import is_degraded, show_tracks
 from adeye.channels.pose import POSE_WIDTH, clear_pose
 from adeye.channels.safety.monitors import EVIDENCE_WIDTH, MONITOR_IDS
 from adeye.channels.safety.supervision import MEMORY_PATH, MEMORY_WIDTH, NO_SWITCH, safety_step
@@ -80,7 +80,7 @@ class SafetyChannel:
         for row in self._pose:
             clear_pose(row)
         self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
-        self._used = np.full(self._sight.stamps.shape, -1.0)
+        self._used = np.full(self._sight.mounts.shape[:2], -1.0)
         self._heard = np.zeros(self._channel_status.shape, dtype=np.bool_)
         self._states = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.int64)
         self._memory = np.zeros((runs, MEMORY_WIDTH))
@@ -116,9 +116,9 @@ class SafetyChannel:
             sight.kinds,
             sight.mounts,
             sight.stamps,
+            sight.alive,
             sight.masks,
             sight.detections,
-            sight.is_degraded,
             self._numbers,
             self._channel_status,
             self._reason,
@@ -172,10 +172,10 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     estimate_stamp: Floats,
     kinds: Ints,
     mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
-    is_degraded: Bools,
+    stamps: tuple[Floats, ...],
+    alive: tuple[Bools, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
     numbers: Floats,
     channel_status: Ints,
     reason: Ints,
@@ -206,9 +206,10 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
             estimate_stamp[run],
             kinds,
             mounts[run],
-            stamps[run],
-            masks[run],
-            detections[run],
+            run,
+            stamps,
+            masks,
+            detections,
             numbers[run],
             channel_status[run],
             reason[run],
@@ -225,6 +226,8 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
             path,
             seen,
         )
-        status[run] = DEGRADED if state == OK and is_degraded[run] else state
+        if state == OK and is_degraded(alive, kinds.shape[0], run):
+            state = DEGRADED
+        status[run] = state
         if shows_tracks:
             show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

@@ -53,9 +53,10 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
     estimate_stamp: float,
     kinds: Ints,
     mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
+    run: int,
+    stamps: tuple[Floats, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
     numbers: Floats,
     channel_status: Ints,
     reason: int,
@@ -82,9 +83,10 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         estimate_stamp: Its time [s], -1 before the first.
         kinds: (S,) index into ``SENSOR_KINDS``.
         mounts: (S, 2) x, y [m].
-        stamps: (S,) time of each sensor's newest sample [s].
-        masks: (S, M).
-        detections: (S, M, 7).
+        run: Which row of the samples is meant.
+        stamps: Time of each sensor's newest sample (B,) [s], see ``sight.Sight``.
+        masks: Which detections are in it (B, M).
+        detections: (B, M, 7).
         numbers: (N, 3) acceleration, steering angle, stamp of the linked channels.
         channel_status: (N,) their states.
         reason: Why the acting channel acts, ``NO_SWITCH`` without link.
@@ -105,7 +107,7 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         OK, REQUESTS_AUTHORITY, or FAULT without a recent ego estimate: then it coasts with the
         steering held.
     """
-    perceive(
+    end = perceive(
         time,
         record["period"],
         record["coast"],
@@ -116,6 +118,7 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         estimate_stamp,
         kinds,
         mounts,
+        run,
         stamps,
         masks,
         detections,
@@ -130,7 +133,7 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
     path[:] = 0.0
     gather_commands(time, numbers, channel_status, heard, seen)
     if knows_pose:
-        _look(record, segments, pose, tracks, memory, path, seen)
+        _look(record, segments, pose, tracks, end, memory, path, seen)
     confirmed = run_monitors(record, seen, states, shown)
     if not knows_pose:
         command[0] = 0.0
@@ -152,6 +155,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
     segments: Floats,
     pose: Floats,
     tracks: Floats,
+    end: int,
     memory: Floats,
     path: Floats,
     seen: Floats,
@@ -164,6 +168,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
         memory[MEMORY_PATH] = nearest
     view_path(
         tracks,
+        end,
         pose,
         segments,
         memory[MEMORY_PATH],
