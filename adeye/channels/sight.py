@@ -18,6 +18,8 @@ LEAST_SLOTS: Final = 4
 """Sensors that there is room for at least. A step is compiled for a number of slots, which is this
 or the next power of two, so that a further sensor seldom costs a compilation."""
 
+_BLIND: Final = "localisation"
+
 _FLOAT: Final = np.dtype(np.float64)
 _BOOL: Final = np.dtype(np.bool_)
 
@@ -28,13 +30,14 @@ class Sight:
     They are looked at during the tick only, because a sensor may write to its arrays at the next.
 
     Attributes:
-        kinds: (S,) index into ``SENSOR_KINDS``.
-        mounts: (B, S, 2) x, y of the sensors in the vehicle frame [m].
+        kinds: (S,) index into ``SENSOR_KINDS``, of the sensors that may detect something.
+        mounts: (B, S, 2) x, y of these sensors in the vehicle frame [m].
         stamps: Time of the newest sample (B,) [s], -1 before the first; by sensor, and so are the
-            next three. The slots beyond the sensors are not to be read.
-        alive: Whether it delivers (B,).
+            next two. The slots beyond the S sensors are not to be read.
         masks: Which detections are there (B, M); M may differ.
         detections: (B, M, 7).
+        alive: Whether each linked sensor delivers (B,), also one that detects nothing; true in the
+            slots beyond.
         estimate: (B, 13) of the first linked sensor that gives one.
         estimate_stamp: (B,) its time [s]; -1 without such a sensor.
         places: (M, 2) scratch of the step, for the longest M.
@@ -48,30 +51,31 @@ class Sight:
             context: Gives the linked sensors, their kinds and mounts.
         """
         self._ids = tuple(link for link in context.links if link in context.sensors)
-        runs, sensors = context.runs, len(self._ids)
+        # What knows the ego only has never seen anything, so nobody need look.
+        self._seeing = tuple(name for name in self._ids if context.sensors[name] != _BLIND)
+        runs, sensors = context.runs, len(self._seeing)
         known = {kind: index for index, kind in enumerate(SENSOR_KINDS)}
         self.kinds: Ints = np.array(
-            [known.get(context.sensors[name], known["camera"]) for name in self._ids],
+            [known.get(context.sensors[name], known["camera"]) for name in self._seeing],
             dtype=np.int64,
         )
         self.mounts: Floats = np.zeros((runs, sensors, 2))
-        for index, name in enumerate(self._ids):
+        for index, name in enumerate(self._seeing):
             if name in context.mounts:
                 self.mounts[:, index] = context.mounts[name][:, :2]
-        slots = LEAST_SLOTS
-        while slots < sensors:
-            slots *= 2
-        self._spare = slots - sensors
+        self._slots = LEAST_SLOTS
+        while self._slots < len(self._ids):
+            self._slots *= 2
         self._nothing = (
             np.full(runs, -1.0),
-            np.zeros(runs, dtype=np.bool_),
             np.zeros((runs, 0), dtype=np.bool_),
             np.zeros((runs, 0, len(DETECTION_COLUMNS))),
         )
+        self._all_alive: Bools = np.ones(runs, dtype=np.bool_)
         self.stamps: tuple[Floats, ...] = ()
-        self.alive: tuple[Bools, ...] = ()
         self.masks: tuple[Bools, ...] = ()
         self.detections: tuple[Floats, ...] = ()
+        self.alive: tuple[Bools, ...] = ()
         self.places: Floats = np.zeros((0, 2))
         self.owner: Ints = np.zeros(0, dtype=np.int64)
         self.estimate: Floats = np.zeros((runs, len(ESTIMATE_COLUMNS)))
@@ -83,23 +87,27 @@ class Sight:
         Args:
             measurements: By sensor id.
         """
-        items = [measurements[name] for name in self._ids]
-        stamp, alive, mask, detections = self._nothing
-        spare = self._spare
-        self.stamps = (*(_plain(item.stamp, _FLOAT) for item in items), *[stamp] * spare)
-        self.alive = (*(_plain(item.alive, _BOOL) for item in items), *[alive] * spare)
-        self.masks = (*(_plain(item.mask, _BOOL) for item in items), *[mask] * spare)
+        stamp, mask, detections = self._nothing
+        seen = [measurements[name] for name in self._seeing]
+        spare = self._slots - len(seen)
+        self.stamps = (*(_plain(item.stamp, _FLOAT) for item in seen), *[stamp] * spare)
+        self.masks = (*(_plain(item.mask, _BOOL) for item in seen), *[mask] * spare)
         self.detections = (
-            *(_plain(item.detections, _FLOAT) for item in items),
+            *(_plain(item.detections, _FLOAT) for item in seen),
             *[detections] * spare,
+        )
+        items = [measurements[name] for name in self._ids]
+        self.alive = (
+            *(_plain(item.alive, _BOOL) for item in items),
+            *[self._all_alive] * (self._slots - len(items)),
         )
         size = max(rows.shape[1] for rows in self.masks)
         if size > self.owner.shape[0]:
             self.places, self.owner = np.zeros((size, 2)), np.zeros(size, dtype=np.int64)
-        for item, stamp in zip(items, self.stamps, strict=False):
+        for item in items:
             if item.estimate is not None:
                 self.estimate = _plain(item.estimate, _FLOAT)
-                self.estimate_stamp = stamp
+                self.estimate_stamp = _plain(item.stamp, _FLOAT)
                 break
 
 

@@ -190,9 +190,9 @@ def drop_tentative(tracks: Floats, end: int, time: float, confirm_hits: float) -
         confirm_hits: Detections that confirm a track.
     """
     for row in range(end):
-        if 0.0 < tracks[row, TRACK_HITS] < confirm_hits:
-            if time - tracks[row, TRACK_SEEN] > _TENTATIVE + 1e-9:
-                tracks[row, TRACK_HITS] = 0.0
+        unseen = time - tracks[row, TRACK_SEEN] > _TENTATIVE + 1e-9
+        if 0.0 < tracks[row, TRACK_HITS] < confirm_hits and unseen:
+            tracks[row, TRACK_HITS] = 0.0
 
 
 @inlined

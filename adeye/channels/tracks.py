@@ -114,8 +114,22 @@ def associate(  # noqa: PLR0913, PLR0917 - a kernel
             track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
                 track, detections, places, owner, count, age, gate
             )
-    if _take_nearest(tracks, end, owner):
-        return
+    if not _take_nearest(tracks, end, owner):
+        _share_out(tracks, end, detections, places, owner, count, age, gate)
+
+
+@inlined
+def _share_out(  # noqa: PLR0913, PLR0917 - a kernel
+    tracks: Floats,
+    end: int,
+    detections: Floats,
+    places: Floats,
+    owner: Ints,
+    count: int,
+    age: float,
+    gate: float,
+) -> None:
+    """Join the nearest pair; who wanted the same detection looks for another; and so on."""
     while True:
         best = -1
         least = math.inf

@@ -89,6 +89,17 @@ def test_without_estimate_there_is_no_stamp() -> None:
 
 
 def test_dead_sensor_is_shown_as_such() -> None:
-    two = sight("front", "pose")
+    two = sight("pose", "front")
     two.take({"front": measurement(1, alive=False), "pose": measurement(0)})
-    assert [rows.tolist() for rows in two.alive[:2]] == [[False, False], [True, True]]
+    # The slots beyond the sensors are never a fault.
+    assert [rows.all() for rows in two.alive] == [True, False, True, True]
+
+
+def test_localisation_is_not_looked_through_for_objects() -> None:
+    two = sight("pose", "front")
+    seen = measurement(1)
+    two.take({"front": seen, "pose": measurement(1, alive=False, estimate=1.0)})
+    assert two.kinds.tolist() == [SENSOR_KINDS.index("radar")]
+    assert two.masks[0] is seen.mask
+    assert two.estimate[0, 0] == 1.0
+    assert not two.alive[0].any()
