@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.kernel.jit import allocating, compiled
+from adeye.kernel.jit import compiled, inlined
 from adeye.signals import (
     FAULT,
     NO_CHANNEL,
@@ -79,6 +79,7 @@ class PrioritySwitch:
         self._state = np.zeros((runs, 2), dtype=np.int64)
         self._state[:, _HOLDER] = NO_CHANNEL
         self._held = np.zeros(runs)
+        self._usable = np.zeros(count, dtype=np.bool_)
         self._numbers = np.zeros((runs, count, 3))
         self._status = np.zeros((runs, count), dtype=np.int64)
 
@@ -108,13 +109,14 @@ class PrioritySwitch:
             self._since,
             self._state,
             self._held,
+            self._usable,
             command,
             decision,
         )
         return command, Authority(decision[:, 0].copy(), decision[:, 1].copy())
 
 
-@allocating
+@compiled
 def _arbitrate(  # noqa: PLR0913, PLR0917 - a kernel
     records: Any,
     order: Ints,
@@ -124,10 +126,10 @@ def _arbitrate(  # noqa: PLR0913, PLR0917 - a kernel
     since: Floats,
     state: Ints,
     held: Floats,
+    usable: Bools,
     command: Floats,
     decision: Ints,
 ) -> None:
-    usable = np.zeros(status.shape[1], dtype=np.bool_)
     for run in range(records.shape[0]):
         chosen, reason = _step(
             records[run],
@@ -147,7 +149,7 @@ def _arbitrate(  # noqa: PLR0913, PLR0917 - a kernel
         command[run, 1] = held[run]
 
 
-@compiled
+@inlined
 def _step(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     order: Ints,
@@ -199,7 +201,7 @@ def _step(  # noqa: PLR0913, PLR0917 - a kernel
     return chosen, _reason(chosen, wanted, since, usable[default], default)
 
 
-@compiled
+@inlined
 def _is_usable(record: Any, time: float, numbers: Floats, status: int) -> bool:
     # A silent channel says nothing, so only the age of its last command tells; a fault it reports.
     if status == FAULT:
@@ -210,7 +212,7 @@ def _is_usable(record: Any, time: float, numbers: Floats, status: int) -> bool:
     return bool(numbers[2] >= 0.0 and time - numbers[2] <= record["staleness"] + TIME_TOLERANCE)
 
 
-@compiled
+@inlined
 def _latched_or_requesting(
     record: Any, order: Ints, time: float, since: Floats, state: Ints
 ) -> int:
@@ -225,7 +227,7 @@ def _latched_or_requesting(
     return NO_CHANNEL
 
 
-@compiled
+@inlined
 def _first_usable(order: Ints, usable: Bools) -> int:
     for channel in order:
         if channel >= 0 and usable[channel]:
@@ -233,7 +235,7 @@ def _first_usable(order: Ints, usable: Bools) -> int:
     return NO_CHANNEL
 
 
-@compiled
+@inlined
 def _is_above(order: Ints, chosen: int, wanted: int, default: int) -> bool:
     """Tell whether the chosen channel stands above the default and the one that was wanted."""
     for channel in order:
@@ -246,7 +248,7 @@ def _is_above(order: Ints, chosen: int, wanted: int, default: int) -> bool:
     return False
 
 
-@compiled
+@inlined
 def _reason(chosen: int, wanted: int, since: Floats, default_usable: bool, default: int) -> int:  # noqa: FBT001 - a kernel
     if chosen != wanted:
         return REASON_STALENESS

@@ -66,6 +66,7 @@ would take every vehicle for a standing one. With 6 m/s of error a gap of 20 m s
 @inlined
 def view_path(  # noqa: PLR0913, PLR0917 - a kernel
     tracks: Floats,
+    end: int,
     pose: Floats,
     segments: Floats,
     path_d: float,
@@ -79,6 +80,7 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
 
     Args:
         tracks: (K, TRACK_STATE).
+        end: Rows of tracks from here on are free places.
         pose: (POSE_WIDTH,).
         segments: (K, 5) reference line of the road.
         path_d: Lateral place of the path: the centre of the ego's lane [m].
@@ -91,24 +93,31 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
     path[PATH_GAP] = math.inf
     path[PATH_SPEED] = 0.0
     path[PATH_REQUIRED] = 0.0
-    sine, cosine = sin_cos(pose[POSE_HEADING])
-    _, along = sin_cos(pose[POSE_ALIGN])
-    speed = pose[POSE_SPEED] * along
-    for row in range(tracks.shape[0]):
+    ego_s, ego_d, ego_x, ego_y = pose[POSE_S], pose[POSE_D], pose[POSE_X], pose[POSE_Y]
+    ego_heading = pose[POSE_HEADING]
+    sine, cosine = sin_cos(ego_heading)
+    # Seldom is it not the angle that the next track needs, too.
+    turn = pose[POSE_ALIGN]
+    turn_sine, turn_cosine = sin_cos(turn) if turn != ego_heading else (sine, cosine)
+    speed = pose[POSE_SPEED] * turn_cosine
+    for row in range(end):
         if tracks[row, TRACK_HITS] < confirm_hits or tracks[row, TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
             continue
         track = tracks[row]
-        x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
-        y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
+        x = ego_x + cosine * track[TRACK_X] - sine * track[TRACK_Y]
+        y = ego_y + sine * track[TRACK_X] + cosine * track[TRACK_Y]
         s, d, heading, _ = local(segments, x, y)
-        if s <= pose[POSE_S]:
+        if s <= ego_s:
             continue
-        gap = s - pose[POSE_S] - 0.5 * (ego_length + track[TRACK_LENGTH])
-        turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
+        gap = s - ego_s - 0.5 * (ego_length + track[TRACK_LENGTH])
+        # Zeros are equal although their signs may differ, so they do not count as known.
+        if ego_heading - heading != turn or turn == 0.0:
+            turn = ego_heading - heading
+            turn_sine, turn_cosine = sin_cos(turn)
         forward = turn_cosine * track[TRACK_VX] - turn_sine * track[TRACK_VY]
         sideways = turn_sine * track[TRACK_VX] + turn_cosine * track[TRACK_VY]
         half = 0.5 * (ego_width + track[TRACK_WIDTH]) + margin
-        offset = offset_from_corridor(d, path_d, pose[POSE_D])
+        offset = offset_from_corridor(d, path_d, ego_d)
         length = ego_length + track[TRACK_LENGTH]
         # Towards the corridor, as far as the track is sure of it.
         inward = -sideways if offset > 0.0 else sideways

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -11,6 +12,7 @@ from adeye.signals import (
     Authority,
     Bools,
     ControlCommand,
+    Ints,
     Measurement,
     Observation,
 )
@@ -95,9 +97,17 @@ def _blanked(measurement: Measurement) -> Measurement:
         measurement.alive,
         measurement.mask,
         measurement.detections,
-        np.full_like(measurement.source, -1),
+        _no_source(measurement.source.shape),
         measurement.estimate,
     )
+
+
+@lru_cache(maxsize=8)
+def _no_source(shape: tuple[int, ...]) -> Ints:
+    """Return a list that tells no object; every measurement of a shape shows the same."""
+    blank = np.full(shape, -1, dtype=np.int64)
+    blank.flags.writeable = False
+    return blank
 
 
 def _locked_measurement(measurement: Measurement) -> Measurement:

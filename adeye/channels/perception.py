@@ -1,8 +1,8 @@
-"""One tick of perception of one run: ego pose, tracks, and what of them goes into the command."""
+"""One tick of perception: ego pose, tracks, and what of them goes into the command."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from adeye.channels.tracks import (
     TRACK_WIDTH,
     TRACK_X,
     TRACK_Y,
+    carried_by,
 )
 from adeye.kernel.jit import compiled, inlined
 
@@ -26,76 +27,184 @@ SHOWN: Final = (TRACK_X, TRACK_Y, TRACK_VX, TRACK_VY, TRACK_LENGTH, TRACK_WIDTH)
 """Columns of a track that a command shows, in the order of ``signals.TRACK_COLUMNS``."""
 
 
+BLOCK: Final = 64
+"""Runs that go through a stage together. Neighbouring runs have nothing to do with each other, so
+one waits for its divisions while the next is worked on, as long as a stage is short; and what a
+block has touched is still near when the next stage wants it."""
+
+# Columns of what is noted of a run from stage to stage.
+(
+    NOTE_END,  # all places from there on in its tracks are free; -1 without a pose
+    NOTE_AGE,  # the time [s] over which the four columns after it tell how the ego has moved
+    NOTE_MOTION,
+) = range(3)
+NOTE_WIDTH: Final = 6
+
+
 @inlined
 def perceive(  # noqa: PLR0913, PLR0917 - a kernel
+    begin: int,
+    stop: int,
+    records: Any,
     time: float,
-    period: float,
-    coast: float,
-    gate: float,
-    confirm_hits: float,
+    running: Bools,
     segments: Floats,
     estimate: Floats,
-    estimate_stamp: float,
+    estimate_stamp: Floats,
     kinds: Ints,
     mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
+    stamps: tuple[Floats, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
     pose: Floats,
     tracks: Floats,
     used: Floats,
+    notes: Floats,
     places: Floats,
     owner: Ints,
 ) -> None:
-    """Bring pose and tracks of one run to the present tick.
+    """Bring pose and tracks of a block of runs to the present tick, stage by stage.
 
     A sample is used once, whenever it arrives; a sensor that has dropped out shows its old stamp.
 
     Args:
+        begin: First run.
+        stop: Run behind the last.
+        records: (B,) with ``period``: since the previous call [s], ``coast``: how long a confirmed
+            track lives without a detection [s], ``gate``: largest distance between a track and its
+            detection [m], ``confirm_hits``: detections that confirm a track.
         time: [s].
-        period: Since the previous call [s].
-        coast: How long a confirmed track lives without a detection [s].
-        gate: Largest distance between a track and its detection [m].
-        confirm_hits: Detections that confirm a track.
-        segments: (K, 5) reference line of the road.
-        estimate: (13,) newest ego estimate.
-        estimate_stamp: Its time [s], -1 before the first.
+        running: (B,) runs that have not ended; the others are left alone.
+        segments: (B, K, 5) reference line of the road.
+        estimate: (B, 13) newest ego estimate.
+        estimate_stamp: (B,) its time [s], -1 before the first.
         kinds: (S,) index into ``SENSOR_KINDS``.
-        mounts: (S, 2) x, y [m].
-        stamps: (S,) time of each sensor's newest sample [s].
-        masks: (S, M).
-        detections: (S, M, 7).
-        pose: (POSE_WIDTH,) in and out.
-        tracks: (K, TRACK_STATE) in and out.
-        used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
+        mounts: (B, S, 2) x, y [m].
+        stamps: Time of each sensor's newest sample (B,) [s], see ``sight.Sight``.
+        masks: Which detections are in it (B, M).
+        detections: (B, M, 7).
+        pose: (B, POSE_WIDTH) in and out.
+        tracks: (B, K, TRACK_STATE) in and out.
+        used: (B, S) stamp of each sensor's newest sample that was used [s]; in and out.
+        notes: (B, NOTE_WIDTH) out.
         places: (M, 2) scratch.
         owner: (M,) scratch.
     """
-    update_pose(pose, segments, estimate, estimate_stamp, time, period)
+    for run in range(begin, stop):
+        if running[run]:
+            update_pose(
+                pose[run],
+                segments[run],
+                estimate[run],
+                estimate_stamp[run],
+                time,
+                records[run]["period"],
+            )
+    for run in range(begin, stop):
+        if running[run]:
+            _predict(records[run], time, pose[run], tracks[run], notes[run])
+    for sensor in range(kinds.shape[0]):
+        stamp, mask, rows = stamps[sensor], masks[sensor], detections[sensor]
+        for run in range(begin, stop):
+            if running[run] and notes[run, NOTE_END] >= 0.0 and stamp[run] > used[run, sensor]:
+                used[run, sensor] = stamp[run]
+                _update(
+                    records[run],
+                    time,
+                    kinds[sensor],
+                    mounts[run, sensor],
+                    stamp[run],
+                    mask[run],
+                    rows[run],
+                    pose[run],
+                    tracks[run],
+                    notes[run],
+                    places,
+                    owner,
+                )
+    for run in range(begin, stop):
+        if running[run]:
+            end = int(notes[run, NOTE_END])
+            drop_tentative(tracks[run], end, time, records[run]["confirm_hits"])
+
+
+@inlined
+def _predict(record: Any, time: float, pose: Floats, tracks: Floats, note: Floats) -> None:
+    """Carry the tracks of one run on, or forget them where the ego does not know its own motion."""
     if not has_pose(pose, time):
-        # Without its own motion every standing object would seem to move.
-        tracks[:, TRACK_HITS] = 0.0
+        # Every standing object would seem to move.
+        for row in range(tracks.shape[0]):
+            tracks[row, TRACK_HITS] = 0.0
+        note[NOTE_END] = -1.0
         return
-    predict_tracks(tracks, pose, time, period, coast)
-    for sensor in range(stamps.shape[0]):
-        if not stamps[sensor] > used[sensor]:
-            continue
-        used[sensor] = stamps[sensor]
-        update_tracks(
-            tracks,
-            pose,
-            kinds[sensor],
-            mounts[sensor, 0],
-            mounts[sensor, 1],
-            masks[sensor],
-            detections[sensor],
-            stamps[sensor],
-            time - stamps[sensor],
-            gate,
-            places,
-            owner,
-        )
-    drop_tentative(tracks, time, confirm_hits)
+    period = record["period"]
+    motion = carried_by(pose, period)
+    _note_motion(note, period, motion)
+    note[NOTE_END] = predict_tracks(tracks, pose, motion, time, period, record["coast"])
+
+
+@inlined
+def _note_motion(note: Floats, age: float, motion: tuple[float, float, float, float]) -> None:
+    note[NOTE_AGE] = age
+    note[NOTE_MOTION], note[NOTE_MOTION + 1] = motion[0], motion[1]
+    note[NOTE_MOTION + 2], note[NOTE_MOTION + 3] = motion[2], motion[3]
+
+
+@inlined
+def _update(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    time: float,
+    kind: int,
+    mount: Floats,
+    stamp: float,
+    mask: Bools,
+    detections: Floats,
+    pose: Floats,
+    tracks: Floats,
+    note: Floats,
+    places: Floats,
+    owner: Ints,
+) -> None:
+    """Update the tracks of one run with a new sample of one sensor."""
+    age = time - stamp
+    # Many a sensor is as late as the one before, so the way since then is the same.
+    if age != note[NOTE_AGE]:
+        _note_motion(note, age, carried_by(pose, age))
+    note[NOTE_END] = update_tracks(
+        tracks,
+        int(note[NOTE_END]),
+        pose,
+        (
+            note[NOTE_MOTION],
+            note[NOTE_MOTION + 1],
+            note[NOTE_MOTION + 2],
+            note[NOTE_MOTION + 3],
+        ),
+        kind,
+        mount[0],
+        mount[1],
+        mask,
+        detections,
+        stamp,
+        age,
+        record["gate"],
+        places,
+        owner,
+    )
+
+
+@inlined
+def is_degraded(alive: tuple[Bools, ...], run: int) -> bool:
+    """Tell whether a linked sensor does not deliver.
+
+    Args:
+        alive: Whether each delivers (B,), see ``sight.Sight``.
+        run: Which row is meant.
+    """
+    for sensor in range(len(alive)):  # noqa: SIM110 - a kernel
+        if not alive[sensor][run]:
+            return True
+    return False
 
 
 @compiled

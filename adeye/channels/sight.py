@@ -1,8 +1,8 @@
-"""What a channel sees, laid out once for its compiled step: samples of all linked sensors."""
+"""What a channel sees, laid out for its compiled step: the samples of all linked sensors."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -14,20 +14,33 @@ if TYPE_CHECKING:
 
     from adeye.ports import ChannelContext
 
+LEAST_SLOTS: Final = 4
+"""Sensors that there is room for at least. A step is compiled for a number of slots, which is this
+or the next power of two, so that a further sensor seldom costs a compilation."""
+
+_BLIND: Final = "localisation"
+
+_FLOAT: Final = np.dtype(np.float64)
+_BOOL: Final = np.dtype(np.bool_)
+
 
 class Sight:
-    """Copies the newest samples of the linked sensors into arrays of one fixed layout.
+    """Shows the newest samples of the linked sensors, where they lie: nothing is copied.
+
+    They are looked at during the tick only, because a sensor may write to its arrays at the next.
 
     Attributes:
-        kinds: (S,) index into ``SENSOR_KINDS``.
-        mounts: (B, S, 2) x, y of the sensors in the vehicle frame [m].
-        stamps: (B, S) time of the newest sample [s], -1 before the first.
-        masks: (B, S, M) which detections are there.
-        detections: (B, S, M, 7).
+        kinds: (S,) index into ``SENSOR_KINDS``, of the sensors that may detect something.
+        mounts: (B, S, 2) x, y of these sensors in the vehicle frame [m].
+        stamps: Time of the newest sample (B,) [s], -1 before the first; by sensor, and so are the
+            next two. The slots beyond the S sensors are not to be read.
+        masks: Which detections are there (B, M); M may differ.
+        detections: (B, M, 7).
+        alive: Whether each linked sensor delivers (B,), also one that detects nothing; true in the
+            slots beyond.
         estimate: (B, 13) of the first linked sensor that gives one.
         estimate_stamp: (B,) its time [s]; -1 without such a sensor.
-        is_degraded: (B,) whether a linked sensor does not deliver.
-        places: (M, 2) scratch of the step.
+        places: (M, 2) scratch of the step, for the longest M.
         owner: (M,) scratch of the step.
     """
 
@@ -38,48 +51,68 @@ class Sight:
             context: Gives the linked sensors, their kinds and mounts.
         """
         self._ids = tuple(link for link in context.links if link in context.sensors)
-        runs, sensors = context.runs, len(self._ids)
+        # What knows the ego only has never seen anything, so nobody need look.
+        self._seeing = tuple(name for name in self._ids if context.sensors[name] != _BLIND)
+        runs, sensors = context.runs, len(self._seeing)
         known = {kind: index for index, kind in enumerate(SENSOR_KINDS)}
         self.kinds: Ints = np.array(
-            [known.get(context.sensors[name], known["camera"]) for name in self._ids],
+            [known.get(context.sensors[name], known["camera"]) for name in self._seeing],
             dtype=np.int64,
         )
         self.mounts: Floats = np.zeros((runs, sensors, 2))
-        for index, name in enumerate(self._ids):
+        for index, name in enumerate(self._seeing):
             if name in context.mounts:
                 self.mounts[:, index] = context.mounts[name][:, :2]
-        self.stamps: Floats = np.full((runs, sensors), -1.0)
-        self.masks: Bools = np.zeros((runs, sensors, 0), dtype=np.bool_)
-        self.detections: Floats = np.zeros((runs, sensors, 0, len(DETECTION_COLUMNS)))
+        self._slots = LEAST_SLOTS
+        while self._slots < len(self._ids):
+            self._slots *= 2
+        self._nothing = (
+            np.full(runs, -1.0),
+            np.zeros((runs, 0), dtype=np.bool_),
+            np.zeros((runs, 0, len(DETECTION_COLUMNS))),
+        )
+        self._all_alive: Bools = np.ones(runs, dtype=np.bool_)
+        self.stamps: tuple[Floats, ...] = ()
+        self.masks: tuple[Bools, ...] = ()
+        self.detections: tuple[Floats, ...] = ()
+        self.alive: tuple[Bools, ...] = ()
         self.places: Floats = np.zeros((0, 2))
         self.owner: Ints = np.zeros(0, dtype=np.int64)
         self.estimate: Floats = np.zeros((runs, len(ESTIMATE_COLUMNS)))
         self.estimate_stamp: Floats = np.full(runs, -1.0)
-        self.is_degraded: Bools = np.zeros(runs, dtype=np.bool_)
 
     def take(self, measurements: Mapping[str, Measurement]) -> None:
-        """Copy the measurements of a tick.
+        """Look at the measurements of a tick.
 
         Args:
             measurements: By sensor id.
         """
-        size = max((measurements[name].mask.shape[1] for name in self._ids), default=0)
-        if size > self.masks.shape[2]:
-            runs, sensors = self.stamps.shape
-            self.masks = np.zeros((runs, sensors, size), dtype=np.bool_)
+        stamp, mask, detections = self._nothing
+        seen = [measurements[name] for name in self._seeing]
+        spare = self._slots - len(seen)
+        self.stamps = (*(_plain(item.stamp, _FLOAT) for item in seen), *[stamp] * spare)
+        self.masks = (*(_plain(item.mask, _BOOL) for item in seen), *[mask] * spare)
+        self.detections = (
+            *(_plain(item.detections, _FLOAT) for item in seen),
+            *[detections] * spare,
+        )
+        items = [measurements[name] for name in self._ids]
+        self.alive = (
+            *(_plain(item.alive, _BOOL) for item in items),
+            *[self._all_alive] * (self._slots - len(items)),
+        )
+        size = max(rows.shape[1] for rows in self.masks)
+        if size > self.owner.shape[0]:
             self.places, self.owner = np.zeros((size, 2)), np.zeros(size, dtype=np.int64)
-            self.detections = np.zeros((runs, sensors, size, len(DETECTION_COLUMNS)))
-        self.is_degraded[:] = False
-        has_estimate = False
-        for index, name in enumerate(self._ids):
-            item = measurements[name]
-            count = item.mask.shape[1]
-            self.stamps[:, index] = item.stamp
-            self.masks[:, index, :count] = item.mask
-            self.masks[:, index, count:] = False
-            self.detections[:, index, :count] = item.detections
-            self.is_degraded |= ~item.alive
-            if item.estimate is not None and not has_estimate:
-                has_estimate = True
-                self.estimate[:] = item.estimate
-                self.estimate_stamp[:] = item.stamp
+        for item in items:
+            if item.estimate is not None:
+                self.estimate = _plain(item.estimate, _FLOAT)
+                self.estimate_stamp = _plain(item.stamp, _FLOAT)
+                break
+
+
+def _plain(array: Any, kind: Any) -> Any:
+    """Return an array of the one type that steps are compiled for, itself if it is one."""
+    if array.dtype is kind and array.flags.carray:
+        return array
+    return np.array(array, dtype=kind, order="C")

@@ -15,6 +15,8 @@ import numpy as np
 
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED
 from adeye.channels.tracks import (
+    BLOCKED,
+    FREE,
     TRACK_BRAKING,
     TRACK_CLASS,
     TRACK_COV_X,
@@ -33,9 +35,9 @@ from adeye.channels.tracks import (
     TRACK_X,
     TRACK_Y,
     associate,
-    carried_by,
     carry_by,
-    free_place,
+    may_begin,
+    room_for_track,
 )
 from adeye.kernel.jit import inlined
 from adeye.signals import (
@@ -98,7 +100,14 @@ _TENTATIVE: Final = 0.25
 
 
 @inlined
-def predict_tracks(tracks: Floats, pose: Floats, time: float, period: float, coast: float) -> None:
+def predict_tracks(
+    tracks: Floats,
+    pose: Floats,
+    motion: tuple[float, float, float, float],
+    time: float,
+    period: float,
+    coast: float,
+) -> int:
     """Carry tracks on by one tick and free those that have not been seen for too long.
 
     One close ahead of a slow ego is kept: it may have come too near to be seen.
@@ -106,46 +115,49 @@ def predict_tracks(tracks: Floats, pose: Floats, time: float, period: float, coa
     Args:
         tracks: (K, TRACK_STATE) in and out.
         pose: (POSE_WIDTH,) of the ego now.
+        motion: Of the vehicle frame over the period, see ``tracks.carried_by``.
         time: Now [s].
         period: Since the previous call [s].
         coast: How long a confirmed track lives without a detection [s].
+
+    Returns:
+        The end of the tracks: all places from there on are free.
     """
-    motion = carried_by(pose, period)
+    end = 0
     sine, cosine = motion[2], motion[3]
     for row in range(tracks.shape[0]):
         if tracks[row, TRACK_HITS] <= 0.0:
             continue
         track = tracks[row]
-        track[TRACK_X], track[TRACK_Y] = carry_by(
-            motion,
-            track[TRACK_X] + period * track[TRACK_VX],
-            track[TRACK_Y] + period * track[TRACK_VY],
-        )
-        _smooth_braking(track, period)
         vx, vy = track[TRACK_VX], track[TRACK_VY]
-        track[TRACK_VX] = cosine * vx + sine * vy
+        x, y = carry_by(motion, track[TRACK_X] + period * vx, track[TRACK_Y] + period * vy)
+        braking = _smoothed_braking(track, vx, period)
+        track[TRACK_X], track[TRACK_Y] = x, y
+        track[TRACK_BRAKING] = braking
+        track[TRACK_VX] = track[TRACK_LAST_VX] = cosine * vx + sine * vy
         track[TRACK_VY] = -sine * vx + cosine * vy
-        track[TRACK_LAST_VX] = track[TRACK_VX]
         _grow(track, TRACK_VAR_X, period, _FREEDOM_X)
         _grow(track, TRACK_VAR_Y, period, _FREEDOM_Y)
         if time - track[TRACK_SEEN] > coast + 1e-9:
-            if _is_hidden_near(track, pose):
-                track[TRACK_VX] = track[TRACK_VY] = 0.0
-                track[TRACK_COV_X] = track[TRACK_COV_Y] = 0.0
-                track[TRACK_VAR_VX] = track[TRACK_VAR_VY] = 1.0
-            else:
+            if not _is_hidden_near(track, pose):
                 track[TRACK_HITS] = 0.0
+                continue
+            track[TRACK_VX] = track[TRACK_VY] = 0.0
+            track[TRACK_COV_X] = track[TRACK_COV_Y] = 0.0
+            track[TRACK_VAR_VX] = track[TRACK_VAR_VY] = 1.0
+        end = row + 1
+    return end
 
 
 @inlined
-def _smooth_braking(track: Floats, period: float) -> None:
-    """Take the change of speed since the previous tick into the smoothed acceleration."""
+def _smoothed_braking(track: Floats, vx: float, period: float) -> float:
+    """Return the acceleration with the change of speed since the previous tick taken in."""
     if track[TRACK_VAR_VX] > _SURE_SPEED:
-        track[TRACK_BRAKING] = 0.0
-        return
-    change = (track[TRACK_VX] - track[TRACK_LAST_VX]) / period
+        return 0.0
+    before = track[TRACK_BRAKING]
+    change = (vx - track[TRACK_LAST_VX]) / period
     share = period / (period + _SMOOTHING)
-    track[TRACK_BRAKING] += share * (change - track[TRACK_BRAKING])
+    return float(before + share * (change - before))
 
 
 @inlined
@@ -168,15 +180,16 @@ def _grow(track: Floats, column: int, period: float, freedom: float) -> None:
 
 
 @inlined
-def drop_tentative(tracks: Floats, time: float, confirm_hits: float) -> None:
+def drop_tentative(tracks: Floats, end: int, time: float, confirm_hits: float) -> None:
     """Free tracks that are not confirmed and have not been seen lately.
 
     Args:
         tracks: (K, TRACK_STATE) in and out.
+        end: Of the tracks.
         time: Now [s].
         confirm_hits: Detections that confirm a track.
     """
-    for row in range(tracks.shape[0]):
+    for row in range(end):
         unseen = time - tracks[row, TRACK_SEEN] > _TENTATIVE + 1e-9
         if 0.0 < tracks[row, TRACK_HITS] < confirm_hits and unseen:
             tracks[row, TRACK_HITS] = 0.0
@@ -185,7 +198,9 @@ def drop_tentative(tracks: Floats, time: float, confirm_hits: float) -> None:
 @inlined
 def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     tracks: Floats,
+    end: int,
     pose: Floats,
+    motion: tuple[float, float, float, float],
     kind: int,
     mount_x: float,
     mount_y: float,
@@ -196,12 +211,14 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     gate: float,
     places: Floats,
     owner: Ints,
-) -> None:
+) -> int:
     """Update tracks with one new sample of one sensor, and begin tracks for what fits none.
 
     Args:
         tracks: (K, TRACK_STATE) in and out.
+        end: Of the tracks.
         pose: (POSE_WIDTH,) of the ego now.
+        motion: Of the vehicle frame since the sample, see ``tracks.carried_by``.
         kind: Index into ``SENSOR_KINDS``.
         mount_x: Of the sensor in the vehicle frame [m].
         mount_y: [m].
@@ -212,51 +229,60 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         gate: Largest distance between a track and its detection [m].
         places: (M, 2) scratch.
         owner: (M,) scratch.
+
+    Returns:
+        The end of the tracks.
     """
-    motion = carried_by(pose, age)
     count = 0
-    for row in range(detections.shape[0]):
-        owner[row] = -1
+    for row in range(mask.shape[0]):
+        owner[row] = BLOCKED
         if mask[row]:
+            owner[row] = FREE
             count = row + 1
             places[row, 0], places[row, 1] = carry_by(
                 motion, detections[row, DETECTION_X], detections[row, DETECTION_Y]
             )
     if count == 0:
-        return
+        return end
     mount_x, mount_y = carry_by(motion, mount_x, mount_y)
-    associate(tracks, mask, detections, places, owner, age, gate)
+    associate(tracks, end, detections, places, owner, count, age, gate)
+    speed = max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age)
+    room, most, is_known = -1, 0.0, False
     for row in range(count):
-        if not mask[row] or not np.isfinite(places[row, 0] + places[row, 1]):
+        x, y = places[row, 0], places[row, 1]
+        place = owner[row]
+        if place == BLOCKED or not np.isfinite(x + y):
             continue
-        if owner[row] >= 0:
-            track = tracks[owner[row]]
-            _correct(track, detections[row], places[row], mount_x, mount_y, pose, kind, age)
-        else:
-            place = free_place(tracks, places[row])
-            if place >= 0:
-                track = tracks[place]
-                _begin(track, detections[row], places[row], mount_x, mount_y, pose, kind, age)
-                owner[row] = place
-        if owner[row] >= 0:
-            # When it arrived, not when it was made: a late sensor has not lost the object.
-            tracks[owner[row], TRACK_SEEN] = stamp + age
+        if place == FREE:
+            if not may_begin(x, y):
+                continue
+            # Once for all detections that follow one another without a track.
+            if not is_known:
+                room, most = room_for_track(tracks)
+                is_known = True
+            if not (most == math.inf or most > x * x + y * y):
+                continue
+            place = room
+            end = max(end, place + 1)
+            _begin(tracks[place], detections[row, DETECTION_CLASS], x, y)
+        is_known = False
+        track = tracks[place]
+        _correct(track, detections[row], x, y, mount_x, mount_y, speed, kind, age)
+        # When it arrived, not when it was made: a late sensor has not lost the object.
+        track[TRACK_SEEN] = stamp + age
+    return end
 
 
 @inlined
-def _noise(kind: int, dx: float, dy: float, distance: float) -> tuple[float, float, float]:
+def _noise(kind: int, ux: float, uy: float, distance: float) -> tuple[float, float, float]:
     """Return the assumed variance of a detection along x, along y and of its range rate."""
     along = _NOISE[kind, 0] + _NOISE[kind, 1] * distance * distance
     across = _NOISE[kind, 2] + _NOISE[kind, 3] * distance
-    if distance > 0.0:
-        dx, dy = dx / distance, dy / distance
-    else:
-        dx, dy = 1.0, 0.0
     along, across = along * along, across * across
     rate = _NOISE[kind, 4]
     return (
-        dx * dx * along + dy * dy * across,
-        dy * dy * along + dx * dx * across,
+        ux * ux * along + uy * uy * across,
+        uy * uy * along + ux * ux * across,
         max(rate * rate, 0.05 * 0.05),
     )
 
@@ -265,22 +291,51 @@ def _noise(kind: int, dx: float, dy: float, distance: float) -> tuple[float, flo
 def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     track: Floats,
     detection: Floats,
-    place: Floats,
+    x: float,
+    y: float,
     mount_x: float,
     mount_y: float,
-    pose: Floats,
+    ego_speed: float,
     kind: int,
     age: float,
 ) -> None:
-    dx, dy = place[0] - mount_x, place[1] - mount_y
+    """Correct a track by a detection; its numbers are read and written once, which saves waiting.
+
+    Args:
+        track: (TRACK_STATE,) in and out.
+        detection: (7,).
+        x: Its place in the present vehicle frame [m].
+        y: [m].
+        mount_x: Of the sensor at the sample's time, in the same frame [m].
+        mount_y: [m].
+        ego_speed: At the sample's time [m/s].
+        kind: Index into ``SENSOR_KINDS``.
+        age: Time since the sample [s].
+    """
+    dx, dy = x - mount_x, y - mount_y
     distance = math.sqrt(dx * dx + dy * dy)
-    noise_x, noise_y, noise_rate = _noise(kind, dx, dy, distance)
-    _correct_axis(track, TRACK_X, TRACK_VX, TRACK_VAR_X, place[0], noise_x, age)
-    _correct_axis(track, TRACK_Y, TRACK_VY, TRACK_VAR_Y, place[1], noise_y, age)
+    ux, uy = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
+    noise_x, noise_y, noise_rate = _noise(kind, ux, uy, distance)
+    at_x, vx, var_x, cov_x, var_vx = _corrected(track, TRACK_X, TRACK_VAR_X, x, noise_x, age)
+    at_y, vy, var_y, cov_y, var_vy = _corrected(track, TRACK_Y, TRACK_VAR_Y, y, noise_y, age)
     if detection[DETECTION_HAS_RANGE_RATE] > 0.0 and distance > 0.0:
-        ux, uy = dx / distance, dy / distance
-        rate = detection[DETECTION_RANGE_RATE] + ux * _speed_at(pose, age)
-        _correct_rate(track, ux, uy, rate, noise_rate)
+        # The component of its velocity along the line of sight.
+        measured = detection[DETECTION_RANGE_RATE] + ux * ego_speed
+        along_x, along_y = ux * var_vx, uy * var_vy
+        cross_x, cross_y = ux * cov_x, uy * cov_y
+        spread = ux * along_x + uy * along_y + noise_rate
+        error = (measured - ux * vx - uy * vy) / spread
+        at_x, at_y = at_x + cross_x * error, at_y + cross_y * error
+        vx, vy = vx + along_x * error, vy + along_y * error
+        var_x = max(1e-9, var_x - cross_x * cross_x / spread)
+        var_y = max(1e-9, var_y - cross_y * cross_y / spread)
+        cov_x, cov_y = cov_x - cross_x * along_x / spread, cov_y - cross_y * along_y / spread
+        var_vx = max(1e-9, var_vx - along_x * along_x / spread)
+        var_vy = max(1e-9, var_vy - along_y * along_y / spread)
+    track[TRACK_X], track[TRACK_VX] = at_x, vx
+    track[TRACK_Y], track[TRACK_VY] = at_y, vy
+    track[TRACK_VAR_X], track[TRACK_COV_X], track[TRACK_VAR_VX] = var_x, cov_x, var_vx
+    track[TRACK_VAR_Y], track[TRACK_COV_Y], track[TRACK_VAR_VY] = var_y, cov_y, var_vy
     track[TRACK_LENGTH] = detection[DETECTION_LENGTH]
     track[TRACK_WIDTH] = detection[DETECTION_WIDTH]
     if track[TRACK_CLASS] < 0.0:
@@ -289,61 +344,42 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def _speed_at(pose: Floats, age: float) -> float:
-    """Speed of the ego at the sample's time [m/s]."""
-    return float(max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age))
+def _corrected(
+    track: Floats, axis: int, column: int, measured: float, noise: float, age: float
+) -> tuple[float, float, float, float, float]:
+    """Correct one axis by a place measured some time ago.
 
+    Args:
+        track: (TRACK_STATE,).
+        axis: Column of its place; that of its velocity is two further.
+        column: First column of its uncertainty.
+        measured: Place [m].
+        noise: Variance of it [m²].
+        age: How long ago [s].
 
-@inlined
-def _correct_axis(  # noqa: PLR0913, PLR0917 - a kernel
-    track: Floats, at: int, speed: int, column: int, measured: float, noise: float, age: float
-) -> None:
-    """Correct place and velocity of one axis by a place measured some time ago."""
+    Returns:
+        Place, velocity, and variance of the place, covariance, variance of the velocity.
+    """
+    at, speed = track[axis], track[axis + 2]
     var, cov, rate = track[column], track[column + 1], track[column + 2]
     with_place, with_speed = var - age * cov, cov - age * rate
     spread = with_place - age * with_speed + noise
-    error = measured - (track[at] - age * track[speed])
-    track[at] += with_place / spread * error
-    track[speed] += with_speed / spread * error
-    track[column] = max(1e-9, var - with_place * with_place / spread)
-    track[column + 1] = cov - with_place * with_speed / spread
-    track[column + 2] = max(1e-9, rate - with_speed * with_speed / spread)
+    error = measured - (at - age * speed)
+    return (
+        at + with_place / spread * error,
+        speed + with_speed / spread * error,
+        max(1e-9, var - with_place * with_place / spread),
+        cov - with_place * with_speed / spread,
+        max(1e-9, rate - with_speed * with_speed / spread),
+    )
 
 
 @inlined
-def _correct_rate(track: Floats, ux: float, uy: float, measured: float, noise: float) -> None:
-    """Correct a track by the component of its velocity along the line of sight."""
-    along_x, along_y = ux * track[TRACK_VAR_VX], uy * track[TRACK_VAR_VY]
-    cross_x, cross_y = ux * track[TRACK_COV_X], uy * track[TRACK_COV_Y]
-    spread = ux * along_x + uy * along_y + noise
-    error = (measured - ux * track[TRACK_VX] - uy * track[TRACK_VY]) / spread
-    track[TRACK_X] += cross_x * error
-    track[TRACK_Y] += cross_y * error
-    track[TRACK_VX] += along_x * error
-    track[TRACK_VY] += along_y * error
-    track[TRACK_VAR_X] = max(1e-9, track[TRACK_VAR_X] - cross_x * cross_x / spread)
-    track[TRACK_VAR_Y] = max(1e-9, track[TRACK_VAR_Y] - cross_y * cross_y / spread)
-    track[TRACK_COV_X] -= cross_x * along_x / spread
-    track[TRACK_COV_Y] -= cross_y * along_y / spread
-    track[TRACK_VAR_VX] = max(1e-9, track[TRACK_VAR_VX] - along_x * along_x / spread)
-    track[TRACK_VAR_VY] = max(1e-9, track[TRACK_VAR_VY] - along_y * along_y / spread)
-
-
-@inlined
-def _begin(  # noqa: PLR0913, PLR0917 - a kernel
-    track: Floats,
-    detection: Floats,
-    place: Floats,
-    mount_x: float,
-    mount_y: float,
-    pose: Floats,
-    kind: int,
-    age: float,
-) -> None:
+def _begin(track: Floats, kind: float, x: float, y: float) -> None:
+    """Begin a track of a class at a place [m], about which nothing else is known yet."""
     track[:] = 0.0
-    track[TRACK_X], track[TRACK_Y] = place[0], place[1]
+    track[TRACK_X], track[TRACK_Y] = x, y
     track[TRACK_VAR_X] = track[TRACK_VAR_Y] = _PRIOR_PLACE * _PRIOR_PLACE
     track[TRACK_VAR_VX] = _PRIOR_VX * _PRIOR_VX
     track[TRACK_VAR_VY] = _PRIOR_VY * _PRIOR_VY
-    track[TRACK_CLASS] = detection[DETECTION_CLASS]
-    _correct(track, detection, place, mount_x, mount_y, pose, kind, age)
+    track[TRACK_CLASS] = kind

@@ -8,7 +8,7 @@ from typing import Final
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED, POSE_YAW_RATE
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
-from adeye.signals import DETECTION_CLASS, Bools, Floats, Ints
+from adeye.signals import DETECTION_CLASS, Floats, Ints
 
 TRACKS: Final = 8
 """Tracks that a channel keeps."""
@@ -36,6 +36,12 @@ TRACKS: Final = 8
     TRACK_COST,  # how far away it is, 1 at the gate
 ) = range(19)
 TRACK_STATE: Final = 19
+
+FREE: Final = -1
+"""Owner of a detection that belongs to no track yet."""
+
+BLOCKED: Final = -2
+"""Owner of a row in which there is no detection."""
 
 _GATE_GROWTH: Final = 0.08
 """Growth of the gate along the line of sight with distance, for cameras. Our choice."""
@@ -82,25 +88,52 @@ def carry_by(motion: tuple[float, float, float, float], x: float, y: float) -> t
 @inlined
 def associate(  # noqa: PLR0913, PLR0917 - a kernel
     tracks: Floats,
-    mask: Bools,
+    end: int,
     detections: Floats,
     places: Floats,
     owner: Ints,
+    count: int,
     age: float,
     gate: float,
 ) -> None:
-    """Give each track the detection that is nearest to it, the nearest pair first."""
-    count = tracks.shape[0]
-    for place in range(count):
+    """Give each track the detection that is nearest to it, the nearest pair first.
+
+    Args:
+        tracks: (K, TRACK_STATE) in and out.
+        end: Rows of tracks from here on are free places.
+        detections: (M, 7).
+        places: (M, 2) of the detections in the present vehicle frame [m].
+        owner: (M,) ``FREE`` or ``BLOCKED`` in, the track of each detection that has one out.
+        count: Rows of detections from here on are empty.
+        age: Time since the sample [s].
+        gate: Largest distance between a track and its detection [m].
+    """
+    for place in range(end):
         if tracks[place, TRACK_HITS] > 0.0:
             track = tracks[place]
             track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
-                track, mask, detections, places, owner, age, gate
+                track, detections, places, owner, count, age, gate
             )
+    if not _take_nearest(tracks, end, owner):
+        _share_out(tracks, end, detections, places, owner, count, age, gate)
+
+
+@inlined
+def _share_out(  # noqa: PLR0913, PLR0917 - a kernel
+    tracks: Floats,
+    end: int,
+    detections: Floats,
+    places: Floats,
+    owner: Ints,
+    count: int,
+    age: float,
+    gate: float,
+) -> None:
+    """Join the nearest pair; who wanted the same detection looks for another; and so on."""
     while True:
         best = -1
         least = math.inf
-        for place in range(count):
+        for place in range(end):
             if tracks[place, TRACK_HITS] > 0.0 and tracks[place, TRACK_NEAREST] >= 0.0:
                 cost = tracks[place, TRACK_COST]
                 if cost < least:
@@ -110,21 +143,39 @@ def associate(  # noqa: PLR0913, PLR0917 - a kernel
         taken = tracks[best, TRACK_NEAREST]
         owner[int(taken)] = best
         tracks[best, TRACK_NEAREST] = -1.0
-        for place in range(count):
+        for place in range(end):
             if tracks[place, TRACK_HITS] > 0.0 and tracks[place, TRACK_NEAREST] == taken:
                 track = tracks[place]
                 track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
-                    track, mask, detections, places, owner, age, gate
+                    track, detections, places, owner, count, age, gate
                 )
+
+
+@inlined
+def _take_nearest(tracks: Floats, end: int, owner: Ints) -> bool:
+    """Give every track its nearest detection, unless two want the same; tell whether it was done.
+
+    Where nobody competes the order of the pairs does not matter.
+    """
+    for place in range(end):
+        if tracks[place, TRACK_HITS] > 0.0 and tracks[place, TRACK_NEAREST] >= 0.0:
+            wanted = int(tracks[place, TRACK_NEAREST])
+            if owner[wanted] != FREE:
+                for earlier in range(place):
+                    if tracks[earlier, TRACK_HITS] > 0.0 and tracks[earlier, TRACK_NEAREST] >= 0.0:
+                        owner[int(tracks[earlier, TRACK_NEAREST])] = FREE
+                return False
+            owner[wanted] = place
+    return True
 
 
 @inlined
 def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
     track: Floats,
-    mask: Bools,
     detections: Floats,
     places: Floats,
     owner: Ints,
+    count: int,
     age: float,
     gate: float,
 ) -> tuple[int, float]:
@@ -134,32 +185,51 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
     distance = math.sqrt(x * x + y * y)
     ux, uy = (x / distance, y / distance) if distance > 0.0 else (1.0, 0.0)
     longest = gate + _GATE_GROWTH * distance
+    # Beyond the far corner of the gate, which is no wider than long; saves what is dearer.
+    reach = 1.5 * longest
+    kind = track[TRACK_CLASS]
     chosen, least = -1, 1.0
-    for row in range(mask.shape[0]):
-        known = detections[row, DETECTION_CLASS] >= 0.0 and track[TRACK_CLASS] >= 0.0
-        if not mask[row] or owner[row] >= 0:
+    for row in range(count):
+        dx = places[row, 0] - x
+        if abs(dx) > reach or owner[row] != FREE:
             continue
-        if known and detections[row, DETECTION_CLASS] != track[TRACK_CLASS]:
-            continue
-        dx, dy = places[row, 0] - x, places[row, 1] - y
-        along, across = (ux * dx + uy * dy) / longest, (ux * dy - uy * dx) / gate
+        dy = places[row, 1] - y
+        along, across = ux * dx + uy * dy, ux * dy - uy * dx
         # NaN compares false, so a detection that is no number fits nothing.
+        if not (abs(along) < longest and abs(across) < gate):
+            continue
+        if detections[row, DETECTION_CLASS] != kind and (
+            detections[row, DETECTION_CLASS] >= 0.0 and kind >= 0.0
+        ):
+            continue
+        along, across = along / longest, across / gate
         if along * along + across * across < least:
             chosen, least = row, along * along + across * across
     return chosen, least
 
 
 @inlined
-def free_place(tracks: Floats, place: Floats) -> int:
-    """Return where a new track may stand: a free place, or that of a farther track; -1 for none."""
-    x, y = place[0], place[1]
-    if x < -_BEHIND or abs(y) > _ASIDE + 0.5 * max(0.0, x):
-        return -1
-    farthest, most = -1, x * x + y * y
+def may_begin(x: float, y: float) -> bool:
+    """Tell whether a track may begin at a place in the vehicle frame [m]."""
+    return not (x < -_BEHIND or abs(y) > _ASIDE + 0.5 * max(0.0, x))
+
+
+@inlined
+def room_for_track(tracks: Floats) -> tuple[int, float]:
+    """Return where a new track finds room: a free place, or that of the farthest track.
+
+    Args:
+        tracks: (K, TRACK_STATE).
+
+    Returns:
+        The place, and how far its track is away: the new one must be nearer; squared [m²], infinity
+        for a free place.
+    """
+    farthest, most = -1, -1.0
     for row in range(tracks.shape[0]):
         if tracks[row, TRACK_HITS] <= 0.0:
-            return row
-        distance = tracks[row, TRACK_X] ** 2 + tracks[row, TRACK_Y] ** 2
-        if distance > most:
-            farthest, most = row, distance
-    return farthest
+            return row, math.inf
+        x, y = tracks[row, TRACK_X], tracks[row, TRACK_Y]
+        if x * x + y * y > most:
+            farthest, most = row, x * x + y * y
+    return farthest, most

@@ -51,7 +51,7 @@ def view(
         tracks[row, [TRACK_LENGTH, TRACK_WIDTH, TRACK_HITS, TRACK_VAR_VX]] = 4.5, 1.8, 3, variance
     tracks[:, TRACK_BRAKING] = braking
     path = np.zeros(PATH_WIDTH)
-    view_path(tracks, pose, segments, LANE, 4.5, 1.8, 0.3, 3.0, path)
+    view_path(tracks, TRACKS, pose, segments, LANE, 4.5, 1.8, 0.3, 3.0, path)
     return path
 
 

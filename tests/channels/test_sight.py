@@ -35,19 +35,44 @@ def test_sensor_of_unknown_kind_is_taken_for_a_camera() -> None:
     assert names == ["radar", "camera"]
 
 
-def test_lists_of_different_length_are_laid_out_together() -> None:
+def test_lists_of_different_length_stand_side_by_side() -> None:
     both = sight("front", "own")
     both.take({"front": measurement(1), "own": measurement(3)})
-    assert both.masks.shape == (2, 2, 3)
-    assert both.masks[0].tolist() == [[True, False, False], [True, True, True]]
-    assert both.detections[0, 1, 2, 0] == 3.0
+    assert [rows.shape for rows in both.masks[:2]] == [(2, 1), (2, 3)]
+    assert both.detections[1][0, 2, 0] == 3.0
+    assert both.places.shape == (3, 2)
+    assert both.owner.shape == (3,)
 
 
-def test_shorter_list_leaves_nothing_of_a_longer_one_behind() -> None:
-    both = sight("front", "own")
-    both.take({"front": measurement(3), "own": measurement(3)})
-    both.take({"front": measurement(1), "own": measurement(3)})
-    assert both.masks[0, 0].tolist() == [True, False, False]
+def test_samples_are_shown_where_they_lie() -> None:
+    one, seen = sight("front"), measurement(2)
+    one.take({"front": seen})
+    assert one.detections[0] is seen.detections
+    assert one.masks[0] is seen.mask
+    assert one.stamps[0] is seen.stamp
+
+
+def test_arrays_of_another_type_are_made_the_one_that_steps_are_compiled_for() -> None:
+    one, seen = sight("front"), measurement(2)
+    seen.detections = np.asfortranarray(seen.detections, dtype=np.float32)
+    seen.stamp.flags.writeable = False
+    one.take({"front": seen})
+    assert one.detections[0].dtype == np.float64
+    assert one.detections[0].flags.c_contiguous
+    assert one.detections[0].tolist() == np.full((2, 2, 7), 2.0).tolist()
+    assert one.stamps[0].flags.writeable
+
+
+def test_number_of_slots_is_the_same_for_few_sensors_and_doubles_for_many() -> None:
+    counts = {}
+    for sensors in (0, 1, 4, 5):
+        names = [f"own_{index}" for index in range(sensors)]
+        many = Sight(
+            channel_context(None, links=names, sensors=dict.fromkeys(names, "camera"), runs=2)
+        )
+        many.take({name: measurement(1) for name in names})
+        counts[sensors] = {len(many.stamps), len(many.alive), len(many.masks)}
+    assert counts == {0: {4}, 1: {4}, 4: {4}, 5: {8}}
 
 
 def test_first_linked_estimate_is_taken() -> None:
@@ -63,9 +88,18 @@ def test_without_estimate_there_is_no_stamp() -> None:
     assert blind.estimate_stamp.tolist() == [-1.0, -1.0]
 
 
-def test_dead_sensor_degrades() -> None:
-    two = sight("front", "pose")
+def test_dead_sensor_is_shown_as_such() -> None:
+    two = sight("pose", "front")
     two.take({"front": measurement(1, alive=False), "pose": measurement(0)})
-    assert two.is_degraded.all()
-    two.take({"front": measurement(1), "pose": measurement(0)})
-    assert not two.is_degraded.any()
+    # The slots beyond the sensors are never a fault.
+    assert [rows.all() for rows in two.alive] == [True, False, True, True]
+
+
+def test_localisation_is_not_looked_through_for_objects() -> None:
+    two = sight("pose", "front")
+    seen = measurement(1)
+    two.take({"front": seen, "pose": measurement(1, alive=False, estimate=1.0)})
+    assert two.kinds.tolist() == [SENSOR_KINDS.index("radar")]
+    assert two.masks[0] is seen.mask
+    assert two.estimate[0, 0] == 1.0
+    assert not two.alive[0].any()

@@ -13,8 +13,9 @@ from adeye.channels.tracks import (
     TRACK_X,
     TRACK_Y,
     TRACKS,
+    carried_by,
 )
-from adeye.signals import Floats, Ints
+from adeye.signals import Floats
 
 STEP = 0.05
 EGO_SPEED = 20.0
@@ -27,8 +28,36 @@ def ego_pose() -> Floats:
     return pose
 
 
-def scratch(size: int) -> tuple[Floats, Ints]:
-    return np.zeros((size, 2)), np.zeros(size, dtype=np.int64)
+def predict(tracks: Floats, pose: Floats, time: float) -> int:
+    return predict_tracks(tracks, pose, carried_by(pose, STEP), time, STEP, 0.5)
+
+
+def update(
+    tracks: Floats, pose: Floats, kind: int, detections: Floats, stamp: float, age: float = 0.0
+) -> int:
+    """Update with a sample of a sensor in the origin; return the end of the tracks."""
+    size = detections.shape[0]
+    return update_tracks(
+        tracks,
+        live_end(tracks),
+        pose,
+        carried_by(pose, age),
+        kind,
+        0.0,
+        0.0,
+        np.ones(size, dtype=np.bool_),
+        detections,
+        stamp,
+        age,
+        4.0,
+        np.zeros((size, 2)),
+        np.zeros(size, dtype=np.int64),
+    )
+
+
+def live_end(tracks: Floats) -> int:
+    live = np.flatnonzero(tracks[:, TRACK_HITS] > 0.0)
+    return int(live[-1]) + 1 if live.size else 0
 
 
 def sample(x: float, y: float, rate: float | None = None) -> Floats:
@@ -51,10 +80,9 @@ def track(
     """Track one object that starts 60 m ahead; return the tracks at the last tick."""
     generator = np.random.Generator(np.random.Philox(2))
     tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
-    mask = np.ones(1, dtype=np.bool_)
     for tick in range(ticks):
         time = tick * STEP
-        predict_tracks(tracks, pose, time, STEP, 0.5)
+        predict(tracks, pose, time)
         stamp = time - latency * STEP
         if stamp < 0.0:
             continue
@@ -62,8 +90,7 @@ def track(
         y = 2.0 + velocity[1] * stamp
         rate = velocity[0] - EGO_SPEED if with_rate else None
         detection = sample(x, y, rate)
-        age = time - stamp
-        update_tracks(tracks, pose, kind, 0.0, 0.0, mask, detection, stamp, age, 4.0, *scratch(1))
+        update(tracks, pose, kind, detection, stamp, time - stamp)
     return tracks
 
 
@@ -104,14 +131,11 @@ def test_noisy_place_ends_within_its_own_uncertainty() -> None:
 def test_braking_of_an_object_is_found_by_exact_sensors_only() -> None:
     def braking_seen_by(kind: int) -> float:
         tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
-        mask = np.ones(1, dtype=np.bool_)
         for tick in range(40):
             time = tick * STEP
-            predict_tracks(tracks, pose, time, STEP, 0.5)
+            predict(tracks, pose, time)
             x = 60.0 + (20.0 - EGO_SPEED) * time - 3.0 * time * time
-            update_tracks(
-                tracks, pose, kind, 0.0, 0.0, mask, sample(x, 0.0), time, 0.0, 4.0, *scratch(1)
-            )
+            update(tracks, pose, kind, sample(x, 0.0), time)
         return float(tracks[0, TRACK_BRAKING])
 
     assert braking_seen_by(TRUTH) == pytest.approx(-6.0, abs=0.5)
@@ -130,10 +154,10 @@ def test_unseen_track_coasts_and_is_then_forgotten() -> None:
     tracks, pose = track(TRUTH, 10), ego_pose()
     last = 9 * STEP
     for tick in range(10, 20):
-        predict_tracks(tracks, pose, tick * STEP, STEP, 0.5)
+        predict(tracks, pose, tick * STEP)
     assert tracks[0, TRACK_HITS] > 0.0
     assert tracks[0, TRACK_X] == pytest.approx(60.0 - 10.0 * (last + 0.5), abs=0.3)
-    predict_tracks(tracks, pose, 20 * STEP, STEP, 0.5)
+    predict(tracks, pose, 20 * STEP)
     assert tracks[0, TRACK_HITS] == 0.0
 
 
@@ -142,29 +166,79 @@ def test_object_too_near_to_be_seen_is_kept_while_the_ego_is_slow() -> None:
     tracks[0, [TRACK_X, TRACK_Y, TRACK_VX]] = 5.0, 0.0, 0.2
     pose[POSE_SPEED] = 0.0
     for tick in range(10, 100):
-        predict_tracks(tracks, pose, tick * STEP, STEP, 0.5)
+        predict(tracks, pose, tick * STEP)
     assert tracks[0, TRACK_HITS] > 0.0
     assert tracks[0, TRACK_X] == pytest.approx(5.0, abs=0.15)
     assert tracks[0, TRACK_VAR_VX] <= 1.0
     pose[POSE_SPEED] = 5.0
-    predict_tracks(tracks, pose, 100 * STEP, STEP, 0.5)
+    predict(tracks, pose, 100 * STEP)
     assert tracks[0, TRACK_HITS] == 0.0
 
 
 def test_tentative_track_is_dropped_sooner_than_a_confirmed_one() -> None:
     tracks = track(TRUTH, 2)
-    drop_tentative(tracks, 1 * STEP + 0.25, 3.0)
+    drop_tentative(tracks, 1, 1 * STEP + 0.25, 3.0)
     assert tracks[0, TRACK_HITS] == 2.0
     confirmed = tracks.copy()
-    drop_tentative(tracks, 1 * STEP + 0.3, 3.0)
-    drop_tentative(confirmed, 1 * STEP + 0.3, 2.0)
+    drop_tentative(tracks, 1, 1 * STEP + 0.3, 3.0)
+    drop_tentative(confirmed, 1, 1 * STEP + 0.3, 2.0)
     assert (tracks[0, TRACK_HITS], confirmed[0, TRACK_HITS]) == (0.0, 2.0)
 
 
 def test_detection_that_is_no_number_makes_no_track() -> None:
     tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
-    mask = np.ones(1, dtype=np.bool_)
-    update_tracks(
-        tracks, pose, TRUTH, 0.0, 0.0, mask, sample(np.nan, 0.0), 0.0, 0.0, 4.0, *scratch(1)
-    )
+    assert update(tracks, pose, TRUTH, sample(np.nan, 0.0), 0.0) == 0
     assert (tracks[:, TRACK_HITS] == 0.0).all()
+
+
+def test_end_of_the_tracks_is_behind_the_last_live_one() -> None:
+    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    both = np.concatenate([sample(30.0, 0.0), sample(60.0, 0.0)])
+    assert update(tracks, pose, TRUTH, both, 0.0) == 2
+    # A track that is gone leaves a hole, which the end does not count.
+    tracks[0, TRACK_HITS] = 0.0
+    assert predict(tracks, pose, STEP) == 2
+    tracks[1, TRACK_HITS] = 0.0
+    assert predict(tracks, pose, 2 * STEP) == 0
+
+
+def test_new_track_fills_a_hole_and_leaves_the_end() -> None:
+    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    both = np.concatenate([sample(30.0, 0.0), sample(60.0, 0.0)])
+    update(tracks, pose, TRUTH, both, 0.0)
+    tracks[0, TRACK_HITS] = 0.0
+    assert update(tracks, pose, TRUTH, sample(10.0, 0.0), 0.0) == 2
+    assert tracks[0, TRACK_X] == pytest.approx(10.0)
+
+
+def test_nearer_objects_take_the_places_of_the_farthest() -> None:
+    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    far = np.concatenate([sample(50.0 + 10.0 * row, 0.0) for row in range(TRACKS)])
+    update(tracks, pose, TRUTH, far, 0.0)
+    near = np.concatenate([sample(10.0, 0.0), sample(20.0, 0.0), sample(300.0, 0.0)])
+    assert update(tracks, pose, TRUTH, near, 0.0) == TRACKS
+    places = tracks[:, TRACK_X].tolist()
+    assert places == pytest.approx([50.0, 60.0, 70.0, 80.0, 90.0, 100.0, 20.0, 10.0])
+
+
+def test_row_without_a_detection_is_no_object() -> None:
+    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    both = np.concatenate([sample(30.0, 0.0), sample(60.0, 0.0)])
+    end = update_tracks(
+        tracks,
+        0,
+        pose,
+        carried_by(pose, 0.0),
+        TRUTH,
+        0.0,
+        0.0,
+        np.array([False, True]),
+        both,
+        0.0,
+        0.0,
+        4.0,
+        np.zeros((2, 2)),
+        np.zeros(2, dtype=np.int64),
+    )
+    assert end == 1
+    assert tracks[0, TRACK_X] == pytest.approx(60.0)

@@ -3,6 +3,8 @@ import pytest
 
 from adeye.channels.pose import POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
 from adeye.channels.tracks import (
+    BLOCKED,
+    FREE,
     TRACK_CLASS,
     TRACK_HITS,
     TRACK_STATE,
@@ -12,7 +14,8 @@ from adeye.channels.tracks import (
     associate,
     carried_by,
     carry_by,
-    free_place,
+    may_begin,
+    room_for_track,
 )
 from adeye.signals import Floats, Ints
 
@@ -27,11 +30,10 @@ def tracks_at(*places: tuple[float, float], kind: float = 0.0) -> Floats:
 
 
 def owners(tracks: Floats, *places: tuple[float, float], kind: float = 0.0) -> Ints:
-    owner = np.full(len(places), -1, dtype=np.int64)
+    owner = np.full(len(places), FREE, dtype=np.int64)
     detections = np.zeros((len(places), 7))
     detections[:, 6] = kind
-    mask = np.ones(len(places), dtype=np.bool_)
-    associate(tracks, mask, detections, np.array(places), owner, 0.0, GATE)
+    associate(tracks, TRACKS, detections, np.array(places), owner, len(places), 0.0, GATE)
     return owner
 
 
@@ -75,13 +77,41 @@ def test_detection_that_is_no_number_fits_nothing() -> None:
     assert owners(tracks_at((20.0, 0.0)), (np.nan, 0.0)).tolist() == [-1]
 
 
+def test_gate_is_an_ellipse_not_its_box() -> None:
+    # 3.2 m along a gate of 4.4 m and 3.2 m across one of 4 m: 0.53 + 0.64.
+    assert owners(tracks_at((5.0, 0.0)), (8.2, 3.2)).tolist() == [-1]
+    assert owners(tracks_at((5.0, 0.0)), (7.9, 2.7)).tolist() == [0]
+
+
+def test_three_tracks_compete_for_two_detections() -> None:
+    # The middle one is nearest to both, and nearer to the first; the third takes what is left.
+    tracks = tracks_at((18.0, 0.0), (20.0, 0.0), (22.5, 0.0))
+    assert owners(tracks, (20.1, 0.0), (20.5, 0.0)).tolist() == [1, 2]
+
+
+def test_competition_takes_nothing_from_a_track_that_was_served_before_it() -> None:
+    tracks = tracks_at((60.0, 0.0), (20.0, 0.0), (22.0, 0.0))
+    assert owners(tracks, (21.9, 0.0), (60.0, 0.0)).tolist() == [2, 0]
+
+
+def test_row_without_a_detection_belongs_to_nobody() -> None:
+    places = np.array([[20.0, 0.0], [21.0, 0.0]])
+    owner = np.array([BLOCKED, FREE])
+    associate(tracks_at((20.0, 0.0)), TRACKS, np.zeros((2, 7)), places, owner, 2, 0.0, GATE)
+    assert owner.tolist() == [BLOCKED, 0]
+
+
 def test_new_track_takes_a_free_place_or_that_of_the_farthest() -> None:
-    assert free_place(tracks_at((20.0, 0.0)), np.array([30.0, 0.0])) == 1
+    assert room_for_track(tracks_at((20.0, 0.0))) == (1, np.inf)
     full = tracks_at(*[(20.0 + 5.0 * row, 0.0) for row in range(TRACKS)])
-    assert free_place(full, np.array([10.0, 0.0])) == TRACKS - 1
-    assert free_place(full, np.array([90.0, 0.0])) == -1
+    assert room_for_track(full) == (TRACKS - 1, 55.0**2)
 
 
 @pytest.mark.parametrize("place", [(-30.0, 0.0), (10.0, 40.0)])
 def test_no_track_begins_where_nothing_can_come_into_the_path(place: tuple[float, float]) -> None:
-    assert free_place(tracks_at(), np.array(place)) == -1
+    assert not may_begin(*place)
+
+
+@pytest.mark.parametrize("place", [(-10.0, 0.0), (60.0, 40.0)])
+def test_track_begins_beside_and_far_ahead(place: tuple[float, float]) -> None:
+    assert may_begin(*place)

@@ -9,7 +9,14 @@ import numpy as np
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import vehicle_fields
 from adeye.channels.nominal.planning import MEMORY_PATH, MEMORY_WIDTH, nominal_step
-from adeye.channels.perception import show_tracks
+from adeye.channels.perception import (
+    BLOCK,
+    NOTE_END,
+    NOTE_WIDTH,
+    is_degraded,
+    perceive,
+    show_tracks,
+)
 from adeye.channels.pose import POSE_WIDTH, clear_pose
 from adeye.channels.sight import Sight
 from adeye.channels.tracks import TRACK_STATE, TRACKS
@@ -56,7 +63,8 @@ class NominalChannel:
         for row in self._pose:
             clear_pose(row)
         self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
-        self._used = np.full(self._sight.stamps.shape, -1.0)
+        self._used = np.full(self._sight.mounts.shape[:2], -1.0)
+        self._notes = np.zeros((runs, NOTE_WIDTH))
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
         self._command = np.zeros((runs, 2))
@@ -80,12 +88,13 @@ class NominalChannel:
             sight.kinds,
             sight.mounts,
             sight.stamps,
+            sight.alive,
             sight.masks,
             sight.detections,
-            sight.is_degraded,
             self._pose,
             self._tracks,
             self._used,
+            self._notes,
             self._memory,
             self._command,
             self._status,
@@ -115,13 +124,14 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     estimate_stamp: Floats,
     kinds: Ints,
     mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
-    is_degraded: Bools,
+    stamps: tuple[Floats, ...],
+    alive: tuple[Bools, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
     pose: Floats,
     tracks: Floats,
     used: Floats,
+    notes: Floats,
     memory: Floats,
     command: Floats,
     status: Ints,
@@ -131,29 +141,45 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     owner: Ints,
     path: Floats,
 ) -> None:
-    for run in range(records.shape[0]):
-        if not running[run]:
-            continue
-        state = nominal_step(
-            records[run],
+    for begin in range(0, records.shape[0], BLOCK):
+        stop = min(begin + BLOCK, records.shape[0])
+        perceive(
+            begin,
+            stop,
+            records,
             time,
-            segments[run],
-            estimate[run],
-            estimate_stamp[run],
+            running,
+            segments,
+            estimate,
+            estimate_stamp,
             kinds,
-            mounts[run],
-            stamps[run],
-            masks[run],
-            detections[run],
-            pose[run],
-            tracks[run],
-            used[run],
-            memory[run],
-            command[run],
+            mounts,
+            stamps,
+            masks,
+            detections,
+            pose,
+            tracks,
+            used,
+            notes,
             places,
             owner,
-            path,
         )
-        status[run] = DEGRADED if state == OK and is_degraded[run] else state
-        if shows_tracks:
-            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+        for run in range(begin, stop):
+            if not running[run]:
+                continue
+            state = nominal_step(
+                records[run],
+                time,
+                segments[run],
+                int(notes[run, NOTE_END]),
+                pose[run],
+                tracks[run],
+                memory[run],
+                command[run],
+                path,
+            )
+            if state == OK and is_degraded(alive, run):
+                state = DEGRADED
+            status[run] = state
+            if shows_tracks:
+                show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

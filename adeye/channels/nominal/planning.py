@@ -8,10 +8,9 @@ import numpy as np
 
 from adeye.channels.corridor import PATH_GAP, PATH_REQUIRED, PATH_SPEED, view_path
 from adeye.channels.driving import allowed_speed, follow, is_number, path_of_lane, steer
-from adeye.channels.perception import perceive
 from adeye.channels.pose import POSE_D, POSE_SPEED, has_pose
 from adeye.kernel.jit import inlined
-from adeye.signals import FAULT, OK, Bools, Floats, Ints
+from adeye.signals import FAULT, OK, Floats
 
 # Columns of what the channel remembers beside pose and tracks.
 (
@@ -30,20 +29,11 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     time: float,
     segments: Floats,
-    estimate: Floats,
-    estimate_stamp: float,
-    kinds: Ints,
-    mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
+    end: int,
     pose: Floats,
     tracks: Floats,
-    used: Floats,
     memory: Floats,
     command: Floats,
-    places: Floats,
-    owner: Ints,
     path: Floats,
 ) -> int:
     """Decide one run at one tick.
@@ -52,45 +42,16 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
         record: Parameters, see ``channel.NominalChannel``.
         time: [s].
         segments: (K, 5) reference line of the road.
-        estimate: (13,) newest ego estimate.
-        estimate_stamp: Its time [s], -1 before the first.
-        kinds: (S,) index into ``SENSOR_KINDS``.
-        mounts: (S, 2) x, y [m].
-        stamps: (S,) time of each sensor's newest sample [s].
-        masks: (S, M).
-        detections: (S, M, 7).
-        pose: (POSE_WIDTH,) in and out.
-        tracks: (K, TRACK_STATE) in and out.
-        used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
+        end: Rows of tracks from here on are free places.
+        pose: (POSE_WIDTH,).
+        tracks: (K, TRACK_STATE).
         memory: (MEMORY_WIDTH,) in and out.
         command: (2,) acceleration [m/s²] and steering angle [rad]; in and out.
-        places: (M, 2) scratch.
-        owner: (M,) scratch.
         path: (PATH_WIDTH,) scratch.
 
     Returns:
         OK, or FAULT without a recent ego estimate: then it coasts with the steering held.
     """
-    perceive(
-        time,
-        record["period"],
-        record["coast"],
-        record["gate"],
-        record["confirm_hits"],
-        segments,
-        estimate,
-        estimate_stamp,
-        kinds,
-        mounts,
-        stamps,
-        masks,
-        detections,
-        pose,
-        tracks,
-        used,
-        places,
-        owner,
-    )
     if not has_pose(pose, time):
         command[0] = 0.0
         return FAULT
@@ -99,6 +60,7 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     path_d = memory[MEMORY_PATH]
     view_path(
         tracks,
+        end,
         pose,
         segments,
         path_d,

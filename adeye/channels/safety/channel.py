@@ -10,7 +10,14 @@ import numpy as np
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import vehicle_fields
 from adeye.channels.links import SWITCH, linked_channels
-from adeye.channels.perception import show_tracks
+from adeye.channels.perception import (
+    BLOCK,
+    NOTE_END,
+    NOTE_WIDTH,
+    is_degraded,
+    perceive,
+    show_tracks,
+)
 from adeye.channels.pose import POSE_WIDTH, clear_pose
 from adeye.channels.safety.monitors import EVIDENCE_WIDTH, MONITOR_IDS
 from adeye.channels.safety.supervision import MEMORY_PATH, MEMORY_WIDTH, NO_SWITCH, safety_step
@@ -80,9 +87,10 @@ class SafetyChannel:
         for row in self._pose:
             clear_pose(row)
         self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
-        self._used = np.full(self._sight.stamps.shape, -1.0)
+        self._used = np.full(self._sight.mounts.shape[:2], -1.0)
         self._heard = np.zeros(self._channel_status.shape, dtype=np.bool_)
         self._states = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.int64)
+        self._notes = np.zeros((runs, NOTE_WIDTH))
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
         self._command = np.zeros((runs, 2))
@@ -116,15 +124,16 @@ class SafetyChannel:
             sight.kinds,
             sight.mounts,
             sight.stamps,
+            sight.alive,
             sight.masks,
             sight.detections,
-            sight.is_degraded,
             self._numbers,
             self._channel_status,
             self._reason,
             self._pose,
             self._tracks,
             self._used,
+            self._notes,
             self._heard,
             self._states,
             self._memory,
@@ -172,16 +181,17 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     estimate_stamp: Floats,
     kinds: Ints,
     mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
-    is_degraded: Bools,
+    stamps: tuple[Floats, ...],
+    alive: tuple[Bools, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
     numbers: Floats,
     channel_status: Ints,
     reason: Ints,
     pose: Floats,
     tracks: Floats,
     used: Floats,
+    notes: Floats,
     heard: Bools,
     states: Ints,
     memory: Floats,
@@ -195,36 +205,52 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     path: Floats,
     seen: Floats,
 ) -> None:
-    for run in range(records.shape[0]):
-        if not running[run]:
-            continue
-        state = safety_step(
-            records[run],
+    for begin in range(0, records.shape[0], BLOCK):
+        stop = min(begin + BLOCK, records.shape[0])
+        perceive(
+            begin,
+            stop,
+            records,
             time,
-            segments[run],
-            estimate[run],
-            estimate_stamp[run],
+            running,
+            segments,
+            estimate,
+            estimate_stamp,
             kinds,
-            mounts[run],
-            stamps[run],
-            masks[run],
-            detections[run],
-            numbers[run],
-            channel_status[run],
-            reason[run],
-            pose[run],
-            tracks[run],
-            used[run],
-            heard[run],
-            states[run],
-            memory[run],
-            command[run],
-            monitors[run],
+            mounts,
+            stamps,
+            masks,
+            detections,
+            pose,
+            tracks,
+            used,
+            notes,
             places,
             owner,
-            path,
-            seen,
         )
-        status[run] = DEGRADED if state == OK and is_degraded[run] else state
-        if shows_tracks:
-            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+        for run in range(begin, stop):
+            if not running[run]:
+                continue
+            state = safety_step(
+                records[run],
+                time,
+                segments[run],
+                int(notes[run, NOTE_END]),
+                numbers[run],
+                channel_status[run],
+                reason[run],
+                pose[run],
+                tracks[run],
+                heard[run],
+                states[run],
+                memory[run],
+                command[run],
+                monitors[run],
+                path,
+                seen,
+            )
+            if state == OK and is_degraded(alive, run):
+                state = DEGRADED
+            status[run] = state
+            if shows_tracks:
+                show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

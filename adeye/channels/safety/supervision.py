@@ -8,7 +8,6 @@ import numpy as np
 
 from adeye.channels.corridor import PATH_GAP, PATH_REQUIRED, PATH_SPEED, view_path
 from adeye.channels.driving import allowed_speed, follow, is_number, path_of_lane, steer
-from adeye.channels.perception import perceive
 from adeye.channels.pose import POSE_ACCELERATION, POSE_D, POSE_SPEED, has_pose
 from adeye.channels.safety.monitors import (
     OBJECT_DANGER,
@@ -49,26 +48,17 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     time: float,
     segments: Floats,
-    estimate: Floats,
-    estimate_stamp: float,
-    kinds: Ints,
-    mounts: Floats,
-    stamps: Floats,
-    masks: Bools,
-    detections: Floats,
+    end: int,
     numbers: Floats,
     channel_status: Ints,
     reason: int,
     pose: Floats,
     tracks: Floats,
-    used: Floats,
     heard: Bools,
     states: Ints,
     memory: Floats,
     command: Floats,
     shown: Bools,
-    places: Floats,
-    owner: Ints,
     path: Floats,
     seen: Floats,
 ) -> int:
@@ -78,26 +68,17 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         record: Parameters, see ``channel.SafetyChannel``.
         time: [s].
         segments: (K, 5) reference line of the road.
-        estimate: (13,) newest ego estimate.
-        estimate_stamp: Its time [s], -1 before the first.
-        kinds: (S,) index into ``SENSOR_KINDS``.
-        mounts: (S, 2) x, y [m].
-        stamps: (S,) time of each sensor's newest sample [s].
-        masks: (S, M).
-        detections: (S, M, 7).
+        end: Rows of tracks from here on are free places.
         numbers: (N, 3) acceleration, steering angle, stamp of the linked channels.
         channel_status: (N,) their states.
         reason: Why the acting channel acts, ``NO_SWITCH`` without link.
-        pose: (POSE_WIDTH,) in and out.
-        tracks: (K, TRACK_STATE) in and out.
-        used: (S,) stamp of each sensor's newest sample that was used [s]; in and out.
+        pose: (POSE_WIDTH,).
+        tracks: (K, TRACK_STATE).
         heard: (N,) whether each linked channel has given a usable command yet; in and out.
         states: (Q, 2) debounce of the monitors; in and out.
         memory: (MEMORY_WIDTH,) in and out.
         command: (2,) acceleration [m/s²] and steering angle [rad]; in and out.
         shown: (Q, 2) raw and confirmed state of the monitors, out.
-        places: (M, 2) scratch.
-        owner: (M,) scratch.
         path: (PATH_WIDTH,) scratch.
         seen: (EVIDENCE_WIDTH,) scratch.
 
@@ -105,32 +86,12 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         OK, REQUESTS_AUTHORITY, or FAULT without a recent ego estimate: then it coasts with the
         steering held.
     """
-    perceive(
-        time,
-        record["period"],
-        record["coast"],
-        record["gate"],
-        record["confirm_hits"],
-        segments,
-        estimate,
-        estimate_stamp,
-        kinds,
-        mounts,
-        stamps,
-        masks,
-        detections,
-        pose,
-        tracks,
-        used,
-        places,
-        owner,
-    )
     knows_pose = has_pose(pose, time)
     seen[:] = 0.0
     path[:] = 0.0
     gather_commands(time, numbers, channel_status, heard, seen)
     if knows_pose:
-        _look(record, segments, pose, tracks, memory, path, seen)
+        _look(record, segments, pose, tracks, end, memory, path, seen)
     confirmed = run_monitors(record, seen, states, shown)
     if not knows_pose:
         command[0] = 0.0
@@ -152,6 +113,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
     segments: Floats,
     pose: Floats,
     tracks: Floats,
+    end: int,
     memory: Floats,
     path: Floats,
     seen: Floats,
@@ -164,6 +126,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
         memory[MEMORY_PATH] = nearest
     view_path(
         tracks,
+        end,
         pose,
         segments,
         memory[MEMORY_PATH],
