@@ -32,7 +32,7 @@ SIZES = (Size(2, 1024, 15.0, 1), Size(5, 1024, 15.0, 1), Size(20, 512, 15.0, 1))
 KERNELS = frozenset(
     {
         "_act",
-        "_add_noise",
+        "_estimate",
         "_arbitrate",
         "_list_objects",
         "_sample_batch",
