@@ -69,12 +69,13 @@ class LocalisationSensor:
     def sense(self, scene: Scene) -> Measurement:
         """Sample if it is time to, and return the newest delivered sample."""
         if self._delivery.is_due(scene.tick):
+            estimate: Floats = np.empty((scene.ego.shape[0], len(ESTIMATE_COLUMNS)))
             # It never detects anything, so all its samples share the empty arrays of that.
             sample = replace(
                 self._empty,
                 stamp=np.full(scene.ego.shape[0], scene.time),
                 fresh=np.zeros(scene.ego.shape[0], dtype=np.bool_),
-                estimate=np.empty((scene.ego.shape[0], len(ESTIMATE_COLUMNS))),
+                estimate=estimate,
             )
             _estimate(
                 self._parameters,
@@ -84,7 +85,7 @@ class LocalisationSensor:
                 scene.running,
                 scene.ego,
                 scene.ego_place,
-                sample.estimate,
+                estimate,
             )
             self._sample_number += 1
             self._delivery.push(scene.tick, sample)

@@ -219,8 +219,7 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> None:
     """Detect the objects of one run and pack them by increasing distance.
 
-    What is measured is the centre of an object's box, with noise on distance and bearing drawn by
-    sensor, sample and object, so other sensors and objects do not change it.
+    What is measured is the centre of a box; its noise is drawn by sensor, sample and object.
 
     Args:
         kind: CAMERA, RADAR or LIDAR.
@@ -235,7 +234,7 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
         reach: (M,) how near each object must be [m].
         pieces: (M, 2) scratch.
         looks: (M, OUTLINE_WIDTH) scratch.
-        found: (M, 3) scratch: place in the vehicle frame and range rate of each detected one.
+        found: (M, 3) scratch: place in the vehicle frame and range rate of each.
         order: (M,) scratch: who is detected, in order.
         mask: (M,) out.
         detections: (M, 7) out.
@@ -321,26 +320,26 @@ def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> bool:
     """Tell whether an object is detected.
 
-    Its nearest point must be within reach, and the unoccluded share and the share inside the field
-    of view of its angular extent must each be at least ``min_visible``.
+    Its nearest point must be within reach, and of its angular extent the unoccluded share and the
+    share in view must each be at least ``min_visible``.
     """
     look = looks[thing]
-    half = look[HALF]
-    if look[DISTANCE] > reach + half:
+    if look[DISTANCE] > reach + look[HALF]:
         return False
-    # How far the centre lies outside of the nearer edge of less than half a turn of view; a circle
-    # around the object that is all outside or all inside spares the angles.
+    # How far the centre lies outside of the nearer edge of view; a circle around the object that is
+    # all outside or all inside spares the angles.
     sine, cosine = parameters["edge_sine"], parameters["edge_cosine"]
     along = ahead_x * look[DX] + ahead_y * look[DY]
     across = ahead_x * look[DY] - ahead_y * look[DX]
     outside = abs(across) * cosine - along * sine
     has_edges = sine > 0.0
-    if has_edges and parameters["min_visible"] > 0.0 and outside > half:
+    if has_edges and parameters["min_visible"] > 0.0 and outside > look[HALF]:
         return False
     find_shape(objects[thing], sizes[thing], look)
     if not nearest_point(sizes[thing], look) <= reach:
         return False
-    if not (has_edges and outside < -half) and not _is_in_view(parameters, ahead_x, ahead_y, look):
+    is_amid = has_edges and outside < -look[HALF]
+    if not is_amid and not _is_in_view(parameters, ahead_x, ahead_y, look):
         return False
     seen = visible_share(thing, ahead_x, ahead_y, objects, sizes, looks, pieces)
     return bool(seen >= parameters["min_visible"])
