@@ -38,6 +38,7 @@ KERNELS = frozenset(
         "_sample_batch",
         "_settle",
         "begin_events",
+        "end_runs",
         "fill_motion",
         "locate_all",
         "move_actors",
@@ -46,6 +47,7 @@ KERNELS = frozenset(
         "react_reference",
         "show_placed",
         "sweep_contacts",
+        "take_reacted",
     }
 )
 
