@@ -32,12 +32,13 @@ SIZES = (Size(2, 1024, 15.0, 1), Size(5, 1024, 15.0, 1), Size(20, 512, 15.0, 1))
 KERNELS = frozenset(
     {
         "_act",
-        "_add_noise",
+        "_estimate",
         "_arbitrate",
         "_list_objects",
         "_sample_batch",
         "_settle",
         "begin_events",
+        "end_runs",
         "fill_motion",
         "locate_all",
         "move_actors",
@@ -46,6 +47,7 @@ KERNELS = frozenset(
         "react_reference",
         "show_placed",
         "sweep_contacts",
+        "take_reacted",
     }
 )
 

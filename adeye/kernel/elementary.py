@@ -18,7 +18,21 @@ import numpy as np
 
 from adeye.kernel.jit import compiled, inlined
 
-__all__ = ["asin", "atan", "atan2", "cos", "exp", "log", "power", "sin", "sin_cos", "tan"]
+__all__ = [
+    "asin",
+    "atan",
+    "atan2",
+    "cos",
+    "exp",
+    "kernel_cos",
+    "kernel_sin",
+    "log",
+    "log_of_parts",
+    "power",
+    "sin",
+    "sin_cos",
+    "tan",
+]
 
 #: Largest angle [rad] whose reduction is exact; beyond it the circular functions return NaN.
 LARGEST_ANGLE = 1.6e6
@@ -35,7 +49,7 @@ _ROOTS = np.array([float(_EXACT.power(Decimal(2), Decimal(j) / 32)) for j in ran
 
 
 @compiled
-def _kernel_sin(x: float, rest: float) -> float:
+def kernel_sin(x: float, rest: float) -> float:
     """Return sin(x + rest) for abs(x) <= pi/4."""
     z = x * x
     v = z * x
@@ -51,7 +65,7 @@ def _kernel_sin(x: float, rest: float) -> float:
 
 
 @compiled
-def _kernel_cos(x: float, rest: float) -> float:
+def kernel_cos(x: float, rest: float) -> float:
     """Return cos(x + rest) for abs(x) <= pi/4."""
     z = x * x
     r = z * (
@@ -82,7 +96,7 @@ def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for eac
         return angle, 1.0
     if abs(angle) <= _FIRST_QUADRANT:
         # Nothing to take away; the same bits, sooner.
-        return _kernel_sin(angle, 0.0), _kernel_cos(angle, 0.0)
+        return kernel_sin(angle, 0.0), kernel_cos(angle, 0.0)
     if not abs(angle) <= LARGEST_ANGLE:
         return math.nan, math.nan
     turns = math.floor(angle * 6.36619772367581382433e-01 + 0.5)
@@ -94,8 +108,8 @@ def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for eac
     w = n * 2.02226624879595063154e-21 - ((t - r) - w)
     x = r - w
     rest = (r - x) - w
-    s = _kernel_sin(x, rest)
-    c = _kernel_cos(x, rest)
+    s = kernel_sin(x, rest)
+    c = kernel_cos(x, rest)
     quadrant = int(turns) & 3
     if quadrant == 0:
         return s, c
@@ -110,7 +124,7 @@ def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for eac
 def sin(angle: float) -> float:
     """Return the sine of an angle [rad]; NaN beyond ``LARGEST_ANGLE``."""
     if angle != 0.0 and abs(angle) <= _FIRST_QUADRANT:
-        return _kernel_sin(angle, 0.0)
+        return kernel_sin(angle, 0.0)
     return sin_cos(angle)[0]
 
 
@@ -285,6 +299,27 @@ def exp(x: float) -> float:
     return math.ldexp(y, int(power_of_two))
 
 
+@inlined
+def log_of_parts(mantissa: float, k: float) -> float:
+    """Return the logarithm of ``mantissa * 2**k``, the mantissa between the roots of 1/2 and 2."""
+    f = mantissa - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    w = z * z
+    even = w * (
+        3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01)
+    )
+    odd = z * (
+        6.666666666666735130e-01
+        + w
+        * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01))
+    )
+    half = 0.5 * f * f
+    return k * 6.93147180369123816490e-01 - (
+        (half - (s * (half + (odd + even)) + k * 1.90821492927058770002e-10)) - f
+    )
+
+
 @compiled
 def log(x: float) -> float:
     """Return the natural logarithm; minus infinity at 0, NaN below."""
@@ -302,23 +337,7 @@ def log(x: float) -> float:
         if mantissa < _ROOT_HALF:
             mantissa *= 2.0
             power_of_two -= 1
-    k = float(power_of_two)
-    f = mantissa - 1.0
-    s = f / (2.0 + f)
-    z = s * s
-    w = z * z
-    even = w * (
-        3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01)
-    )
-    odd = z * (
-        6.666666666666735130e-01
-        + w
-        * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01))
-    )
-    half = 0.5 * f * f
-    return k * 6.93147180369123816490e-01 - (
-        (half - (s * (half + (odd + even)) + k * 1.90821492927058770002e-10)) - f
-    )
+    return log_of_parts(mantissa, float(power_of_two))
 
 
 @inlined

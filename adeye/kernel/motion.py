@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 
 from adeye.kernel.elementary import exp, log, sin_cos, tan
 from adeye.kernel.geometry import wrap_to_pi
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 
 __all__ = [
     "GRAVITY",
     "advance_ego",
+    "advance_ego_fading",
     "clip",
     "coupled_curvature",
+    "fade",
     "friction_limited_acceleration",
     "lagged_steering",
 ]
@@ -89,6 +91,20 @@ def lagged_steering(
         lag: Time constant [s]; 0 follows the command as fast as the rate allows.
         time: >= 0 [s].
     """
+    return _steering_after(angle, command, largest_rate, lag, time, fade(time, lag))
+
+
+@compiled
+def fade(time: float, lag: float) -> float:
+    """Return what is left of an error after a time [s] of a first-order response; 0 without lag."""
+    return exp(-time / lag) if lag > 0.0 else 0.0
+
+
+@inlined
+def _steering_after(
+    angle: float, command: float, largest_rate: float, lag: float, time: float, faded: float
+) -> float:
+    """Return what ``lagged_steering`` does, of a fade that is known."""
     error = command - angle
     # The response falls below the largest rate when this error is left.
     knee = largest_rate * lag
@@ -99,30 +115,30 @@ def lagged_steering(
         return command
     if running > 0.0:
         return command - math.copysign(knee * exp(-(time - running) / lag), error)
-    return command - error * exp(-time / lag)
+    return command - error * faded
 
 
-@compiled
+@inlined
 def _speed_after(
-    speed: float, acceleration: float, command: float, lag: float, time: float
+    speed: float, acceleration: float, command: float, lag: float, time: float, faded: float
 ) -> float:
     """Return the speed after a first-order response of the acceleration, without limits [m/s]."""
     if lag <= 0.0:
         return speed + command * time
-    return speed + command * time + (acceleration - command) * lag * (1.0 - exp(-time / lag))
+    return speed + command * time + (acceleration - command) * lag * (1.0 - faded)
 
 
-@compiled
-def _acceleration_after(acceleration: float, command: float, lag: float, time: float) -> float:
+@inlined
+def _acceleration_after(acceleration: float, command: float, lag: float, faded: float) -> float:
     """Return the first-order response of the acceleration to a constant command [m/s^2]."""
     if lag <= 0.0:
         return command
-    return command + (acceleration - command) * exp(-time / lag)
+    return command + (acceleration - command) * faded
 
 
 @compiled
 def _time_to_standstill(
-    speed: float, acceleration: float, command: float, lag: float, step: float
+    speed: float, acceleration: float, command: float, lag: float, step: float, faded: float
 ) -> float:
     """Return when the speed first reaches zero within the step [s]; the step if it does not."""
     if lag <= 0.0:
@@ -133,48 +149,52 @@ def _time_to_standstill(
     last = step
     if acceleration < 0.0 < command:
         last = min(step, lag * log((command - acceleration) / command))
-    if _speed_after(speed, acceleration, command, lag, last) > 0.0:
+        faded = fade(last, lag)
+    if _speed_after(speed, acceleration, command, lag, last, faded) > 0.0:
         return step
     early = 0.0
     late = last
     for _ in range(_BISECTIONS):
         middle = 0.5 * (early + late)
-        if _speed_after(speed, acceleration, command, lag, middle) > 0.0:
+        faded = fade(middle, lag)
+        if _speed_after(speed, acceleration, command, lag, middle, faded) > 0.0:
             early = middle
         else:
             late = middle
     return late
 
 
-@compiled
+@inlined
+def _drive_straight(
+    state: Floats, speed_half: float, speed_end: float, time: float, out: Floats
+) -> None:
+    """Do what ``_drive`` does with the wheels straight: exact, and the common case."""
+    sine, cosine = sin_cos(state[2])
+    way = time / 6.0 * (state[3] + 4.0 * speed_half + speed_end)
+    out[0] = state[0] + way * cosine
+    out[1] = state[1] + way * sine
+    out[2] = state[2]
+
+
+@inlined
 def _drive(
     state: Floats,
     speed_half: float,
     speed_end: float,
-    steering_half: float,
-    steering_end: float,
+    start: float,
+    half: float,
+    end: float,
     time: float,
-    wheelbase: float,
     rear_axle: float,
-    friction: float,
     out: Floats,
 ) -> None:
-    """Move the pose along the rear axle's path, by Simpson's rule on speed, curvature, heading.
+    """Move the pose along the rear axle's path, by Simpson's rule on speed, yaw rate, heading.
 
-    The box centre follows rigidly, ``rear_axle`` ahead of the axle. Order four in the time.
+    ``start``, ``half`` and ``end`` are the yaw rates. The box centre follows rigidly,
+    ``rear_axle`` ahead of the axle. Order four in the time.
     """
     heading = state[2]
     sine, cosine = sin_cos(heading)
-    if state[5] == 0.0 and steering_half == 0.0 and steering_end == 0.0:
-        # Straight on is exact, and the common case.
-        way = time / 6.0 * (state[3] + 4.0 * speed_half + speed_end)
-        out[0] = state[0] + way * cosine
-        out[1] = state[1] + way * sine
-        out[2] = heading
-        return
-    start = state[3] * coupled_curvature(state[3], tan(state[5]), wheelbase, friction)
-    half = speed_half * coupled_curvature(speed_half, tan(steering_half), wheelbase, friction)
-    end = speed_end * coupled_curvature(speed_end, tan(steering_end), wheelbase, friction)
     # Integrals of the parabola through the three yaw rates, up to the middle and to the end.
     sine_half, cosine_half = sin_cos(heading + time / 24.0 * (5.0 * start + 8.0 * half - end))
     turned = wrap_to_pi(heading + time / 6.0 * (start + 4.0 * half + end))
@@ -185,6 +205,36 @@ def _drive(
     out[0] = state[0] + way_x + rear_axle * (cosine_end - cosine)
     out[1] = state[1] + way_y + rear_axle * (sine_end - sine)
     out[2] = turned
+
+
+@inlined
+def _roll(
+    speed: float,
+    before: float,
+    command: float,
+    lag: float,
+    step: float,
+    faded: float,
+    faded_half: float,
+) -> tuple[float, float, float, float]:
+    """Return how long the ego rolls in a tick, its speed half-way and at the end, and what changes.
+
+    That is: time [s], two speeds [m/s], the acceleration at the end [m/s^2]; 0 once it stands.
+    """
+    if not (speed > 0.0 or before > 0.0 or command > 0.0):
+        return step, 0.0, 0.0, 0.0
+    time = _time_to_standstill(speed, before, command, lag, step, faded)
+    if time != step:
+        faded_half = fade(0.5 * time, lag)
+    speed_half = _speed_after(speed, before, command, lag, 0.5 * time, faded_half)
+    speed_half = clip(speed_half, 0.0, math.inf)
+    speed_end = acceleration_end = 0.0
+    if time >= step:
+        speed_end = _speed_after(speed, before, command, lag, step, faded)
+        acceleration_end = _acceleration_after(before, command, lag, faded)
+    if speed_end <= 0.0:
+        speed_end = acceleration_end = 0.0
+    return time, speed_half, speed_end, acceleration_end
 
 
 @compiled
@@ -232,49 +282,105 @@ def advance_ego(
         Rajamani (2012), "Vehicle dynamics and control", section 2.2, for the rear axle, which
         needs no slip angle.
     """
+    advance_ego_fading(
+        state,
+        acceleration_command,
+        steering_command,
+        step,
+        wheelbase,
+        rear_axle,
+        max_acceleration,
+        max_deceleration,
+        max_steering_angle,
+        max_steering_rate,
+        acceleration_lag,
+        steering_lag,
+        friction,
+        fade(step, acceleration_lag),
+        fade(0.5 * step, acceleration_lag),
+        fade(step, steering_lag),
+        fade(0.5 * step, steering_lag),
+        out,
+    )
+
+
+@inlined
+def advance_ego_fading(
+    state: Floats,
+    acceleration_command: float,
+    steering_command: float,
+    step: float,
+    wheelbase: float,
+    rear_axle: float,
+    max_acceleration: float,
+    max_deceleration: float,
+    max_steering_angle: float,
+    max_steering_rate: float,
+    acceleration_lag: float,
+    steering_lag: float,
+    friction: float,
+    acceleration_faded: float,
+    acceleration_faded_half: float,
+    steering_faded: float,
+    steering_faded_half: float,
+    out: Floats,
+) -> None:
+    """Do what ``advance_ego`` does, of fades that are known: they are the same at every tick.
+
+    The arguments are those of ``advance_ego``; before the last one come the ``fade`` of the
+    acceleration over a tick and over half of one, and the same of the steering.
+    """
     if math.isnan(state.sum() + acceleration_command + steering_command + friction):
         # Otherwise a search for the standstill would take NaN for one.
         out[:] = math.nan
         return
-    speed = state[3]
+    speed, angle = state[3], state[5]
     target = clip(steering_command, -max_steering_angle, max_steering_angle)
-    steering_end = lagged_steering(state[5], target, max_steering_rate, steering_lag, step)
-    tangent = tan(state[5])
-    lateral = speed * speed * coupled_curvature(speed, tangent, wheelbase, friction)
-    grip = friction_limited_acceleration(lateral, friction)
+    steering_end = _steering_after(
+        angle, target, max_steering_rate, steering_lag, step, steering_faded
+    )
+    curvature = coupled_curvature(speed, tan(angle), wheelbase, friction)
+    grip = friction_limited_acceleration(speed * speed * curvature, friction)
     command = clip(acceleration_command, -max_deceleration, max_acceleration)
     command = clip(command, -grip, grip)
     before = clip(state[4], -grip, grip)
     if speed <= 0.0:
         before = clip(before, 0.0, math.inf)
-    time = step
-    speed_half = speed_end = acceleration_end = 0.0
-    if speed > 0.0 or before > 0.0 or command > 0.0:
-        time = _time_to_standstill(speed, before, command, acceleration_lag, step)
-        speed_half = _speed_after(speed, before, command, acceleration_lag, 0.5 * time)
-        speed_half = clip(speed_half, 0.0, math.inf)
-        if time >= step:
-            speed_end = _speed_after(speed, before, command, acceleration_lag, step)
-            acceleration_end = _acceleration_after(before, command, acceleration_lag, step)
-        if speed_end <= 0.0:
-            speed_end = acceleration_end = 0.0
-    steering_half = lagged_steering(state[5], target, max_steering_rate, steering_lag, 0.5 * time)
-    steering_stop = steering_end
-    if time < step:
-        steering_stop = lagged_steering(state[5], target, max_steering_rate, steering_lag, time)
-    _drive(
-        state,
-        speed_half,
-        speed_end,
-        steering_half,
-        steering_stop,
-        time,
-        wheelbase,
-        rear_axle,
-        friction,
-        out,
+    time, speed_half, speed_end, acceleration_end = _roll(
+        speed,
+        before,
+        command,
+        acceleration_lag,
+        step,
+        acceleration_faded,
+        acceleration_faded_half,
     )
+    steering_stop = steering_end
+    tangent_end = tangent_stop = tan(steering_end)
+    if time < step:
+        steering_half = lagged_steering(angle, target, max_steering_rate, steering_lag, 0.5 * time)
+        steering_stop = lagged_steering(angle, target, max_steering_rate, steering_lag, time)
+        tangent_stop = tan(steering_stop)
+    else:
+        steering_half = _steering_after(
+            angle, target, max_steering_rate, steering_lag, 0.5 * time, steering_faded_half
+        )
+    if angle == 0.0 and steering_half == 0.0 and steering_stop == 0.0:
+        _drive_straight(state, speed_half, speed_end, time, out)
+    else:
+        tangent_half = tan(steering_half)
+        _drive(
+            state,
+            speed_half,
+            speed_end,
+            speed * curvature,
+            speed_half * coupled_curvature(speed_half, tangent_half, wheelbase, friction),
+            speed_end * coupled_curvature(speed_end, tangent_stop, wheelbase, friction),
+            time,
+            rear_axle,
+            out,
+        )
     out[3] = speed_end
     out[4] = acceleration_end
     out[5] = steering_end
-    out[6] = speed_end * coupled_curvature(speed_end, tan(steering_end), wheelbase, friction)
+    out[6] = speed_end * coupled_curvature(speed_end, tangent_end, wheelbase, friction)

@@ -20,8 +20,8 @@ import math
 
 import numpy as np
 
-from adeye.kernel.elementary import log, sin_cos
-from adeye.kernel.jit import compiled
+from adeye.kernel.elementary import kernel_cos, kernel_sin, log_of_parts
+from adeye.kernel.jit import compiled, inlined
 
 __all__ = ["normal", "normal_pair", "owner_id", "philox4x32", "uniform"]
 
@@ -35,6 +35,10 @@ _MULTIPLIER_1 = np.uint64(0xCD9E8D57)
 _WEYL_0 = np.uint64(0x9E3779B9)
 _WEYL_1 = np.uint64(0xBB67AE85)
 _TWO_TO_MINUS_52 = 2.0**-52
+# Of the bits of a float: those of its mantissa, and those of one half.
+_MANTISSA = 0xFFFFFFFFFFFFF
+_HALF_BITS = 0x3FE0000000000000
+_ROOT_HALF = 0.70710678118654752440
 
 
 def owner_id(name: str) -> int:
@@ -82,8 +86,37 @@ def _block(
 @compiled
 def _fraction(high: np.uint64, low: np.uint64) -> float:
     """Return the middle of one of 2**52 equal parts of (0, 1); never 0, never 1."""
-    bits = (high << _TWENTY) | (low >> _TWELVE)
+    # Signed numbers are sooner made floats; these are below 2**52.
+    bits = np.int64((high << _TWENTY) | (low >> _TWELVE))
     return (float(bits) + 0.5) * _TWO_TO_MINUS_52
+
+
+@inlined
+def _log_of_fraction(x: float) -> float:
+    """Return ``elementary.log`` of a number in (0, 1), bit for bit, without a jump to guess."""
+    bits = np.float64(x).view(np.int64)
+    mantissa = np.int64((bits & _MANTISSA) | _HALF_BITS).view(np.float64)
+    is_low = mantissa < _ROOT_HALF
+    power = (bits >> 52) - (1023 if is_low else 1022)
+    return log_of_parts(2.0 * mantissa if is_low else mantissa, float(power))
+
+
+@inlined
+def _sin_cos_of_turn(angle: float) -> tuple[float, float]:
+    """Return ``elementary.sin_cos`` of an angle in (0, 2 pi), bit for bit, without a jump."""
+    turns = int(angle * 6.36619772367581382433e-01 + 0.5)
+    n = float(turns)
+    t = angle - n * 1.57079632673412561417e00
+    w = n * 6.07710050630396597660e-11
+    r = t - w
+    w = n * 2.02226624879595063154e-21 - ((t - r) - w)
+    x = r - w
+    rest = (r - x) - w
+    s, c = kernel_sin(x, rest), kernel_cos(x, rest)
+    is_odd = turns & 1 != 0
+    # Negative in quadrants 2 and 3, and in 1 and 2.
+    sine = (1.0 - float(turns & 2)) * (c if is_odd else s)
+    return sine, (1.0 - float((turns + 1) & 2)) * (s if is_odd else c)
 
 
 @compiled
@@ -116,8 +149,8 @@ def normal_pair(
         Box and Muller (1958), "A note on the generation of random normal deviates".
     """
     a, b, c, d = _block(stream_seed, owner, sample, index)
-    radius = math.sqrt(-2.0 * log(_fraction(a, b)))
-    sine, cosine = sin_cos(2.0 * math.pi * _fraction(c, d))
+    radius = math.sqrt(-2.0 * _log_of_fraction(_fraction(a, b)))
+    sine, cosine = _sin_cos_of_turn(2.0 * math.pi * _fraction(c, d))
     return radius * cosine, radius * sine
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,12 @@ from adeye.kernel.jit import allocating, compiled, inlined
 
 __all__ = [
     "OUTLINE_WIDTH",
-    "box_bearings",
+    "bearings",
+    "find_shape",
+    "nearest_point",
     "outline",
     "ray_box_distance",
+    "sight",
     "visible_fraction",
     "visible_share",
 ]
@@ -117,7 +120,7 @@ def _corners(
     HALF,  # radius of a circle around it [m]
     COSINE,  # of its heading
     SINE,
-    INSIDE,  # 1 where the sensor is in it
+    INSIDE,  # 1 where the sensor is in it, NaN before its shape is asked for
     RIGHT_X,  # its rightmost corner from the sensor [m]
     RIGHT_Y,
     LEFT_X,  # its leftmost corner from the sensor [m]
@@ -129,8 +132,8 @@ OUTLINE_WIDTH: Final = 13
 
 
 @inlined
-def outline(sensor_x: float, sensor_y: float, box: Floats, size: Floats, out: Floats) -> None:
-    """Find how a box looks from a sensor.
+def sight(sensor_x: float, sensor_y: float, box: Floats, size: Floats, out: Floats) -> None:
+    """Find where a box is from a sensor; its shape is left for ``find_shape``.
 
     Args:
         sensor_x: [m].
@@ -140,44 +143,76 @@ def outline(sensor_x: float, sensor_y: float, box: Floats, size: Floats, out: Fl
         out: (OUTLINE_WIDTH,) out.
     """
     dx, dy = box[0] - sensor_x, box[1] - sensor_y
-    s, c = sin_cos(box[2])
-    inside, right_x, right_y, left_x, left_y = _corners(dx, dy, c, s, 0.5 * size[0], 0.5 * size[1])
     out[DX], out[DY] = dx, dy
     out[DISTANCE] = math.sqrt(dx * dx + dy * dy)
     out[HALF] = 0.5 * (size[0] + size[1])
-    out[COSINE], out[SINE] = c, s
-    out[INSIDE] = 1.0 if inside else 0.0
-    out[RIGHT_X], out[RIGHT_Y], out[LEFT_X], out[LEFT_Y] = right_x, right_y, left_x, left_y
-    out[RIGHT] = out[LEFT] = math.nan
+    out[INSIDE] = math.nan
 
 
 @inlined
-def box_bearings(
-    ahead_x: float, ahead_y: float, size: Floats, look: Floats
-) -> tuple[float, float, float]:
-    """Return how a box looks from a sensor: nearest distance and its bearings about the boresight.
+def find_shape(box: Floats, size: Floats, look: Floats) -> None:
+    """Find the corners that a box shows to a sensor, once.
 
     Args:
-        ahead_x: Unit vector of the direction that the sensor looks in.
-        ahead_y: Of the same.
+        box: (>= 3,) x [m], y [m], heading [rad].
         size: (>= 2,) length [m], width [m].
-        look: (OUTLINE_WIDTH,) of the box; its bearings are kept there.
+        look: (OUTLINE_WIDTH,) in and out, see ``sight``.
+    """
+    if not math.isnan(look[INSIDE]):
+        return
+    s, c = sin_cos(box[2])
+    inside, right_x, right_y, left_x, left_y = _corners(
+        look[DX], look[DY], c, s, 0.5 * size[0], 0.5 * size[1]
+    )
+    look[COSINE], look[SINE] = c, s
+    look[INSIDE] = 1.0 if inside else 0.0
+    look[RIGHT_X], look[RIGHT_Y], look[LEFT_X], look[LEFT_Y] = right_x, right_y, left_x, left_y
+    look[RIGHT] = look[LEFT] = math.nan
 
-    Returns:
-        Distance of the nearest point [m], bearing of the right edge in (-pi, pi] and of the left
-        edge in [right, right + pi) [rad], counter-clockwise. From inside: 0, -pi, pi.
+
+@inlined
+def outline(sensor_x: float, sensor_y: float, box: Floats, size: Floats, out: Floats) -> None:
+    """Find how a box looks from a sensor: ``sight`` and ``find_shape``."""
+    sight(sensor_x, sensor_y, box, size, out)
+    find_shape(box, size, out)
+
+
+@inlined
+def nearest_point(size: Floats, look: Floats) -> float:
+    """Return the distance of a box's nearest point [m], 0 from inside.
+
+    Args:
+        size: (>= 2,) length [m], width [m].
+        look: (OUTLINE_WIDTH,) of the box.
     """
     if look[INSIDE] > 0.0:
-        return 0.0, -math.pi, math.pi
-    right, left = _bearings(look, ahead_x, ahead_y)
+        return 0.0
     dx, dy, c, s = look[DX], look[DY], look[COSINE], look[SINE]
     along = abs(dx * c + dy * s) - 0.5 * size[0]
     across = abs(dy * c - dx * s) - 0.5 * size[1]
     if along <= 0.0:
-        return across, right, left
+        return across
     if across <= 0.0:
-        return along, right, left
-    return math.sqrt(along * along + across * across), right, left
+        return along
+    return math.sqrt(along * along + across * across)
+
+
+@inlined
+def bearings(ahead_x: float, ahead_y: float, look: Floats) -> tuple[float, float]:
+    """Return the bearings of a box about the boresight.
+
+    Args:
+        ahead_x: Unit vector of the direction that the sensor looks in.
+        ahead_y: Of the same.
+        look: (OUTLINE_WIDTH,) of the box; its bearings are kept there.
+
+    Returns:
+        Bearing of the right edge in (-pi, pi] and of the left edge in [right, right + pi) [rad],
+        counter-clockwise. From inside: -pi, pi.
+    """
+    if look[INSIDE] > 0.0:
+        return -math.pi, math.pi
+    return _bearings(look, ahead_x, ahead_y)
 
 
 @inlined
@@ -195,16 +230,23 @@ def _bearings(look: Floats, ahead_x: float, ahead_y: float) -> tuple[float, floa
 
 @inlined
 def _is_nearer(
-    direction_x: float, direction_y: float, other: Floats, target: Floats, sizes: Floats, rows: Any
+    ahead_x: float,
+    ahead_y: float,
+    bearing: float,
+    other: Floats,
+    target: Floats,
+    size: Floats,
+    target_size: Floats,
 ) -> bool:
-    """Tell whether a ray from the sensor meets the other box before the target."""
+    """Tell whether a ray at a bearing [rad] meets the other box before the target."""
     # Circles around both decide most cases.
     if other[DISTANCE] + other[HALF] < target[DISTANCE] - target[HALF]:
         return True
     if other[DISTANCE] - other[HALF] > target[DISTANCE] + target[HALF]:
         return False
-    blocked = _way_to(direction_x, direction_y, other, sizes[rows[0]])
-    return blocked < _way_to(direction_x, direction_y, target, sizes[rows[1]])
+    s, c = sin_cos(bearing)
+    x, y = ahead_x * c - ahead_y * s, ahead_x * s + ahead_y * c
+    return _way_to(x, y, other, size) < _way_to(x, y, target, target_size)
 
 
 @inlined
@@ -280,61 +322,69 @@ def visible_fraction(
     """
     looks = np.empty((objects.shape[0], OUTLINE_WIDTH))
     for thing in range(objects.shape[0]):
-        outline(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
+        sight(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
+    find_shape(objects[target], sizes[target], looks[target])
     distance = looks[target, DISTANCE]
     ahead_x, ahead_y = 1.0, 0.0
     if distance > 0.0:
         ahead_x, ahead_y = looks[target, DX] / distance, looks[target, DY] / distance
-    return visible_share(target, ahead_x, ahead_y, sizes, looks, np.empty((objects.shape[0], 2)))
+    pieces = np.empty((objects.shape[0], 2))
+    return visible_share(target, ahead_x, ahead_y, objects, sizes, looks, pieces)
 
 
 @inlined
-def visible_share(  # noqa: C901 - a kernel
-    target: int, ahead_x: float, ahead_y: float, sizes: Floats, looks: Floats, pieces: Floats
+def visible_share(
+    target: int,
+    ahead_x: float,
+    ahead_y: float,
+    objects: Floats,
+    sizes: Floats,
+    looks: Floats,
+    pieces: Floats,
 ) -> float:
-    """Return what ``visible_fraction`` does, of outlines that are known.
+    """Return what ``visible_fraction`` does, of boxes that are in sight.
 
     Args:
-        target: Row of the object that is looked at.
+        target: Row of the object that is looked at; its shape is known.
         ahead_x: Unit vector that bearings count from.
         ahead_y: Of the same.
+        objects: (M, >= 3) x [m], y [m], heading [rad] of every object.
         sizes: (M, >= 2) length [m], width [m].
-        looks: (M, OUTLINE_WIDTH) of every object that may cover it, see ``outline``.
+        looks: (M, OUTLINE_WIDTH) of every object that may cover it, see ``sight``.
         pieces: (M, 2) scratch.
     """
     mine = looks[target]
     if mine[INSIDE] > 0.0:
         return 1.0
-    if not mine[RIGHT_X] * mine[LEFT_Y] - mine[RIGHT_Y] * mine[LEFT_X] > 0.0:
+    right_x, right_y, left_x, left_y = mine[RIGHT_X], mine[RIGHT_Y], mine[LEFT_X], mine[LEFT_Y]
+    if not right_x * left_y - right_y * left_x > 0.0:
         return math.nan
-    # Unit vectors along the edges of the wedge that the target fills.
-    size = math.sqrt(mine[RIGHT_X] * mine[RIGHT_X] + mine[RIGHT_Y] * mine[RIGHT_Y])
-    edge_x, edge_y = mine[RIGHT_X] / size, mine[RIGHT_Y] / size
-    size = math.sqrt(mine[LEFT_X] * mine[LEFT_X] + mine[LEFT_Y] * mine[LEFT_Y])
-    far_x, far_y = mine[LEFT_X] / size, mine[LEFT_Y] / size
+    right_size = math.sqrt(right_x * right_x + right_y * right_y)
+    left_size = math.sqrt(left_x * left_x + left_y * left_y)
+    limit = mine[DISTANCE] + mine[HALF]
     right = left = 0.0
     count = 0
     for other in range(looks.shape[0]):
-        if other == target:
+        look = looks[other]
+        dx, dy, half = look[DX], look[DY], look[HALF]
+        # A circle around it that does not meet the wedge spares the angles. One jump for all.
+        is_beyond = look[DISTANCE] > limit + half
+        is_right = right_x * dy - right_y * dx < -half * right_size
+        is_left = left_x * dy - left_y * dx > half * left_size
+        if (other == target) | is_beyond | is_right | is_left:
             continue
-        dx, dy, half = looks[other, DX], looks[other, DY], looks[other, HALF]
-        if looks[other, DISTANCE] > mine[DISTANCE] + mine[HALF] + half:
-            continue
-        # A circle around it that does not meet the wedge spares the angles.
-        if edge_x * dy - edge_y * dx < -half or far_x * dy - far_y * dx > half:
-            continue
-        if looks[other, INSIDE] > 0.0:
+        find_shape(objects[other], sizes[other], look)
+        if look[INSIDE] > 0.0:
             return 0.0
         right, left = _bearings(mine, ahead_x, ahead_y)
-        start, end = _bearings(looks[other], ahead_x, ahead_y)
+        start, end = _bearings(look, ahead_x, ahead_y)
         if not start <= end:
             return math.nan
         start, end = _common(start, end, right, left)
         if start >= end:
             continue
-        s, c = sin_cos(0.5 * (start + end))
-        direction_x, direction_y = ahead_x * c - ahead_y * s, ahead_x * s + ahead_y * c
-        if _is_nearer(direction_x, direction_y, looks[other], mine, sizes, (other, target)):
+        middle = 0.5 * (start + end)
+        if _is_nearer(ahead_x, ahead_y, middle, look, mine, sizes[other], sizes[target]):
             pieces[count, 0] = start
             pieces[count, 1] = end
             count += 1

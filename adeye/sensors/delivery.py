@@ -9,8 +9,7 @@ import numpy as np
 from adeye.kernel.jit import inlined
 from adeye.signals import (
     DETECTION_COLUMNS,
-    DETECTION_X,
-    DETECTION_Y,
+    Bools,
     Floats,
     Ints,
     Measurement,
@@ -28,6 +27,21 @@ def no_measurement(runs: int, objects: int, *, with_estimate: bool) -> Measureme
         detections=np.zeros((runs, objects, len(DETECTION_COLUMNS))),
         source=np.full((runs, objects), -1, dtype=np.int64),
         estimate=estimate,
+    )
+
+
+def sample_at(time: float, runs: int, objects: int) -> Measurement:
+    """Return a sample of detections that were made at a time [s]; what it detects is to be written.
+
+    Every element of mask, detections and source is to be, those of runs that have ended too.
+    """
+    return Measurement(
+        stamp=np.full(runs, time),
+        fresh=np.zeros(runs, dtype=np.bool_),
+        alive=np.ones(runs, dtype=np.bool_),
+        mask=np.empty((runs, objects), dtype=np.bool_),
+        detections=np.empty((runs, objects, len(DETECTION_COLUMNS))),
+        source=np.empty((runs, objects), dtype=np.int64),
     )
 
 
@@ -66,22 +80,38 @@ class Delivery:
 
 
 @inlined
-def make_room(detections: Floats, source: Ints, count: int, distance: float) -> int:
-    """Move farther detections one row down and return the row that is free for a new one.
+def insert(order: Ints, places: Floats, count: int, thing: int, distance: float) -> None:
+    """Insert an object into the list of those detected, by increasing distance.
 
     Args:
-        detections: (M, 7), packed by increasing distance.
-        source: (M,) object behind each.
-        count: How many are there.
-        distance: Squared distance of the new one [m²].
+        order: (M,) objects in order, in and out.
+        places: (M, >= 2) x and y of each one's detection in the vehicle frame [m].
+        count: How many are in the list.
+        thing: Who is inserted.
+        distance: Its squared distance [m²].
     """
     row = count
     while row > 0:
-        x, y = detections[row - 1, DETECTION_X], detections[row - 1, DETECTION_Y]
+        x, y = places[order[row - 1], 0], places[order[row - 1], 1]
         if x * x + y * y <= distance:
             break
-        for column in range(detections.shape[1]):
-            detections[row, column] = detections[row - 1, column]
-        source[row] = source[row - 1]
+        order[row] = order[row - 1]
         row -= 1
-    return row
+    order[row] = thing
+
+
+@inlined
+def clear(mask: Bools, detections: Floats, source: Ints, first: int) -> None:
+    """Empty the rows of a run's detections from one on.
+
+    Args:
+        mask: (M,) out.
+        detections: (M, 7) out.
+        source: (M,) out.
+        first: The first row to empty.
+    """
+    for row in range(first, mask.shape[0]):
+        mask[row] = False
+        source[row] = -1
+        for column in range(detections.shape[1]):
+            detections[row, column] = 0.0

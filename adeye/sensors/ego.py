@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import normal, normal_pair
-from adeye.sensors.delivery import Delivery, make_room, no_measurement
+from adeye.sensors.delivery import Delivery, clear, insert, no_measurement, sample_at
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -22,6 +23,7 @@ from adeye.signals import (
     EGO_SPEED,
     EGO_X,
     EGO_Y,
+    ESTIMATE_COLUMNS,
     ESTIMATE_PLACE,
     OBJECT_HEADING,
     OBJECT_SPEED,
@@ -61,21 +63,29 @@ class LocalisationSensor:
         )
         self._sample_number = 0
         runs = context.scene.runs
-        first = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
-        self._delivery = Delivery(context.every, context.latency, first)
+        self._empty = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
+        self._delivery = Delivery(context.every, context.latency, self._empty)
 
     def sense(self, scene: Scene) -> Measurement:
         """Sample if it is time to, and return the newest delivered sample."""
         if self._delivery.is_due(scene.tick):
-            sample = _truth(self._context, scene)
-            assert sample.estimate is not None
-            _add_noise(
+            estimate: Floats = np.empty((scene.ego.shape[0], len(ESTIMATE_COLUMNS)))
+            # It never detects anything, so all its samples share the empty arrays of that.
+            sample = replace(
+                self._empty,
+                stamp=np.full(scene.ego.shape[0], scene.time),
+                fresh=np.zeros(scene.ego.shape[0], dtype=np.bool_),
+                estimate=estimate,
+            )
+            _estimate(
                 self._parameters,
                 self._context.scene.stream_seeds,
                 np.uint64(self._context.owner),
                 self._sample_number,
                 scene.running,
-                sample.estimate,
+                scene.ego,
+                scene.ego_place,
+                estimate,
             )
             self._sample_number += 1
             self._delivery.push(scene.tick, sample)
@@ -88,20 +98,26 @@ class GroundTruthSensor:
     def __init__(self, context: SensorContext) -> None:
         """Prepare for a batch."""
         self._context = context
-        runs = context.scene.runs
+        runs, objects = context.scene.runs, len(context.scene.object_ids)
+        self._found: Floats = np.zeros((objects, 3))
+        self._order: Ints = np.zeros(objects, dtype=np.int64)
         first = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
         self._delivery = Delivery(context.every, context.latency, first)
 
     def sense(self, scene: Scene) -> Measurement:
         """Sample if it is time to, and return the newest delivered sample."""
         if self._delivery.is_due(scene.tick):
-            sample = _truth(self._context, scene)
+            context = self._context.scene
+            sample = sample_at(scene.time, context.runs, len(context.object_ids))
+            sample.estimate = np.concatenate((scene.ego, scene.ego_place), axis=1)
             _list_objects(
                 scene.ego,
                 scene.objects,
-                self._context.scene.object_sizes,
-                self._context.scene.object_classes,
+                context.object_sizes,
+                context.object_classes,
                 scene.running,
+                self._found,
+                self._order,
                 sample.mask,
                 sample.detections,
                 sample.source,
@@ -110,31 +126,38 @@ class GroundTruthSensor:
         return self._delivery.newest(scene.tick)
 
 
-def _truth(context: SensorContext, scene: Scene) -> Measurement:
-    runs, objects = context.scene.runs, len(context.scene.object_ids)
-    sample = no_measurement(runs, objects, with_estimate=True)
-    sample.stamp[:] = scene.time
-    assert sample.estimate is not None
-    sample.estimate[:, :ESTIMATE_PLACE] = scene.ego
-    sample.estimate[:, ESTIMATE_PLACE:] = scene.ego_place
-    return sample
-
-
 @compiled
-def _add_noise(
+def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
     seeds: NDArray[np.uint64],
     owner: np.uint64,
     number: int,
     running: Bools,
+    ego: Floats,
+    place: Floats,
     estimate: Floats,
 ) -> None:
-    """Add noise to the estimates of a batch (B, 13) in place, where a run has not ended."""
+    """Estimate the state and the place of every ego; exactly where its run has ended.
+
+    Args:
+        parameters: (B,) record of the noise.
+        seeds: (B,) stream seeds.
+        owner: Owner number of the sensor.
+        number: Number of the sample.
+        running: (B,).
+        ego: (B, 7) states.
+        place: (B, 6) places.
+        estimate: (B, 13) out.
+    """
     for run in range(estimate.shape[0]):
+        row = estimate[run]
+        for column in range(ESTIMATE_PLACE):
+            row[column] = ego[run, column]
+        for column in range(row.shape[0] - ESTIMATE_PLACE):
+            row[ESTIMATE_PLACE + column] = place[run, column]
         if not running[run]:
             continue
         record = parameters[run]
-        row = estimate[run]
         across, turn = 0.0, 0.0
         if record["lateral_noise"] > 0.0 or record["heading_noise"] > 0.0:
             across, turn = normal_pair(seeds[run], owner, number, POSE_DRAWS)
@@ -159,13 +182,29 @@ def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
     sizes: Floats,
     classes: Ints,
     running: Bools,
+    found: Floats,
+    order: Ints,
     mask: Bools,
     detections: Floats,
     source: Ints,
 ) -> None:
-    """List every object of a batch in the vehicle frame with its exact range rate."""
+    """List every object of a batch in the vehicle frame with its exact range rate.
+
+    Args:
+        ego: (B, 7) states.
+        objects: (B, M, 5) states.
+        sizes: (B, M, 3).
+        classes: (M,).
+        running: (B,); where a run has ended nothing is listed.
+        found: (M, 3) scratch: place and range rate of each.
+        order: (M,) scratch.
+        mask: (B, M) out.
+        detections: (B, M, 7) out.
+        source: (B, M) out.
+    """
     for run in range(ego.shape[0]):
         if not running[run]:
+            clear(mask[run], detections[run], source[run], 0)
             continue
         s, c = sin_cos(ego[run, EGO_HEADING])
         for thing in range(objects.shape[1]):
@@ -175,15 +214,18 @@ def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
             sine, cosine = sin_cos(state[OBJECT_HEADING])
             vx = state[OBJECT_SPEED] * cosine - ego[run, EGO_SPEED] * c
             vy = state[OBJECT_SPEED] * sine - ego[run, EGO_SPEED] * s
-            row = make_room(detections[run], source[run], thing, dx * dx + dy * dy)
-            detections[run, row, DETECTION_X] = c * dx + s * dy
-            detections[run, row, DETECTION_Y] = -s * dx + c * dy
-            detections[run, row, DETECTION_RANGE_RATE] = (
-                (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
-            )
+            found[thing, 0] = c * dx + s * dy
+            found[thing, 1] = -s * dx + c * dy
+            found[thing, 2] = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
+            insert(order, found, thing, thing, dx * dx + dy * dy)
+        for row in range(objects.shape[1]):
+            thing = order[row]
+            mask[run, row] = True
+            source[run, row] = thing
+            detections[run, row, DETECTION_X] = found[thing, 0]
+            detections[run, row, DETECTION_Y] = found[thing, 1]
+            detections[run, row, DETECTION_RANGE_RATE] = found[thing, 2]
             detections[run, row, DETECTION_HAS_RANGE_RATE] = 1.0
             detections[run, row, DETECTION_LENGTH] = sizes[run, thing, 0]
             detections[run, row, DETECTION_WIDTH] = sizes[run, thing, 1]
             detections[run, row, DETECTION_CLASS] = classes[thing]
-            source[run, row] = thing
-            mask[run, thing] = True

@@ -11,16 +11,20 @@ from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal, normal_pair
 from adeye.kernel.sight import (
+    COSINE,
     DISTANCE,
     DX,
     DY,
     HALF,
     OUTLINE_WIDTH,
-    box_bearings,
-    outline,
+    SINE,
+    bearings,
+    find_shape,
+    nearest_point,
+    sight,
     visible_share,
 )
-from adeye.sensors.delivery import Delivery, make_room, no_measurement
+from adeye.sensors.delivery import Delivery, clear, insert, no_measurement, sample_at
 from adeye.sensors.weather import camera_range, lidar_range
 from adeye.signals import (
     DETECTION_CLASS,
@@ -34,10 +38,7 @@ from adeye.signals import (
     EGO_SPEED,
     EGO_X,
     EGO_Y,
-    OBJECT_HEADING,
     OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
     Bools,
     Floats,
     Ints,
@@ -96,6 +97,8 @@ class RangingSensor:
         _fill_reach(self._kind, self._parameters, scene.object_reflectivity, self._reach)
         self._pieces: Floats = np.zeros((self._objects, 2))
         self._looks: Floats = np.zeros((self._objects, OUTLINE_WIDTH))
+        self._found: Floats = np.zeros((self._objects, 3))
+        self._order: Ints = np.zeros(self._objects, dtype=np.int64)
         self._sample_number = 0
         first = no_measurement(scene.runs, self._objects, with_estimate=False)
         self._delivery = Delivery(context.every, context.latency, first)
@@ -108,8 +111,7 @@ class RangingSensor:
 
     def _sample(self, scene: Scene) -> Measurement:
         context = self._context.scene
-        sample = no_measurement(context.runs, self._objects, with_estimate=False)
-        sample.stamp[:] = scene.time
+        sample = sample_at(scene.time, context.runs, self._objects)
         _sample_batch(
             self._kind,
             self._parameters,
@@ -124,6 +126,8 @@ class RangingSensor:
             self._reach,
             self._pieces,
             self._looks,
+            self._found,
+            self._order,
             sample.mask,
             sample.detections,
             sample.source,
@@ -161,13 +165,16 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
     reach: Floats,
     pieces: Floats,
     looks: Floats,
+    found: Floats,
+    order: Ints,
     mask: Bools,
     detections: Floats,
     source: Ints,
 ) -> None:
-    """Sample every run of a batch that has not ended; one call of ``_sample_run`` each."""
+    """Sample every run of a batch: empty where it has ended, else a call of ``_sample_run``."""
     for run in range(ego.shape[0]):
         if not running[run]:
+            clear(mask[run], detections[run], source[run], 0)
             continue
         _sample_run(
             kind,
@@ -182,6 +189,8 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
             reach[run],
             pieces,
             looks,
+            found,
+            order,
             mask[run],
             detections[run],
             source[run],
@@ -202,14 +211,15 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
     reach: Floats,
     pieces: Floats,
     looks: Floats,
+    found: Floats,
+    order: Ints,
     mask: Bools,
     detections: Floats,
     source: Ints,
 ) -> None:
     """Detect the objects of one run and pack them by increasing distance.
 
-    What is measured is the centre of an object's box, with noise on distance and bearing drawn by
-    sensor, sample and object, so other sensors and objects do not change it.
+    What is measured is the centre of a box; its noise is drawn by sensor, sample and object.
 
     Args:
         kind: CAMERA, RADAR or LIDAR.
@@ -224,6 +234,8 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
         reach: (M,) how near each object must be [m].
         pieces: (M, 2) scratch.
         looks: (M, OUTLINE_WIDTH) scratch.
+        found: (M, 3) scratch: place in the vehicle frame and range rate of each.
+        order: (M,) scratch: who is detected, in order.
         mask: (M,) out.
         detections: (M, 7) out.
         source: (M,) out.
@@ -233,10 +245,12 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
     sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
     ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
     for thing in range(objects.shape[0]):
-        outline(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
-    found = 0
+        sight(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
+    count = 0
     for thing in range(objects.shape[0]):
-        if not _is_seen(parameters, reach[thing], ahead_x, ahead_y, thing, sizes, looks, pieces):
+        if not _is_seen(
+            parameters, reach[thing], ahead_x, ahead_y, thing, objects, sizes, looks, pieces
+        ):
             continue
         x, y, rate = _measure(
             kind,
@@ -245,25 +259,32 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
             owner,
             number,
             thing,
-            ego,
+            ego[EGO_SPEED],
             c,
             s,
             objects[thing],
+            looks[thing],
             sensor_x,
             sensor_y,
         )
         dx, dy = x - ego[EGO_X], y - ego[EGO_Y]
-        row = make_room(detections, source, found, dx * dx + dy * dy)
-        detections[row, DETECTION_X] = c * dx + s * dy
-        detections[row, DETECTION_Y] = -s * dx + c * dy
-        detections[row, DETECTION_RANGE_RATE] = rate
+        found[thing, 0] = c * dx + s * dy
+        found[thing, 1] = -s * dx + c * dy
+        found[thing, 2] = rate
+        insert(order, found, count, thing, dx * dx + dy * dy)
+        count += 1
+    for row in range(count):
+        thing = order[row]
+        mask[row] = True
+        source[row] = thing
+        detections[row, DETECTION_X] = found[thing, 0]
+        detections[row, DETECTION_Y] = found[thing, 1]
+        detections[row, DETECTION_RANGE_RATE] = found[thing, 2]
         detections[row, DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
         detections[row, DETECTION_LENGTH] = sizes[thing, 0]
         detections[row, DETECTION_WIDTH] = sizes[thing, 1]
         detections[row, DETECTION_CLASS] = classes[thing]
-        source[row] = thing
-        mask[found] = True
-        found += 1
+    clear(mask, detections, source, count)
 
 
 @compiled
@@ -286,54 +307,56 @@ def _reach(kind: int, parameters: Any, reflectivity: float) -> float:
 
 
 @inlined
-def _is_aside(parameters: Any, ahead_x: float, ahead_y: float, look: Floats) -> bool:
-    """Tell whether a circle around an object lies outside of less than half a turn of view.
-
-    Args:
-        parameters: Record of the sensor.
-        ahead_x: Unit vector of the boresight.
-        ahead_y: Of the same.
-        look: (OUTLINE_WIDTH,) of the object.
-    """
-    sine, cosine = parameters["edge_sine"], parameters["edge_cosine"]
-    if sine <= 0.0 or parameters["min_visible"] <= 0.0:
-        return False
-    along = ahead_x * look[DX] + ahead_y * look[DY]
-    across = ahead_x * look[DY] - ahead_y * look[DX]
-    return bool(abs(across) * cosine - along * sine > look[HALF])
-
-
-@inlined
 def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
     reach: float,
     ahead_x: float,
     ahead_y: float,
     thing: int,
+    objects: Floats,
     sizes: Floats,
     looks: Floats,
     pieces: Floats,
 ) -> bool:
     """Tell whether an object is detected.
 
-    Its nearest point must be within reach, and the unoccluded share and the share inside the field
-    of view of its angular extent must each be at least ``min_visible``.
+    Its nearest point must be within reach, and of its angular extent the unoccluded share and the
+    share in view must each be at least ``min_visible``.
     """
     look = looks[thing]
-    if look[DISTANCE] > reach + look[HALF] or _is_aside(parameters, ahead_x, ahead_y, look):
+    if look[DISTANCE] > reach + look[HALF]:
         return False
-    nearest, right, left = box_bearings(ahead_x, ahead_y, sizes[thing], look)
-    if not nearest <= reach:
+    # How far the centre lies outside of the nearer edge of view; a circle around the object that is
+    # all outside or all inside spares the angles.
+    sine, cosine = parameters["edge_sine"], parameters["edge_cosine"]
+    along = ahead_x * look[DX] + ahead_y * look[DY]
+    across = ahead_x * look[DY] - ahead_y * look[DX]
+    outside = abs(across) * cosine - along * sine
+    has_edges = sine > 0.0
+    if has_edges and parameters["min_visible"] > 0.0 and outside > look[HALF]:
         return False
+    find_shape(objects[thing], sizes[thing], look)
+    if not nearest_point(sizes[thing], look) <= reach:
+        return False
+    is_amid = has_edges and outside < -look[HALF]
+    if not is_amid and not _is_in_view(parameters, ahead_x, ahead_y, look):
+        return False
+    seen = visible_share(thing, ahead_x, ahead_y, objects, sizes, looks, pieces)
+    return bool(seen >= parameters["min_visible"])
+
+
+@inlined
+def _is_in_view(parameters: Any, ahead_x: float, ahead_y: float, look: Floats) -> bool:
+    """Tell whether enough of the angular extent of an object lies in the field of view."""
     half = 0.5 * parameters["field_of_view"]
+    if not half < math.pi:
+        return True
+    right, left = bearings(ahead_x, ahead_y, look)
     extent = left - right
     # The left edge may lie beyond pi, so the field of view is met from both sides.
     inside = max(0.0, min(left, half) - max(right, -half))
     inside += max(0.0, min(left - 2.0 * math.pi, half) - max(right - 2.0 * math.pi, -half))
-    if half < math.pi and extent > 0.0 and inside < parameters["min_visible"] * extent:
-        return False
-    seen = visible_share(thing, ahead_x, ahead_y, sizes, looks, pieces)
-    return bool(seen >= parameters["min_visible"])
+    return not (extent > 0.0 and inside < parameters["min_visible"] * extent)
 
 
 @inlined
@@ -344,18 +367,18 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
     owner: np.uint64,
     number: int,
     thing: int,
-    ego: Floats,
+    ego_speed: float,
     cosine: float,
     sine: float,
     target: Floats,
+    look: Floats,
     sensor_x: float,
     sensor_y: float,
 ) -> tuple[float, float, float]:
     """Measured place of a box centre in the map [m] and, for a radar, its range rate [m/s]."""
-    dx, dy = target[OBJECT_X] - sensor_x, target[OBJECT_Y] - sensor_y
-    distance = math.sqrt(dx * dx + dy * dy)
+    distance = look[DISTANCE]
     # The line of sight as a unit vector: no angle is needed.
-    ux, uy = (dx / distance, dy / distance) if distance > 0.0 else (cosine, sine)
+    ux, uy = (look[DX] / distance, look[DY] / distance) if distance > 0.0 else (cosine, sine)
     if kind == CAMERA:
         # Distance from the height in the image: its error grows with the distance squared.
         sigma = parameters["distance_noise"] * distance * distance / parameters["range"]
@@ -364,9 +387,8 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
     first = DRAWS * thing
     rate = 0.0
     if kind == RADAR and distance > 0.0:
-        s, c = sin_cos(target[OBJECT_HEADING])
-        rate = target[OBJECT_SPEED] * (c * ux + s * uy)
-        rate -= ego[EGO_SPEED] * (cosine * ux + sine * uy)
+        rate = target[OBJECT_SPEED] * (look[COSINE] * ux + look[SINE] * uy)
+        rate -= ego_speed * (cosine * ux + sine * uy)
         if parameters["range_rate_noise"] > 0.0:
             rate += parameters["range_rate_noise"] * normal(seed, owner, number, first + 1)
     bearing_noise = parameters["bearing_noise"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.geometry import swept_contact, wrap_to_pi
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 from adeye.signals import (
     OBJECT_HEADING,
     OBJECT_SPEED,
@@ -36,6 +36,7 @@ class Contacts:
         self.touched: Ints = np.full(context.runs, -1, dtype=np.int64)
         self.impact_speed: Floats = np.zeros(context.runs)
         self.foreign: Bools = np.zeros(context.runs, dtype=np.bool_)
+        self._extents: Floats = np.zeros((3, len(context.object_ids)))
 
     def update(
         self,
@@ -47,6 +48,8 @@ class Contacts:
     ) -> None:
         """Look for contact between two ticks; runs that have ended keep what they have.
 
+        What was found before stays as it is in the arrays of before.
+
         Args:
             running: (B,).
             ego_before: (B, 7) states at the earlier tick.
@@ -54,6 +57,9 @@ class Contacts:
             ego: (B, 7) states at the later tick.
             objects: (B, M, 5) states at the later tick.
         """
+        self.touched = self.touched.copy()
+        self.impact_speed = self.impact_speed.copy()
+        self.foreign = self.foreign.copy()
         sweep_contacts(
             running,
             ego_before,
@@ -63,6 +69,7 @@ class Contacts:
             self._context.ego_size,
             self._context.object_sizes,
             self._context.actor_count,
+            self._extents,
             self.touched,
             self.impact_speed,
             self.foreign,
@@ -79,6 +86,7 @@ def sweep_contacts(  # noqa: PLR0913, PLR0917 - a kernel over both ticks
     ego_size: Floats,
     sizes: Floats,
     actors: int,
+    extents: Floats,
     touched: Ints,
     impact_speed: Floats,
     foreign: Bools,
@@ -94,6 +102,7 @@ def sweep_contacts(  # noqa: PLR0913, PLR0917 - a kernel over both ticks
         ego_size: (B, 3).
         sizes: (B, M, 3).
         actors: How many of the objects are actors.
+        extents: (3, M) scratch: x, y and extent of each object.
         touched: (B,) out.
         impact_speed: (B,) out [m/s].
         foreign: (B,) in and out.
@@ -102,7 +111,16 @@ def sweep_contacts(  # noqa: PLR0913, PLR0917 - a kernel over both ticks
         if not running[run]:
             continue
         first = math.inf
+        x, y = ego_before[run, OBJECT_X], ego_before[run, OBJECT_Y]
+        extent = _extent(ego_before[run], ego[run], ego_size[run])
         for thing in range(objects.shape[1]):
+            extents[0, thing] = objects_before[run, thing, OBJECT_X]
+            extents[1, thing] = objects_before[run, thing, OBJECT_Y]
+            extents[2, thing] = _extent(
+                objects_before[run, thing], objects[run, thing], sizes[run, thing]
+            )
+            if not _are_near(extents, thing, x, y, extent):
+                continue
             share = contact_share(
                 ego_before[run],
                 ego[run],
@@ -121,18 +139,58 @@ def sweep_contacts(  # noqa: PLR0913, PLR0917 - a kernel over both ticks
                     objects[run, thing],
                     share,
                 )
-        for one in range(actors):
-            for other in range(one + 1, objects.shape[1]):
-                if not foreign[run]:
-                    share = contact_share(
-                        objects_before[run, one],
-                        objects[run, one],
-                        sizes[run, one],
-                        objects_before[run, other],
-                        objects[run, other],
-                        sizes[run, other],
-                    )
-                    foreign[run] = share < math.inf
+        if not foreign[run]:
+            foreign[run] = _do_actors_touch(
+                objects_before[run], objects[run], sizes[run], actors, extents
+            )
+
+
+@inlined
+def _do_actors_touch(
+    before: Floats, after: Floats, sizes: Floats, actors: int, extents: Floats
+) -> bool:
+    """Tell whether any of the actors of a run touches another object.
+
+    Args:
+        before: (M, 5) states at the earlier tick.
+        after: (M, 5) states at the later tick.
+        sizes: (M, 3).
+        actors: How many of the objects are actors.
+        extents: (3, M) x, y and extent of each object.
+    """
+    for one in range(actors):
+        x, y, extent = extents[0, one], extents[1, one], extents[2, one]
+        # Nobody else is near most of them, which a loop over all without jumps tells soonest.
+        near = 0
+        for other in range(extents.shape[1]):
+            near += 1 if _are_near(extents, other, x, y, extent) else 0
+        if near == 1:
+            continue
+        for other in range(one + 1, extents.shape[1]):
+            if _are_near(extents, other, x, y, extent):
+                share = contact_share(
+                    before[one], after[one], sizes[one], before[other], after[other], sizes[other]
+                )
+                if share < math.inf:
+                    return True
+    return False
+
+
+@inlined
+def _extent(start: Floats, end: Floats, size: Floats) -> float:
+    """Return how far from where it starts a body comes in the tick, its own size included [m].
+
+    In either axis; amply, by a millimetre, so that rounding does not decide who is near.
+    """
+    way = abs(end[OBJECT_X] - start[OBJECT_X]) + abs(end[OBJECT_Y] - start[OBJECT_Y])
+    return float(0.5 * (size[0] + size[1]) + way + 1e-3)
+
+
+@inlined
+def _are_near(extents: Floats, thing: int, x: float, y: float, extent: float) -> bool:
+    """Tell whether an object and a body at (x, y) [m] may touch; also if nobody knows, with NaN."""
+    reach = extents[2, thing] + extent
+    return not (abs(extents[0, thing] - x) > reach) | (abs(extents[1, thing] - y) > reach)
 
 
 @compiled

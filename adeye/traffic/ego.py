@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.kernel.jit import compiled
-from adeye.kernel.motion import advance_ego
+from adeye.kernel.motion import advance_ego_fading, fade
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,6 +23,7 @@ class Ego:
         """Take the limits of each run's vehicle and the friction of its road."""
         self._step = context.step
         vehicles = [case.architecture.vehicle for case in cases]
+        step = context.step
         self._limits = np.array(
             [
                 [
@@ -35,6 +36,10 @@ class Ego:
                     vehicle.acceleration_lag,
                     vehicle.steering_lag,
                     friction,
+                    fade(step, vehicle.acceleration_lag),
+                    fade(0.5 * step, vehicle.acceleration_lag),
+                    fade(step, vehicle.steering_lag),
+                    fade(0.5 * step, vehicle.steering_lag),
                 ]
                 for vehicle, friction in zip(vehicles, context.surroundings.friction, strict=True)
             ]
@@ -58,14 +63,14 @@ def move_egos(running: Bools, command: Floats, limits: Floats, step: float, stat
     Args:
         running: (B,).
         command: (B, 2) acceleration [m/s²] and steering angle [rad].
-        limits: (B, 9) arguments of ``kernel.motion.advance_ego`` from the wheelbase on.
+        limits: (B, 13) arguments of ``kernel.motion.advance_ego_fading`` from the wheelbase on.
         step: Master clock [s].
         states: (B, 7) in and out.
     """
     for run in range(running.shape[0]):
         if running[run]:
             row = limits[run]
-            advance_ego(
+            advance_ego_fading(
                 states[run],
                 command[run, 0],
                 command[run, 1],
@@ -79,5 +84,9 @@ def move_egos(running: Bools, command: Floats, limits: Floats, step: float, stat
                 row[6],
                 row[7],
                 row[8],
+                row[9],
+                row[10],
+                row[11],
+                row[12],
                 states[run],
             )

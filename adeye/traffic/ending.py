@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adeye.kernel.jit import compiled
 from adeye.spec.clock import ticks
 
 if TYPE_CHECKING:
@@ -48,14 +49,19 @@ class Ending:
             ego_s: (B,) place of the ego along the road [m].
             contact: (B,) object that the ego touches, -1 for none.
         """
-        running = self.running
-        arrived = running & (ego_s >= self._goal) & (tick < self._horizon_row)
-        self._horizon_row[arrived] = tick
-        self.arrived |= arrived
-        touched = running & (contact >= 0)
-        self._contact |= touched
-        self._horizon_row[touched] = np.minimum(self._horizon_row[touched], tick)
-        self.running = running & ~touched & (tick < self._horizon_row + self._tail)
+        # Scenes keep the array of their tick.
+        self.running = self.running.copy()
+        end_runs(
+            tick,
+            self._tail,
+            ego_s,
+            self._goal,
+            contact,
+            self.running,
+            self.arrived,
+            self._contact,
+            self._horizon_row,
+        )
 
     @property
     def ended(self) -> Bools:
@@ -71,3 +77,42 @@ class Ending:
     def complete(self) -> Bools:
         """Runs that ended by goal or horizon, not by contact (B,)."""
         return ~self.running & ~self._contact
+
+
+@compiled
+def end_runs(  # noqa: PLR0913, PLR0917 - a kernel
+    tick: int,
+    tail: int,
+    ego_s: Floats,
+    goal: Floats,
+    contact: Ints,
+    running: Bools,
+    arrived: Bools,
+    touched: Bools,
+    horizon_row: Ints,
+) -> None:
+    """End the runs that end at a tick.
+
+    Args:
+        tick: Number of the tick.
+        tail: Ticks that are simulated after the horizon and after the goal.
+        ego_s: (B,) place of the ego along the road [m].
+        goal: (B,) where it is to arrive [m], inf for nowhere.
+        contact: (B,) object that the ego touches, -1 for none.
+        running: (B,) in and out.
+        arrived: (B,) in and out.
+        touched: (B,) whether a run has ended by contact, in and out.
+        horizon_row: (B,) in and out.
+    """
+    for run in range(running.shape[0]):
+        if not running[run]:
+            continue
+        if ego_s[run] >= goal[run] and tick < horizon_row[run]:
+            horizon_row[run] = tick
+            arrived[run] = True
+        if contact[run] >= 0:
+            touched[run] = True
+            horizon_row[run] = min(horizon_row[run], tick)
+            running[run] = False
+        elif tick >= horizon_row[run] + tail:
+            running[run] = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import lane_center, lane_of, local
 from adeye.signals import (
     PLACE_CURVATURE,
@@ -18,7 +18,7 @@ from adeye.signals import (
 )
 
 
-@compiled
+@inlined
 def locate(
     segments: Floats, lane_width: float, lanes: int, x: float, y: float, place: Floats
 ) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adeye.kernel.jit import compiled
 from adeye.kernel.storyboard import begin_events, move_actors
 from adeye.signals import Bools, Floats, Ints, Scene
 from adeye.traffic.contact import Contacts
@@ -59,8 +60,12 @@ class Stage:
             command: (B, 2) acting acceleration [m/s²] and steering angle [rad].
             reacted: (B, A, 5) states at the next tick of the reactive actors; others are not read.
         """
-        running = self.ending.running.copy()
-        ego, objects = self.ego.copy(), self.objects.copy()
+        running = self.ending.running
+        # Scenes keep the arrays of their tick; what changes is written to new ones.
+        ego, objects = self.ego, self.objects
+        self.ego, self.objects = ego.copy(), objects.copy()
+        self._ego_place = self._ego_place.copy()
+        self._object_places = self._object_places.copy()
         self._tick += 1
         self._motion.move(running, command, self.ego)
         world = self.world
@@ -73,17 +78,12 @@ class Stage:
             world.context.step,
             self.objects,
         )
-        chosen = running[:, np.newaxis] & ~world.scripted
-        self.objects[:, : len(world.scripted)][chosen] = reacted[chosen]
+        take_reacted(running, world.scripted, reacted, self.objects)
         self._contacts.update(running, ego, objects, self.ego, self.objects)
         self._settle(running)
 
     def scene(self) -> Scene:
-        """Copy what is true at the present tick."""
-        return self._scene().copy()
-
-    def _scene(self) -> Scene:
-        """Show what is true at the present tick, without a copy."""
+        """Show what is true at the present tick; later ticks leave it as it is."""
         contacts = self._contacts
         return Scene(
             tick=self._tick,
@@ -113,13 +113,14 @@ class Stage:
             self._object_places,
         )
         if len(world.context.event_ids):
+            self._begun = self._begun.copy()
             begin_events(
                 running,
                 script.ops,
                 script.args,
                 script.lengths,
                 script.programs,
-                world.triggers.values(self._scene()),
+                world.triggers.values(self.scene()),
                 world.triggers.first_event,
                 script.actions,
                 self._tick,
@@ -128,6 +129,25 @@ class Stage:
                 self._actors,
             )
         self.ending.update(self._tick, self._ego_place[:, 0], self._contacts.touched)
+
+
+@compiled
+def take_reacted(running: Bools, scripted: Bools, reacted: Floats, objects: Floats) -> None:
+    """Take the states of the reactive actors from what they have decided.
+
+    Args:
+        running: (B,) runs to do it in.
+        scripted: (A,) which actors are not reactive.
+        reacted: (B, A, 5) states.
+        objects: (B, M, 5) out, the actors first.
+    """
+    for run in range(running.shape[0]):
+        if not running[run]:
+            continue
+        for actor in range(scripted.shape[0]):
+            if not scripted[actor]:
+                for column in range(reacted.shape[2]):
+                    objects[run, actor, column] = reacted[run, actor, column]
 
 
 class Staged:

@@ -13,6 +13,7 @@ from adeye.kernel.motion import (
     advance_ego,
     clip,
     coupled_curvature,
+    fade,
     friction_limited_acceleration,
     lagged_steering,
 )
@@ -274,3 +275,8 @@ def test_steering_without_lag_arrives() -> None:
 def test_clip_passes_nan_on() -> None:
     assert (clip(2.0, 0.0, 1.0), clip(-2.0, 0.0, 1.0), clip(0.5, 0.0, 1.0)) == (1.0, 0.0, 0.5)
     assert math.isnan(clip(math.nan, 0.0, 1.0))
+
+
+def test_an_error_fades_to_its_eth_part_in_a_lag_and_at_once_without_one() -> None:
+    assert fade(0.3, 0.3) == pytest.approx(math.exp(-1.0), rel=1e-15)
+    assert fade(0.3, 0.0) == 0.0

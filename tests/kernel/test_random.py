@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from adeye.kernel.elementary import log, sin_cos
 from adeye.kernel.random import normal, normal_pair, owner_id, philox4x32, uniform
 
 SEED = np.uint64(0x0123456789ABCDEF)
@@ -100,3 +101,21 @@ def test_normal_is_the_first_of_its_pair() -> None:
 def test_owner_is_the_hash_of_the_name() -> None:
     # First eight bytes of the published SHA-256 of "abc".
     assert owner_id("abc") == 0xBA7816BF8F01CFEA
+
+
+def test_normal_numbers_are_those_of_the_elementary_functions_bit_for_bit() -> None:
+    for index in range(500):
+        words = philox4x32(
+            np.uint64(index),
+            np.uint64(3),
+            np.uint64(0x76543210),
+            np.uint64(0xFEDCBA98),
+            np.uint64(0x89ABCDEF),
+            np.uint64(0x01234567),
+        )
+        a, b, c, d = (int(word) for word in words)
+        u = ((a << 20 | b >> 12) + 0.5) / 2.0**52
+        v = ((c << 20 | d >> 12) + 0.5) / 2.0**52
+        radius = math.sqrt(-2.0 * log(u))
+        sine, cosine = sin_cos(2.0 * math.pi * v)
+        assert normal_pair(SEED, OWNER, 3, index) == (radius * cosine, radius * sine)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from adeye.kernel.geometry import boxes_overlap, contains_point
 from adeye.kernel.sight import (
     OUTLINE_WIDTH,
-    box_bearings,
+    bearings,
+    nearest_point,
     outline,
     ray_box_distance,
     visible_fraction,
@@ -72,40 +73,45 @@ def test_ray_hit_lies_on_the_outline() -> None:
             assert not contains_point((way - 1e-9) * c, (way - 1e-9) * s, *box)
 
 
-def bearings(
+def nearest_and_bearings(
     sensor_x: float, sensor_y: float, boresight: float, box: tuple[float, ...], *size: float
 ) -> tuple[float, float, float]:
     look, extent = np.zeros(OUTLINE_WIDTH), np.array(size)
     outline(sensor_x, sensor_y, np.array(box), extent, look)
-    return box_bearings(math.cos(boresight), math.sin(boresight), extent, look)
+    nearest = nearest_point(extent, look)
+    return nearest, *bearings(math.cos(boresight), math.sin(boresight), look)
 
 
 def test_bearings_of_a_box_ahead_are_symmetric() -> None:
-    nearest, right, left = bearings(0.0, 0.0, 0.0, (20.0, 0.0, 0.0), 4.0, 2.0)
+    nearest, right, left = nearest_and_bearings(0.0, 0.0, 0.0, (20.0, 0.0, 0.0), 4.0, 2.0)
     assert nearest == 18.0
     assert left == -right == pytest.approx(math.atan(1.0 / 18.0), rel=1e-15)
 
 
 def test_bearings_turn_with_the_boresight() -> None:
-    _, right, left = bearings(3.0, 4.0, 0.5, (20.0, 8.0, 0.3), 4.0, 2.0)
-    _, other_right, other_left = bearings(3.0, 4.0, 0.2, (20.0, 8.0, 0.3), 4.0, 2.0)
+    _, right, left = nearest_and_bearings(3.0, 4.0, 0.5, (20.0, 8.0, 0.3), 4.0, 2.0)
+    _, other_right, other_left = nearest_and_bearings(3.0, 4.0, 0.2, (20.0, 8.0, 0.3), 4.0, 2.0)
     assert other_right - right == pytest.approx(0.3)
     assert other_left - left == pytest.approx(0.3)
 
 
 def test_box_behind_spans_the_seam() -> None:
-    nearest, right, left = bearings(0.0, 0.0, 0.0, (-20.0, 0.0, 0.0), 4.0, 2.0)
+    nearest, right, left = nearest_and_bearings(0.0, 0.0, 0.0, (-20.0, 0.0, 0.0), 4.0, 2.0)
     assert nearest == 18.0
     assert right == pytest.approx(math.pi - math.atan(1.0 / 18.0))
     assert left == pytest.approx(math.pi + math.atan(1.0 / 18.0))
 
 
 def test_box_around_the_sensor_is_everywhere() -> None:
-    assert bearings(0.0, 0.0, 0.3, (0.5, 0.0, 0.0), 4.0, 2.0) == (0.0, -math.pi, math.pi)
+    assert nearest_and_bearings(0.0, 0.0, 0.3, (0.5, 0.0, 0.0), 4.0, 2.0) == (
+        0.0,
+        -math.pi,
+        math.pi,
+    )
 
 
 def test_nearest_point_may_be_a_corner() -> None:
-    nearest, _, _ = bearings(0.0, 0.0, 0.0, (5.0, 5.0, 0.0), 4.0, 2.0)
+    nearest, _, _ = nearest_and_bearings(0.0, 0.0, 0.0, (5.0, 5.0, 0.0), 4.0, 2.0)
     assert nearest == 5.0
 
 

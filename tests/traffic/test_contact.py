@@ -32,6 +32,7 @@ def sweep(
         CAR[np.newaxis],
         np.stack([thing[2] for thing in objects])[np.newaxis],
         len(objects) if actors is None else actors,
+        np.zeros((3, len(objects))),
         touched,
         impact,
         foreign,
@@ -114,3 +115,19 @@ def test_a_state_that_is_not_a_number_counts_as_contact() -> None:
 def test_a_run_that_has_ended_finds_nothing() -> None:
     ego = (state(0.0), state(0.0))
     assert sweep(ego, [(state(1.0), state(1.0), CAR)], running=False) == (-1, 0.0, False)
+
+
+def test_actors_in_a_queue_touch_nobody_until_two_of_them_do() -> None:
+    ego = state(-100.0)
+    queue = [state(10.0 * k, 0.2 * k, 0.1) for k in range(6)]
+    objects = [(one, one, CAR) for one in queue]
+    assert sweep((ego, ego), objects) == (-1, 0.0, False)
+    pushed = state(34.0, 0.8, 0.1, 20.0)
+    objects[4] = (queue[4], pushed, CAR)
+    assert sweep((ego, ego), objects) == (-1, 0.0, True)
+
+
+def test_nobody_knows_that_an_actor_at_an_unknown_place_touches_nobody() -> None:
+    ego, lost = state(-100.0), state(float("nan"))
+    objects = [(state(0.0), state(0.0), CAR), (lost, lost, CAR)]
+    assert sweep((ego, ego), objects) == (1, 0.0, True)
