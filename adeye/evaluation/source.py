@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
 
-from adeye.evaluation.series import SERIES, Statuses, TraceSeries, series_signals
+from adeye.evaluation.samples import Statuses
+from adeye.evaluation.series import SERIES, TraceSeries, series_signals
 from adeye.evaluation.stl.series import SampleStatus, Series
 from adeye.signals import (
     EGO_ACCELERATION,
@@ -138,6 +139,12 @@ def _dictionary(
     }
 
 
+def road_limits(layout: Layout) -> Floats:
+    """Give the least and the largest d (B, 2) of lanes and shoulder [m]."""
+    road = layout.context.road
+    return np.stack([-road.shoulder, road.lanes * road.lane_width], axis=1)
+
+
 class TraceSignals:
     """Signals of a trace; the source that formulas are evaluated on.
 
@@ -208,20 +215,18 @@ class TraceSignals:
             self._read[name] = self._series(name)
         return self._read[name]
 
-    @property
+    @cached_property
     def is_standstill(self) -> Bools:
         """(B, T) whether the ego stands."""
         return np.asarray(np.abs(self._ego(EGO_SPEED)) <= STANDSTILL_SPEED)
 
-    @property
+    @cached_property
     def is_on_road(self) -> Bools:
         """(B, T) whether the centre of the ego is on a lane or the shoulder."""
-        road = self.trace.layout.context.road
-        d = self._place(PLACE_D)
-        left = (road.lanes * road.lane_width)[:, np.newaxis]
-        return np.asarray((d >= -road.shoulder[:, np.newaxis]) & (d <= left))
+        limits, d = road_limits(self.trace.layout), self._place(PLACE_D)
+        return np.asarray((d >= limits[:, :1]) & (d <= limits[:, 1:]))
 
-    @property
+    @cached_property
     def is_safe_state(self) -> Bools:
         """(B, T) whether the ego stands on a lane or the shoulder, clear of every object."""
         return np.asarray(self.is_standstill & self.is_on_road & ~self.measured.touched)
@@ -261,7 +266,7 @@ class TraceSignals:
     def _state(self, name: str) -> Reading:
         """Read time and the truth values about the whole run."""
         if name == "time":
-            return _reading(np.broadcast_to(self.trace.time, self.measured.known.shape))
+            return _reading(np.broadcast_to(self.trace.time, self.measured.shape))
         speed, d = self._ego(EGO_SPEED), self._place(PLACE_D)
         if name == "contact":
             touched = self._column("contact")
@@ -333,7 +338,7 @@ class TraceSignals:
     def _of_fault(self, rest: str) -> Reading:
         fault = rest.rpartition(".")[0]
         if fault not in self.trace.layout.faults:
-            return _reading(np.zeros(self.measured.known.shape, dtype=np.bool_))
+            return _reading(np.zeros(self.measured.shape, dtype=np.bool_))
         return _reading(self._column("fault_active")[..., self.trace.layout.faults.index(fault)])
 
     def _of_switch(self, _what: str) -> Reading:
