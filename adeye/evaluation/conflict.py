@@ -25,6 +25,12 @@ from adeye.evaluation.bodies import (
     reach_of,
     turn,
 )
+from adeye.evaluation.culling import (
+    distance_below,
+    is_far_beside,
+    lateral_reach,
+    least_so_far,
+)
 from adeye.kernel.criticality import (
     deceleration_rate_to_avoid_crash,
     required_deceleration,
@@ -112,7 +118,7 @@ def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
             decelerations; all NaN at a row with an input that is not finite; 0 beyond the run.
         actors: (8, B, T) out: object of the worst case, -1 for none.
     """
-    turns = np.zeros((objects.shape[2] + 1, 3))
+    turns = np.zeros((2, objects.shape[2] + 1, 3))
     reach = np.zeros(objects.shape[2])
     for run in range(length.shape[0]):
         _fill_free(length[run], run, values, actors)
@@ -120,13 +126,15 @@ def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         for thing in range(objects.shape[2]):
             reach[thing] = own_reach + reach_of(sizes[run, thing, 0], sizes[run, thing, 1])
         turns[:] = math.nan
-        nearest = math.inf
+        nearest, is_open = math.inf, False
+        if is_least_only:
+            nearest, is_open = least_so_far(run, length[run], ego, ego_size, objects, sizes), True
         for row in range(length[run]):
             if not is_least_only:
                 nearest = math.inf
-            nearest = _measure_row(
+            nearest, is_open = _measure_row(
                 run, row, ego, ego_place, ego_size, objects, places, sizes, rss, turns, reach,
-                nearest, values, actors,
+                nearest, is_open, values, actors,
             )  # fmt: skip
             touched = contact[run, row]
             if touched >= 0 and values[DISTANCE, run, row] == values[DISTANCE, run, row]:
@@ -161,17 +169,19 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
     turns: Floats,
     reach: Floats,
     nearest: float,
+    is_open: bool,  # noqa: FBT001 - compiled
     values: Floats,
     actors: Shorts,
-) -> float:
+) -> tuple[float, bool]:
     """Measure the conflicts with all objects at a row, which has none so far.
 
-    Beside what ``measure_runs`` takes: angles to the road (M + 1, 3) with sine and cosine, of the
-    ego and the objects; how much nearer than their centres the bodies can be (M,) [m]; and a
-    distance from which on distances need not be known [m].
+    Beside what ``measure_runs`` takes: angles with sine and cosine (2, M + 1, 3), those of the
+    bodies to the road and those of the objects to the ego; how much nearer than their centres the
+    bodies can be (M,) [m]; and a distance from which on distances need not be known [m], with
+    whether that very distance is still to be found.
 
     Returns:
-        The least distance, or ``nearest`` if that is less.
+        The last two: the least distance, if it is less, is found.
     """
     x, y, heading = ego[run, row, EGO_X], ego[run, row, EGO_Y], ego[run, row, EGO_HEADING]
     speed, acceleration = ego[run, row, EGO_SPEED], ego[run, row, EGO_ACCELERATION]
@@ -179,39 +189,54 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
     road = ego_place[run, row, PLACE_HEADING]
     length, width = ego_size[run, 0], ego_size[run, 1]
     is_finite = are_finite(x, y, heading, speed, acceleration, s, d, road, length, width)
-    turn(turns, 0, heading - road)
-    body = on_road(s, d, speed, length, width, turns[0, 1], turns[0, 2])
+    turn(turns[0], 0, heading - road)
+    body = on_road(s, d, speed, length, width, turns[0, 0, 1], turns[0, 0, 2])
+    half_width = max(body[HALF_WIDTH], 0.5 * width)
+    # Without braking there is no lateral distance that is safe.
+    can_cull = rss[7] > 0.0 and rss[6] >= 0.0 and rss[8] >= 0.0
+    braking = 0.5 / rss[7]
+    own_reach = lateral_reach(abs(body[ACROSS]), rss[0], rss[6], braking) + rss[8]
     for thing in range(objects.shape[2]):
         ox, oy = objects[run, row, thing, OBJECT_X], objects[run, row, thing, OBJECT_Y]
         o_heading = objects[run, row, thing, OBJECT_HEADING]
         o_speed = objects[run, row, thing, OBJECT_SPEED]
         acceleration = objects[run, row, thing, OBJECT_ACCELERATION]
         os, od = places[run, row, thing, PLACE_S], places[run, row, thing, PLACE_D]
-        o_road = places[run, row, thing, PLACE_HEADING]
+        o_turn = o_heading - places[run, row, thing, PLACE_HEADING]
         o_length, o_width = sizes[run, thing, 0], sizes[run, thing, 1]
         is_finite &= are_finite(
-            ox, oy, o_heading, o_speed, acceleration, os, od, o_road, o_length, o_width
+            ox, oy, o_heading, o_speed, acceleration, os, od, o_turn, o_length, o_width
         )
         if not is_finite:
             break
+        dx, dy = ox - x, oy - y
         within = nearest + reach[thing]
-        if not ((ox - x) * (ox - x) + (oy - y) * (oy - y)) * 0.9999998 > within * within:
-            apart = box_distance(x, y, heading, length, width, ox, oy, o_heading, o_length, o_width)
-            if apart < nearest:
-                nearest = apart
+        if not (dx * dx + dy * dy) * 0.9999998 > within * within:
+            apart = distance_below(
+                dx, dy, heading, length, width, o_heading, o_length, o_width, turns[1], thing,
+                nearest,
+            )  # fmt: skip
+            if apart < nearest or (is_open and apart == nearest):
+                nearest, is_open = apart, False
                 values[DISTANCE, run, row] = apart
                 actors[DISTANCE, run, row] = thing
-        if os > s:
-            turn(turns, thing + 1, o_heading - o_road)
-            sine, cosine = turns[thing + 1, 1], turns[thing + 1, 2]
+        if os > s and not (
+            can_cull
+            and is_far_beside(
+                od - d, half_width, own_reach, o_speed, o_turn, o_length, o_width, rss, braking
+            )
+        ):
+            turn(turns[0], thing + 1, o_turn)
+            sine, cosine = turns[0, thing + 1, 1], turns[0, thing + 1, 2]
             other = on_road(os, od, o_speed, o_length, o_width, sine, cosine)
             free = road_gap(s, body[HALF_LENGTH], os, other[HALF_LENGTH])
             if is_in_path(body, 0.5 * width, other, free):
                 gap = free
                 if gap <= 0.0:
-                    gap = box_distance(
-                        x, y, heading, length, width, ox, oy, o_heading, o_length, o_width
-                    )
+                    gap = distance_below(
+                        dx, dy, heading, length, width, o_heading, o_length, o_width, turns[1],
+                        thing, math.inf,
+                    )  # fmt: skip
                 _measure_ahead(
                     body, other, acceleration * cosine, gap, thing, run, row, values, actors
                 )
@@ -220,7 +245,7 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
         for quantity in range(8):
             values[quantity, run, row] = math.nan
             actors[quantity, run, row] = -1
-    return nearest
+    return nearest, is_open
 
 
 @allocating
@@ -344,9 +369,12 @@ def _measure_ahead(  # noqa: PLR0913, PLR0917 - a kernel
     # The closed form is for a lead that goes the same way; of oncoming ones the speed counts.
     needed = drac if lead < 0.0 else required_deceleration(gap, speed, lead, acceleration)
     needed = limited_demand(needed)
-    _keep_least(GAP, gap, thing, run, row, values, actors)
-    _keep_least(TTC, time_to_collision(gap, closing), thing, run, row, values, actors)
-    _keep_least(TIME_GAP, time_gap(gap, speed), thing, run, row, values, actors)
+    if gap < values[GAP, run, row]:
+        # Who is nearer is nearer in time as well.
+        _keep_least(GAP, gap, thing, run, row, values, actors)
+        _keep_least(TIME_GAP, time_gap(gap, speed), thing, run, row, values, actors)
+    if closing > 0.0 or gap <= 0.0:
+        _keep_least(TTC, time_to_collision(gap, closing), thing, run, row, values, actors)
     _keep_least(TIME_HEADWAY, headway, thing, run, row, values, actors)
     _keep_largest(DRAC, drac, thing, run, row, values, actors)
     _keep_largest(REQUIRED, needed, thing, run, row, values, actors)
