@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.evaluation.stl.kernels import sliding_maximum
+from adeye.evaluation.stl.measures import EXACT, OPEN, SIGN
 from adeye.evaluation.stl.program import (
     ALWAYS,
     AND,
@@ -39,7 +40,7 @@ from adeye.kernel.jit import allocating, compiled
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.signals import Floats, Ints
 
     Bytes = NDArray[np.int8]
 
@@ -64,37 +65,36 @@ def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for eac
     rows: int,
     bounds: Floats,
     truth: Bytes,
-    is_exact: Bools,
+    exact: Bytes,
     scratch: Floats,
     queue: Ints,
 ) -> None:
     """Combine the states of the parts of an operator at the known rows."""
     kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
-    is_exact[node] = is_exact[first] and is_exact[second]
+    exact[node] = min(exact[first], exact[second])
     out, sign = bounds[node], truth[node]
     a, b, p, q = bounds[first], bounds[second], truth[first], truth[second]
     if kind in (EVENTUALLY, ALWAYS):
         from_row, to_row = 0, rows
         if nodes[node, HAS_WINDOW]:
             from_row, to_row = nodes[node, FROM_ROW], nodes[node, TO_ROW]
-        _slide(
-            kind == ALWAYS,
-            a,
-            p,
-            known,
-            from_row,
-            to_row,
-            is_exact[first],
-            scratch,
-            queue,
-            out,
-            sign,
-        )
-        is_exact[node] = False
+        level, reach = _known_part(exact[first], a, p, known)
+        if level == OPEN:
+            _slide_open_truth(kind == ALWAYS, p, known, from_row, to_row, sign)
+        else:
+            _slide_truth(kind == ALWAYS, p[0], known, reach, from_row, to_row, sign)
+        if level == SIGN:
+            _slide_signs(kind == ALWAYS, sign, known, reach, from_row, to_row, out)
+        else:
+            _slide(
+                kind == ALWAYS, a, known, reach, from_row, to_row, level == EXACT, scratch, queue,
+                out,
+            )  # fmt: skip
+        exact[node] = OPEN
         return
     if kind == UNTIL:
         _until(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
-        is_exact[node] = False
+        exact[node] = OPEN
         return
     for plane in range(2):
         other = 1 - plane
@@ -126,20 +126,31 @@ def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for eac
 
 
 @compiled
+def _known_part(level: int, state: Floats, truth: Bytes, known: int) -> tuple[int, int]:
+    """Tell what is known of a condition, and at how many rows: an open last one is as none."""
+    low, high = state[0, known - 1], state[1, known - 1]
+    no, yes = truth[0, known - 1], truth[1, known - 1]
+    if low == -math.inf and high == math.inf and no < yes:
+        return level, known - 1
+    if low != high or no != yes or (level == SIGN and low != no):
+        return OPEN, known
+    return level, known
+
+
+@compiled
 def _slide(  # noqa: PLR0913, PLR0917 - a kernel
     is_always: bool,  # noqa: FBT001 - compiled
     state: Floats,
-    truth: Bytes,
     known: int,
+    reach: int,
     first: int,
     last: int,
     is_exact: bool,  # noqa: FBT001 - compiled
     scratch: Floats,
     queue: Ints,
     out: Floats,
-    sign: Bytes,
 ) -> None:
-    """Write the state of ``eventually``, or of ``always`` as its dual, over a window.
+    """Write the bounds of ``eventually``, or of ``always`` as its dual, over a window.
 
     The lower bound of ``always`` is the negated upper bound of ``eventually not``.
     """
@@ -150,7 +161,7 @@ def _slide(  # noqa: PLR0913, PLR0917 - a kernel
             # Bounds differ only where the window reaches beyond the trace.
             near = 1 if is_always else 0
             for k in range(known):
-                is_open = k + last >= known
+                is_open = k + last >= reach
                 out[target, k] = (-math.inf if is_always else math.inf) if is_open else out[near, k]
         else:
             source = state[plane]
@@ -158,10 +169,24 @@ def _slide(  # noqa: PLR0913, PLR0917 - a kernel
                 source = scratch[0]
                 for k in range(known):
                     source[k] = -state[target, k]
-            sliding_maximum(source, known, first, last, beyond, queue, scratch[1])
+            sliding_maximum(source, reach, first, last, beyond, queue, scratch[1])
             for k in range(known):
                 out[target, k] = -scratch[1, k] if is_always else scratch[1, k]
-        wanted = -1 if is_always else 1
+
+
+@compiled
+def _slide_open_truth(
+    is_always: bool,  # noqa: FBT001 - compiled
+    truth: Bytes,
+    known: int,
+    first: int,
+    last: int,
+    sign: Bytes,
+) -> None:
+    """Write the truth of ``eventually`` or ``always`` of what may be open at some rows."""
+    wanted = -1 if is_always else 1
+    for plane in range(2):
+        target = 1 - plane if is_always else plane
         nearest = known + last + 1
         for k in range(known - 1, -1, -1):
             entering = k + first
@@ -169,6 +194,57 @@ def _slide(  # noqa: PLR0913, PLR0917 - a kernel
                 nearest = entering
             is_met = nearest <= k + last or (plane == 1 and k + last >= known)
             sign[target, k] = wanted if is_met else -wanted
+
+
+@compiled
+def _slide_truth(  # noqa: PLR0913, PLR0917 - a kernel
+    is_always: bool,  # noqa: FBT001 - compiled
+    truth: Bytes,
+    known: int,
+    reach: int,
+    first: int,
+    last: int,
+    sign: Bytes,
+) -> None:
+    """Write the truth of ``eventually`` or ``always`` of what is known at the rows to ``reach``."""
+    wanted = -1 if is_always else 1
+    near = 1 if is_always else 0
+    nearest = known + last + 1
+    for k in range(known - 1, -1, -1):
+        entering = k + first
+        if entering < reach and truth[entering] == wanted:
+            nearest = entering
+        sign[near, k] = wanted if nearest <= k + last else -wanted
+    # Behind them everything may still be met.
+    end = min(max(reach - last, 0), known)
+    for k in range(end):
+        sign[1 - near, k] = sign[near, k]
+    for k in range(end, known):
+        sign[1 - near, k] = wanted
+
+
+@compiled
+def _slide_signs(  # noqa: PLR0913, PLR0917 - a kernel
+    is_always: bool,  # noqa: FBT001 - compiled
+    sign: Bytes,
+    known: int,
+    reach: int,
+    first: int,
+    last: int,
+    out: Floats,
+) -> None:
+    """Write the bounds of ``eventually`` or ``always`` where they are 1 or -1, as the truth is."""
+    near = 1 if is_always else 0
+    beyond = math.inf if is_always else -math.inf
+    for k in range(known):
+        out[near, k] = sign[near, k]
+    for k in range(max(reach - first, 0), known):
+        out[near, k] = beyond
+    end = min(max(reach - last, 0), known)
+    for k in range(end):
+        out[1 - near, k] = out[near, k]
+    for k in range(end, known):
+        out[1 - near, k] = -beyond
 
 
 @compiled
