@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Evaluation", "Judgement", "evaluate_trace", "judge"]
 
-PART_RUNS: Final = 128
+PART_RUNS: Final = 256
 """Runs that are measured together: what is calculated of them stays in the processor's cache."""
 
 

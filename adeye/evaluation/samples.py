@@ -19,7 +19,15 @@ if TYPE_CHECKING:
 
     Shorts = NDArray[np.int16]
 
-__all__ = ["Samples", "Statuses", "fill_statuses", "is_demand", "status_of"]
+__all__ = [
+    "Samples",
+    "Statuses",
+    "fill_statuses",
+    "is_demand",
+    "mark_errors",
+    "mark_undecided",
+    "status_of",
+]
 
 Statuses = np.ndarray[tuple[int, ...], np.dtype[np.int8]]
 
@@ -91,3 +99,20 @@ def fill_statuses(
             )
         for row in range(length[run], values.shape[1]):
             status[run, row] = _FREE if demands else _VALUE
+
+
+@compiled
+def mark_errors(numbers: Floats, status: Statuses) -> None:
+    """Make an error of each sample (B, T) whose number is not finite."""
+    for run in range(numbers.shape[0]):
+        for row in range(numbers.shape[1]):
+            if not math.isfinite(numbers[run, row]):
+                status[run, row] = _ERROR
+
+
+@compiled
+def mark_undecided(length: Ints, status: Statuses) -> None:
+    """Say that a sample (B, T) does not apply from the last row of its run on."""
+    for run in range(length.shape[0]):
+        for row in range(length[run] - 1, status.shape[1]):
+            status[run, row] = _NOT_APPLICABLE

@@ -63,6 +63,9 @@ class RssParameters:
     """Swaying in the lane [m]."""
 
 
+_DEFAULT_RSS: Final = np.array(astuple(RssParameters()))
+
+
 @dataclass(frozen=True, slots=True)
 class SeriesDefinition:
     """A metric series.
@@ -99,7 +102,7 @@ class TraceSeries:
         """
         self.trace = trace
         self.step = trace.layout.context.step
-        self._rss = np.array(astuple(rss or RssParameters()))
+        self._rss = _DEFAULT_RSS if rss is None else np.array(astuple(rss))
         self._samples: dict[str, Samples] = {}
 
     @property

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
 
-from adeye.evaluation.samples import Statuses
+from adeye.evaluation.samples import Statuses, mark_errors, mark_undecided
 from adeye.evaluation.series import SERIES, TraceSeries, series_signals
 from adeye.evaluation.stl.series import SampleStatus, Series
 from adeye.signals import (
@@ -182,8 +182,6 @@ class TraceSignals:
         self._attributes, self._faults = attributes, faults
         limits = (attributes or Attributes()).dynamic_elements.ego_speed
         self._max_speed = np.inf if limits is None else limits.max
-        rows = np.arange(trace.time.shape[0])
-        self._is_last = rows >= trace.length[:, np.newaxis] - 1
         self._read: dict[str, Series] = {}
 
     @cached_property
@@ -240,7 +238,7 @@ class TraceSignals:
         reader = _READERS.get(family)
         values, status, actor = reader(self, rest) if reader else self._state(name)
         if is_decision(name):
-            status = np.where(self._is_last, np.int8(SampleStatus.NOT_APPLICABLE), status)
+            mark_undecided(self.trace.length, status)
         declared = self.dictionary[name]
         kind = cast("Literal['number', 'boolean', 'enumeration']", declared.kind)
         return Series(
@@ -266,7 +264,8 @@ class TraceSignals:
     def _state(self, name: str) -> Reading:
         """Read time and the truth values about the whole run."""
         if name == "time":
-            return _reading(np.broadcast_to(self.trace.time, self.measured.shape))
+            times = np.broadcast_to(self.trace.time, self.measured.shape)
+            return times, np.zeros(times.shape, dtype=np.int8), None
         speed, d = self._ego(EGO_SPEED), self._place(PLACE_D)
         if name == "contact":
             touched = self._column("contact")
@@ -356,9 +355,10 @@ def _reading(
     values: NDArray[Any], *inputs: Floats, actor: NDArray[np.int64] | None = None
 ) -> Reading:
     """Give values with status VALUE, but ERROR where they or their inputs are not finite."""
-    status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
+    status: Statuses = np.zeros(values.shape, dtype=np.int8)
     for checked in (values, *inputs):
-        status[~np.isfinite(checked)] = SampleStatus.ERROR
+        if checked.dtype.kind == "f":
+            mark_errors(checked, status)
     return values, status, actor
 
 
