@@ -1,7 +1,8 @@
 """How much of a campaign's CPU time is spent outside the simulation, and on what?
 
 Blocks of 1,024 runs of the shipped ODDs (the motorway's with enough replicates, and a hundredth of
-the million) go the way of a campaign: planned and stored, executed by the batch engine, digested, measured and judged, described
+the million) go the way of a campaign: planned and stored, executed by the batch engine, digested,
+measured and judged, described
 as rows, inserted into SQLite with hashes and tallies. CPU time of one process, rounds interleaved,
 the warm-up thrown away. The ratio is the time outside the simulation over the whole.
 

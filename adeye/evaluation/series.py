@@ -17,9 +17,9 @@ from adeye.evaluation.conflict import (
     TIME_GAP,
     TIME_HEADWAY,
     TTC,
-    measure_object,
     measure_runs,
 )
+from adeye.evaluation.pairs import measure_object
 from adeye.evaluation.samples import Samples, fill_statuses, is_demand
 from adeye.evaluation.stl.series import SampleStatus, Series
 from adeye.signals import EGO_ACCELERATION, Bools, Floats, Ints, SignalType

@@ -67,8 +67,9 @@ def test_distance_is_exact_up_to_what_is_enough(seed: int) -> None:
         x, y, heading = ego[0, row, :3]
         for at in range(others.shape[2]):
             ox, oy, o_heading = others[0, row, at, :3]
+            o_length, o_width = sizes[0, at, :2]
             found = distance_below(
-                ox - x, oy - y, heading, *size[0, :2], o_heading, *sizes[0, at, :2], turns, at, 3.0
+                ox - x, oy - y, heading, 4.0, 2.0, o_heading, o_length, o_width, turns, at, 3.0
             )
             bounds += found != every[row, at]
             assert found == every[row, at] or 3.0 < found <= every[row, at] + 1e-9

@@ -155,7 +155,7 @@ def _are_plain_or_free(samples: Floats, statuses: Bytes, known: int) -> bool:
 
 
 @compiled
-def _read_signal(
+def _read_signal(  # noqa: C901 - one branch for each status
     samples: Floats, statuses: Bytes, signal: Ints, known: int, out: Floats, marks: Bytes
 ) -> None:
     """Sort the samples of a signal into values, "no conflict", unknown and errors."""
