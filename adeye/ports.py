@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         Bools,
         ControlCommand,
         Floats,
+        Ints,
         Measurement,
         Observation,
         RoadMap,
@@ -171,9 +172,9 @@ class MetricColumn:
     """
 
     value: Floats
-    status: tuple[str, ...]
+    status: Sequence[str]
     time: Floats
-    actor: Sequence[int]
+    actor: Sequence[int] | Ints
 
 
 class Metric(Protocol):

@@ -1,7 +1,8 @@
 """How much of a campaign's CPU time is spent outside the simulation, and on what?
 
-Blocks of 1,024 runs of the shipped ODDs (the motorway's with enough replicates) go the way of a
-campaign: planned and stored, executed by the batch engine, digested, measured and judged, described
+Blocks of 1,024 runs of the shipped ODDs (the motorway's with enough replicates, and a hundredth of
+the million) go the way of a campaign: planned and stored, executed by the batch engine, digested,
+measured and judged, described
 as rows, inserted into SQLite with hashes and tallies. CPU time of one process, rounds interleaved,
 the warm-up thrown away. The ratio is the time outside the simulation over the whole.
 
@@ -44,14 +45,20 @@ class Size:
         odd: Name of a shipped ODD.
         replicates: Of each of its test cases.
         runs: In the block.
+        fixed: Axes of its first scenario that keep their last level only.
     """
 
     odd: str
     replicates: int
     runs: int
+    fixed: tuple[str, ...] = ()
 
 
-WHOLE = (Size("urban_pedestrian_rain", 1, 1024), Size("motorway_chauffeur", 64, 1024))
+WHOLE = (
+    Size("urban_pedestrian_rain", 1, 1024),
+    Size("motorway_chauffeur", 64, 1024),
+    Size("million", 1, 1024, fixed=("ego_speed", "relative_speed")),
+)
 SHORT = (Size("motorway_chauffeur", 1, 8),)
 
 
@@ -76,6 +83,9 @@ def copied(size: Size, folder: Path) -> Path:
         shutil.copytree(ROOT / name, folder / name, dirs_exist_ok=True)
     path = folder / "odd" / f"{size.odd}.yaml"
     content = yaml.safe_load(path.read_text("utf-8"))
+    parameters = content["scenarios"][0]["sweep"]["parameters"]
+    for name in size.fixed:
+        parameters[name] = [parameters[name]["to"]]
     path.write_text(yaml.safe_dump({**content, "replicates": size.replicates}), "utf-8")
     return path
 

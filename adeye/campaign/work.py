@@ -16,7 +16,7 @@ from adeye.campaign.metrics import plugin_of, use_plugin_metrics
 from adeye.engine import run as run_batch
 from adeye.errors import AdeyeError
 from adeye.evaluation.judge import Evaluation, evaluate_trace
-from adeye.evaluation.metrics.registry import STATUSES
+from adeye.evaluation.metrics.statuses import status_codes
 from adeye.evaluation.outcome import END_REASONS
 from adeye.evaluation.requirements import (
     CheckedRequirement,
@@ -257,9 +257,8 @@ def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey])
 
 def _metrics(trace: Trace, evaluation: Evaluation, ids: Sequence[str]) -> MetricBlock:
     columns = [evaluation.metrics[name] for name in ids]
-    codes = {word: code for code, word in enumerate(STATUSES)}
     times = np.stack([column.time for column in columns], axis=1)
-    status = np.array([[codes[word] for word in column.status] for column in columns]).T
+    status = np.stack([status_codes(column.status) for column in columns], axis=1).astype(np.int64)
     value = np.stack([column.value for column in columns], axis=1)
     return MetricBlock(
         tuple(ids),

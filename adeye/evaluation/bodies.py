@@ -17,7 +17,7 @@ import math
 from typing import TYPE_CHECKING
 
 from adeye.kernel.elementary import sin_cos
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 
 if TYPE_CHECKING:
     from adeye.signals import Floats
@@ -35,7 +35,7 @@ def reach_of(length: float, width: float) -> float:
     return 0.5000001 * math.sqrt(length * length + width * width) + 1e-6
 
 
-@compiled
+@inlined
 def are_finite(  # noqa: PLR0913, PLR0917 - what a body has
     a: float,
     b: float,
@@ -54,7 +54,7 @@ def are_finite(  # noqa: PLR0913, PLR0917 - what a body has
     )
 
 
-@compiled
+@inlined
 def turn(turns: Floats, place: int, angle: float) -> None:
     """Keep sine and cosine of an angle to the road, which often is that of the row before."""
     if angle != turns[place, 0]:
@@ -62,7 +62,7 @@ def turn(turns: Floats, place: int, angle: float) -> None:
         turns[place, 1], turns[place, 2] = sin_cos(angle)
 
 
-@compiled
+@inlined
 def on_road(  # noqa: PLR0913, PLR0917 - a kernel
     s: float, d: float, speed: float, length: float, width: float, sine: float, cosine: float
 ) -> Body:
@@ -77,7 +77,7 @@ def on_road(  # noqa: PLR0913, PLR0917 - a kernel
     )
 
 
-@compiled
+@inlined
 def is_in_path(own: Body, corridor: float, other: Body, gap: float) -> bool:
     """Tell whether an object ahead is in the path, see the module.
 

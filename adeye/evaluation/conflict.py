@@ -25,6 +25,12 @@ from adeye.evaluation.bodies import (
     reach_of,
     turn,
 )
+from adeye.evaluation.culling import (
+    distance_below,
+    is_far_beside,
+    lateral_reach,
+    least_so_far,
+)
 from adeye.kernel.criticality import (
     deceleration_rate_to_avoid_crash,
     required_deceleration,
@@ -35,10 +41,11 @@ from adeye.kernel.criticality import (
     time_headway,
     time_to_collision,
 )
-from adeye.kernel.geometry import box_distance
-from adeye.kernel.jit import allocating, compiled
+from adeye.kernel.jit import allocating, compiled, inlined
 from adeye.signals import (
+    EGO_ACCELERATION,
     EGO_HEADING,
+    EGO_SPEED,
     EGO_X,
     EGO_Y,
     OBJECT_ACCELERATION,
@@ -78,7 +85,7 @@ it grows without bound, and its size says nothing any more."""
 
 
 @allocating
-def measure_runs(  # noqa: C901, PLR0913, PLR0915, PLR0917 - a kernel over the whole scene
+def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     length: Ints,
     ego: Floats,
     ego_place: Floats,
@@ -105,178 +112,171 @@ def measure_runs(  # noqa: C901, PLR0913, PLR0915, PLR0917 - a kernel over the w
         contact: (B, T) object that the ego touches, -1 for none.
         rss: (9,) parameters, in the order of ``series.RssParameters``.
         is_least_only: Whether of the distances only the least of a run is wanted: others may be
-            replaced by a lower bound that is larger than it.
+            +inf.
         values: (8, B, T) out, see ``QUANTITIES``; +inf where there is no conflict, 0 for the
-            decelerations; all NaN at a row with an input that is not finite.
+            decelerations; all NaN at a row with an input that is not finite; 0 beyond the run.
         actors: (8, B, T) out: object of the worst case, -1 for none.
     """
-    worst = np.zeros(8)
-    who = np.zeros(8, dtype=np.int64)
-    turns = np.zeros((objects.shape[2] + 1, 3))
+    turns = np.zeros((2, objects.shape[2] + 1, 3))
     reach = np.zeros(objects.shape[2])
     for run in range(length.shape[0]):
-        # Views of one row would cost more than what is measured there.
-        own, own_place = ego[run], ego_place[run]
-        states, where, size = objects[run], places[run], sizes[run]
-        own_length, own_width = ego_size[run, 0], ego_size[run, 1]
+        _fill_free(length[run], run, values, actors)
+        own_reach = reach_of(ego_size[run, 0], ego_size[run, 1])
         for thing in range(objects.shape[2]):
-            reach[thing] = reach_of(own_length, own_width) + reach_of(
-                size[thing, 0], size[thing, 1]
-            )
+            reach[thing] = own_reach + reach_of(sizes[run, thing, 0], sizes[run, thing, 1])
         turns[:] = math.nan
-        least = math.inf
+        nearest, is_open = math.inf, False
+        if is_least_only:
+            nearest, is_open = least_so_far(run, length[run], ego, ego_size, objects, sizes), True
         for row in range(length[run]):
-            worst[:] = math.inf
-            worst[DRAC] = worst[REQUIRED] = 0.0
-            who[:] = -1
-            x, y, heading = own[row, EGO_X], own[row, EGO_Y], own[row, EGO_HEADING]
-            s, d = own_place[row, PLACE_S], own_place[row, PLACE_D]
-            speed = own[row, OBJECT_SPEED]
-            acceleration, road = own[row, OBJECT_ACCELERATION], own_place[row, PLACE_HEADING]
-            is_finite = are_finite(
-                x, y, heading, speed, acceleration, s, d, road, own_length, own_width
-            )
-            turn(turns, 0, heading - road)
-            body = on_road(s, d, speed, own_length, own_width, turns[0, 1], turns[0, 2])
-            for thing in range(objects.shape[2]):
-                if not is_finite:
-                    break
-                ox, oy = states[row, thing, OBJECT_X], states[row, thing, OBJECT_Y]
-                o_heading = states[row, thing, OBJECT_HEADING]
-                o_speed = states[row, thing, OBJECT_SPEED]
-                acceleration = states[row, thing, OBJECT_ACCELERATION]
-                os, od = where[row, thing, PLACE_S], where[row, thing, PLACE_D]
-                o_turn = where[row, thing, PLACE_HEADING]
-                o_length, o_width = size[thing, 0], size[thing, 1]
-                is_finite = are_finite(
-                    ox, oy, o_heading, o_speed, acceleration, os, od, o_turn, o_length, o_width
-                )
-                if not is_finite:
-                    break
-                turn(turns, thing + 1, o_heading - o_turn)
-                sine, cosine = turns[thing + 1, 1], turns[thing + 1, 2]
-                other = on_road(os, od, o_speed, o_length, o_width, sine, cosine)
-                nearest = min(worst[DISTANCE], least) if is_least_only else worst[DISTANCE]
-                apart = math.sqrt((ox - x) * (ox - x) + (oy - y) * (oy - y))
-                apart = apart * 0.9999999 - reach[thing]
-                if not apart > nearest:
-                    apart = box_distance(
-                        x, y, heading, own_length, own_width, ox, oy, o_heading, o_length, o_width
-                    )
-                _keep_least(worst, who, DISTANCE, apart, thing)
-                if os > s:
-                    free = road_gap(s, body[HALF_LENGTH], os, other[HALF_LENGTH])
-                    if is_in_path(body, 0.5 * own_width, other, free):
-                        gap = free
-                        if gap <= 0.0:
-                            gap = box_distance(x, y, heading, own_length, own_width,
-                                               ox, oy, o_heading, o_length, o_width)  # fmt: skip
-                        _measure_ahead(body, other, acceleration * cosine, gap, thing, worst, who)
-                    _measure_rss(body, other, rss, free, thing, worst, who)
-            least = min(least, worst[DISTANCE])
+            if not is_least_only:
+                nearest = math.inf
+            nearest, is_open = _measure_row(
+                run, row, ego, ego_place, ego_size, objects, places, sizes, rss, turns, reach,
+                nearest, is_open, values, actors,
+            )  # fmt: skip
             touched = contact[run, row]
-            if touched >= 0:
-                worst[DISTANCE] = worst[TTC] = 0.0
-                who[DISTANCE] = who[TTC] = touched
-            for quantity in range(8):
-                values[quantity, run, row] = worst[quantity] if is_finite else math.nan
-                actors[quantity, run, row] = who[quantity]
+            if touched >= 0 and values[DISTANCE, run, row] == values[DISTANCE, run, row]:
+                values[DISTANCE, run, row] = values[TTC, run, row] = 0.0
+                actors[DISTANCE, run, row] = actors[TTC, run, row] = touched
 
 
-@allocating
-def measure_object(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    first: Ints,
-    end: Ints,
+@inlined
+def _fill_free(rows: int, run: int, values: Floats, actors: Shorts) -> None:
+    """Write "no conflict" at every row of a run, and 0 beyond it."""
+    for quantity in range(8):
+        nothing = 0.0 if quantity in (DRAC, REQUIRED) else math.inf
+        for row in range(rows):
+            values[quantity, run, row] = nothing
+        for row in range(rows, values.shape[2]):
+            values[quantity, run, row] = 0.0
+        for row in range(values.shape[2]):
+            actors[quantity, run, row] = -1
+
+
+@inlined
+def _measure_row(  # noqa: PLR0913, PLR0915, PLR0917 - a part of the kernel
+    run: int,
+    row: int,
     ego: Floats,
     ego_place: Floats,
     ego_size: Floats,
-    states: Floats,
+    objects: Floats,
     places: Floats,
     sizes: Floats,
-    contact: Ints,
-    thing: int,
-    distances: Floats,
-    gaps: Floats,
-) -> None:
-    """Measure body distance and signed gap to one object at some rows of B runs.
+    rss: Floats,
+    turns: Floats,
+    reach: Floats,
+    nearest: float,
+    is_open: bool,  # noqa: FBT001 - compiled
+    values: Floats,
+    actors: Shorts,
+) -> tuple[float, bool]:
+    """Measure the conflicts with all objects at a row, which has none so far.
 
-    Args:
-        first: (B,) first row.
-        end: (B,) row behind the last.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        states: (B, T, 5) of the object.
-        places: (B, T, 6) of the object.
-        sizes: (B, 3) of the object.
-        contact: (B, T) object that the ego touches, -1 for none.
-        thing: Index of the object.
-        distances: (B, T) out [m], or (B, 0) if they are not wanted.
-        gaps: (B, T) out [m]: ahead > 0, behind < 0, 0 side by side; or (B, 0).
+    Beside what ``measure_runs`` takes: angles with sine and cosine (2, M + 1, 3), those of the
+    bodies to the road and those of the objects to the ego; how much nearer than their centres the
+    bodies can be (M,) [m]; and a distance from which on distances need not be known [m], with
+    whether that very distance is still to be found.
+
+    Returns:
+        The last two: the least distance, if it is less, is found.
     """
-    turns = np.zeros((2, 3))
-    for run in range(first.shape[0]):
-        turns[:] = math.nan
-        own, own_place, state, place = ego[run], ego_place[run], states[run], places[run]
-        own_length, own_width = ego_size[run, 0], ego_size[run, 1]
-        length, width = sizes[run, 0], sizes[run, 1]
-        for row in range(first[run], end[run]):
-            x, y, heading = own[row, EGO_X], own[row, EGO_Y], own[row, EGO_HEADING]
-            ox, oy, o_heading = (
-                state[row, OBJECT_X],
-                state[row, OBJECT_Y],
-                state[row, OBJECT_HEADING],
-            )
-            s, os = own_place[row, PLACE_S], place[row, PLACE_S]
-            is_finite = are_finite(
-                x, y, heading, own[row, OBJECT_SPEED], own[row, OBJECT_ACCELERATION], s,
-                own_place[row, PLACE_D], own_place[row, PLACE_HEADING], own_length, own_width,
-            ) and are_finite(
-                ox, oy, o_heading, state[row, OBJECT_SPEED], state[row, OBJECT_ACCELERATION], os,
-                place[row, PLACE_D], place[row, PLACE_HEADING], length, width,
+    x, y, heading = ego[run, row, EGO_X], ego[run, row, EGO_Y], ego[run, row, EGO_HEADING]
+    speed, acceleration = ego[run, row, EGO_SPEED], ego[run, row, EGO_ACCELERATION]
+    s, d = ego_place[run, row, PLACE_S], ego_place[run, row, PLACE_D]
+    road = ego_place[run, row, PLACE_HEADING]
+    length, width = ego_size[run, 0], ego_size[run, 1]
+    is_finite = are_finite(x, y, heading, speed, acceleration, s, d, road, length, width)
+    turn(turns[0], 0, heading - road)
+    body = on_road(s, d, speed, length, width, turns[0, 0, 1], turns[0, 0, 2])
+    half_width = max(body[HALF_WIDTH], 0.5 * width)
+    # Without braking there is no lateral distance that is safe.
+    can_cull = rss[7] > 0.0 and rss[6] >= 0.0 and rss[8] >= 0.0
+    braking = 0.5 / rss[7]
+    own_reach = lateral_reach(abs(body[ACROSS]), rss[0], rss[6], braking) + rss[8]
+    for thing in range(objects.shape[2]):
+        ox, oy = objects[run, row, thing, OBJECT_X], objects[run, row, thing, OBJECT_Y]
+        o_heading = objects[run, row, thing, OBJECT_HEADING]
+        o_speed = objects[run, row, thing, OBJECT_SPEED]
+        acceleration = objects[run, row, thing, OBJECT_ACCELERATION]
+        os, od = places[run, row, thing, PLACE_S], places[run, row, thing, PLACE_D]
+        o_turn = o_heading - places[run, row, thing, PLACE_HEADING]
+        o_length, o_width = sizes[run, thing, 0], sizes[run, thing, 1]
+        is_finite &= are_finite(
+            ox, oy, o_heading, o_speed, acceleration, os, od, o_turn, o_length, o_width
+        )
+        if not is_finite:
+            break
+        dx, dy = ox - x, oy - y
+        within = nearest + reach[thing]
+        if not (dx * dx + dy * dy) * 0.9999998 > within * within:
+            apart = distance_below(
+                dx, dy, heading, length, width, o_heading, o_length, o_width, turns[1], thing,
+                nearest,
             )  # fmt: skip
-            if gaps.shape[1]:
-                gaps[run, row] = math.nan
-                if is_finite:
-                    turn(turns, 0, heading - own_place[row, PLACE_HEADING])
-                    turn(turns, 1, o_heading - place[row, PLACE_HEADING])
-                    body = on_road(s, 0.0, 0.0, own_length, own_width, turns[0, 1], turns[0, 2])
-                    other = on_road(os, 0.0, 0.0, length, width, turns[1, 1], turns[1, 2])
-                    gaps[run, row] = road_gap(s, body[HALF_LENGTH], os, other[HALF_LENGTH])
-            if distances.shape[1]:
-                distances[run, row] = 0.0
-                if not is_finite:
-                    distances[run, row] = math.nan
-                elif contact[run, row] != thing:
-                    distances[run, row] = box_distance(
-                        x, y, heading, own_length, own_width, ox, oy, o_heading, length, width
-                    )
+            if apart < nearest or (is_open and apart == nearest):
+                nearest, is_open = apart, False
+                values[DISTANCE, run, row] = apart
+                actors[DISTANCE, run, row] = thing
+        if os > s and not (
+            can_cull
+            and is_far_beside(
+                od - d, half_width, own_reach, o_speed, o_turn, o_length, o_width, rss, braking
+            )
+        ):
+            turn(turns[0], thing + 1, o_turn)
+            sine, cosine = turns[0, thing + 1, 1], turns[0, thing + 1, 2]
+            other = on_road(os, od, o_speed, o_length, o_width, sine, cosine)
+            free = road_gap(s, body[HALF_LENGTH], os, other[HALF_LENGTH])
+            if is_in_path(body, 0.5 * width, other, free):
+                gap = free
+                if gap <= 0.0:
+                    gap = distance_below(
+                        dx, dy, heading, length, width, o_heading, o_length, o_width, turns[1],
+                        thing, math.inf,
+                    )  # fmt: skip
+                _measure_ahead(
+                    body, other, acceleration * cosine, gap, thing, run, row, values, actors
+                )
+            _measure_rss(body, other, rss, free, thing, run, row, values, actors)
+    if not is_finite:
+        for quantity in range(8):
+            values[quantity, run, row] = math.nan
+            actors[quantity, run, row] = -1
+    return nearest, is_open
 
 
-@compiled
-def _keep_least(worst: Floats, who: Ints, quantity: int, value: float, thing: int) -> None:
-    if value < worst[quantity]:
-        worst[quantity] = value
-        who[quantity] = thing
+@inlined
+def _keep_least(  # noqa: PLR0913, PLR0917 - where it is kept
+    quantity: int, value: float, thing: int, run: int, row: int, values: Floats, actors: Shorts
+) -> None:
+    if value < values[quantity, run, row]:
+        values[quantity, run, row] = value
+        actors[quantity, run, row] = thing
 
 
-@compiled
-def _keep_largest(worst: Floats, who: Ints, quantity: int, value: float, thing: int) -> None:
+@inlined
+def _keep_largest(  # noqa: PLR0913, PLR0917 - where it is kept
+    quantity: int, value: float, thing: int, run: int, row: int, values: Floats, actors: Shorts
+) -> None:
     # An object in the path is somebody's worst case also where it demands nothing.
-    if value > worst[quantity] or who[quantity] < 0:
-        worst[quantity] = value
-        who[quantity] = thing
+    if value > values[quantity, run, row] or actors[quantity, run, row] < 0:
+        values[quantity, run, row] = value
+        actors[quantity, run, row] = thing
 
 
-@compiled
+@inlined
 def _measure_ahead(  # noqa: PLR0913, PLR0917 - a kernel
     own: Body,
     other: Body,
     acceleration: float,
     gap: float,
     thing: int,
-    worst: Floats,
-    who: Ints,
+    run: int,
+    row: int,
+    values: Floats,
+    actors: Shorts,
 ) -> None:
     """Keep what an object in the path is to the ego.
 
@@ -286,22 +286,27 @@ def _measure_ahead(  # noqa: PLR0913, PLR0917 - a kernel
         acceleration: Of the object along the road [m/s²].
         gap: Along the road, or the distance of the bodies where they overlap along it [m].
         thing: Index of the object.
-        worst: (8,) in and out.
-        who: (8,) in and out.
+        run: Where it is kept.
+        row: Where it is kept.
+        values: (8, B, T) in and out.
+        actors: (8, B, T) in and out.
     """
     speed, lead = own[ALONG], other[ALONG]
     closing = speed - lead
-    _keep_least(worst, who, GAP, gap, thing)
-    _keep_least(worst, who, TTC, time_to_collision(gap, closing), thing)
-    _keep_least(worst, who, TIME_GAP, time_gap(gap, speed), thing)
     headway = time_headway(gap, 2.0 * other[HALF_LENGTH], speed)
-    _keep_least(worst, who, TIME_HEADWAY, headway, thing)
     drac = limited_demand(deceleration_rate_to_avoid_crash(gap, closing))
-    _keep_largest(worst, who, DRAC, drac, thing)
     # The closed form is for a lead that goes the same way; of oncoming ones the speed counts.
     needed = drac if lead < 0.0 else required_deceleration(gap, speed, lead, acceleration)
     needed = limited_demand(needed)
-    _keep_largest(worst, who, REQUIRED, needed, thing)
+    if gap < values[GAP, run, row]:
+        # Who is nearer is nearer in time as well.
+        _keep_least(GAP, gap, thing, run, row, values, actors)
+        _keep_least(TIME_GAP, time_gap(gap, speed), thing, run, row, values, actors)
+    if closing > 0.0 or gap <= 0.0:
+        _keep_least(TTC, time_to_collision(gap, closing), thing, run, row, values, actors)
+    _keep_least(TIME_HEADWAY, headway, thing, run, row, values, actors)
+    _keep_largest(DRAC, drac, thing, run, row, values, actors)
+    _keep_largest(REQUIRED, needed, thing, run, row, values, actors)
 
 
 @compiled
@@ -310,9 +315,17 @@ def limited_demand(demand: float) -> float:
     return LARGEST_DEMAND if LARGEST_DEMAND < demand < math.inf else demand
 
 
-@compiled
+@inlined
 def _measure_rss(  # noqa: PLR0913, PLR0917 - a kernel
-    own: Body, other: Body, rss: Floats, gap: float, thing: int, worst: Floats, who: Ints
+    own: Body,
+    other: Body,
+    rss: Floats,
+    gap: float,
+    thing: int,
+    run: int,
+    row: int,
+    values: Floats,
+    actors: Shorts,
 ) -> None:
     """Keep the RSS margin to an object ahead, if it is beside the ego at no safe distance.
 
@@ -322,19 +335,20 @@ def _measure_rss(  # noqa: PLR0913, PLR0917 - a kernel
         rss: (9,) parameters, in the order of ``series.RssParameters``.
         gap: Along the road [m].
         thing: Index of the object.
-        worst: (8,) in and out.
-        who: (8,) in and out.
+        run: Where it is kept.
+        row: Where it is kept.
+        values: (8, B, T) in and out.
+        actors: (8, B, T) in and out.
     """
     beside = other[D] - own[D]
     side = math.copysign(1.0, beside)
     lateral = rss_lateral_distance(
         side * own[ACROSS], side * other[ACROSS], rss[0], rss[1], rss[6], rss[7], rss[8]
     )
-    if abs(beside) - own[HALF_WIDTH] - other[HALF_WIDTH] >= lateral:
-        return
-    speed, lead = own[ALONG], other[ALONG]
-    if lead < 0.0:
-        safe = rss_opposite_distance(speed, -lead, rss[0], rss[2], rss[5], rss[3])
-    else:
-        safe = rss_longitudinal_distance(speed, lead, rss[0], rss[2], rss[3], rss[4])
-    _keep_least(worst, who, RSS_MARGIN, gap - safe, thing)
+    if not abs(beside) - own[HALF_WIDTH] - other[HALF_WIDTH] >= lateral:
+        speed, lead = own[ALONG], other[ALONG]
+        if lead < 0.0:
+            safe = rss_opposite_distance(speed, -lead, rss[0], rss[2], rss[5], rss[3])
+        else:
+            safe = rss_longitudinal_distance(speed, lead, rss[0], rss[2], rss[3], rss[4])
+        _keep_least(RSS_MARGIN, gap - safe, thing, run, row, values, actors)

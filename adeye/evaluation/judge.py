@@ -11,6 +11,7 @@ import numpy as np
 
 from adeye.evaluation.judgement import Judgement, JudgementColumns
 from adeye.evaluation.metrics import compute_metrics
+from adeye.evaluation.metrics.registry import joined
 from adeye.evaluation.outcome import (
     OutcomeColumns,
     RunOutcome,
@@ -21,20 +22,21 @@ from adeye.evaluation.outcome import (
 )
 from adeye.evaluation.rulings import Frame
 from adeye.evaluation.source import TraceSignals
-from adeye.evaluation.stl.columns import StlColumns, evaluate_columns, joined
-from adeye.ports import MetricColumn
+from adeye.evaluation.stl.columns import StlColumns, evaluate_columns
+from adeye.evaluation.stl.columns import joined as joined_formulas
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from adeye.evaluation.requirements import CheckedRequirement
+    from adeye.ports import MetricColumn
     from adeye.signals import Bools
     from adeye.spec.odd import Attributes
     from adeye.trace import Trace
 
 __all__ = ["Evaluation", "Judgement", "evaluate_trace", "judge"]
 
-PART_RUNS: Final = 128
+PART_RUNS: Final = 256
 """Runs that are measured together: what is calculated of them stays in the processor's cache."""
 
 
@@ -149,19 +151,8 @@ def _measured(
                         chosen=wanted[chosen],
                     )
                 )
-    whole = {name: _joined([part[name] for part in metrics]) for name in metrics[0]}
-    return whole, {name: joined(parts) for name, parts in evaluated.items() if parts}
-
-
-def _joined(parts: Sequence[MetricColumn]) -> MetricColumn:
-    if len(parts) == 1:
-        return parts[0]
-    return MetricColumn(
-        np.concatenate([part.value for part in parts]),
-        tuple(word for part in parts for word in part.status),
-        np.concatenate([part.time for part in parts]),
-        tuple(index for part in parts for index in part.actor),
-    )
+    whole = {name: joined([part[name] for part in metrics]) for name in metrics[0]}
+    return whole, {name: joined_formulas(parts) for name, parts in evaluated.items() if parts}
 
 
 def judge(

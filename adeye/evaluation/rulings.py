@@ -23,8 +23,9 @@ from adeye.evaluation.judgement import (
     Binding,
     JudgementColumns,
 )
-from adeye.evaluation.metrics import registry
-from adeye.evaluation.metrics.registry import STATUSES
+from adeye.evaluation.metrics import statuses
+from adeye.evaluation.metrics.statuses import CODES as _CODES
+from adeye.evaluation.metrics.statuses import STATUSES, status_codes
 from adeye.evaluation.stl.descent import BINDING_STATUSES
 from adeye.evaluation.stl.program import KIND, WORD
 
@@ -42,13 +43,12 @@ _OPEN: Final = {
     "not_applicable": "a signal does not apply where it would decide",
 }
 _STATUS_WORDS: Final = {
-    registry.ERROR: "the metric has no finite value",
-    registry.NO_CONFLICT: "no conflict",
-    registry.NOT_APPLICABLE: "the metric does not apply to this run",
-    registry.UNDEFINED: "the metric is undefined in this run",
-    registry.INCOMPLETE: "the run ended before the metric was complete",
+    statuses.ERROR: "the metric has no finite value",
+    statuses.NO_CONFLICT: "no conflict",
+    statuses.NOT_APPLICABLE: "the metric does not apply to this run",
+    statuses.UNDEFINED: "the metric is undefined in this run",
+    statuses.INCOMPLETE: "the run ended before the metric was complete",
 }
-_CODES: Final = {word: code for code, word in enumerate(STATUSES)}
 _NO_CONFLICT, _NOT_APPLICABLE, _BEYOND = (
     BINDING_STATUSES.index(word) for word in ("no_conflict", "not_applicable", "beyond_trace")
 )
@@ -221,17 +221,17 @@ class Frame:
 
     def _by_bound(self, bound: Bound, column: MetricColumn, runs: Ints) -> _Ruling:
         metric = bound.metric
-        status = np.array([_CODES[word] for word in column.status])[runs]
-        is_free = status == _CODES[registry.NO_CONFLICT]
-        has_value = is_free | (status == _CODES[registry.VALUE])
+        status = status_codes(column.status)[runs]
+        is_free = status == _CODES[statuses.NO_CONFLICT]
+        has_value = is_free | (status == _CODES[statuses.VALUE])
         value = np.asarray(column.value, dtype=np.float64)[runs]
         margin = bound.margins(value, is_free)
-        is_error = (status == _CODES[registry.ERROR]) | (has_value & ~np.isfinite(margin))
+        is_error = (status == _CODES[statuses.ERROR]) | (has_value & ~np.isfinite(margin))
         has_value &= ~is_error
         by_contact = self.by_contact[runs]
         is_open = by_contact & (not metric.settles) & (margin >= 0.0)
         # What never applied might have, had the contact not ended the run.
-        is_vacuous = (status == _CODES[registry.NOT_APPLICABLE]) & ~by_contact
+        is_vacuous = (status == _CODES[statuses.NOT_APPLICABLE]) & ~by_contact
         verdict = np.select(
             [is_error, has_value & is_open, has_value & (margin < 0.0), has_value, is_vacuous],
             [ERROR, INCONCLUSIVE, FAIL, PASS, VACUOUS],
@@ -251,12 +251,12 @@ class Frame:
         actor = np.asarray(column.actor, dtype=np.int64)[runs]
         return _Ruling(
             verdict,
-            has_value | (status == _CODES[registry.INCOMPLETE]),
+            has_value | (status == _CODES[statuses.INCOMPLETE]),
             numbers,
             np.where(has_value, actor, -1),
             np.zeros(len(runs), dtype=np.int64),
             ((metric.unit, metric.column, bound.text),),
-            np.where(is_error, _CODES[registry.ERROR], status),
+            np.where(is_error, _CODES[statuses.ERROR], status),
             lambda code: _STATUS_WORDS.get(STATUSES[code]),
         )
 

@@ -17,9 +17,10 @@ from adeye.evaluation.conflict import (
     TIME_GAP,
     TIME_HEADWAY,
     TTC,
-    measure_object,
     measure_runs,
 )
+from adeye.evaluation.pairs import measure_object
+from adeye.evaluation.samples import Samples, fill_statuses, is_demand
 from adeye.evaluation.stl.series import SampleStatus, Series
 from adeye.signals import EGO_ACCELERATION, Bools, Floats, Ints, SignalType
 
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     from adeye.trace import Trace
 
     Shorts = NDArray[np.int16]
-
-Statuses = np.ndarray[tuple[int, ...], np.dtype[np.int8]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +63,9 @@ class RssParameters:
     """Swaying in the lane [m]."""
 
 
+_DEFAULT_RSS: Final = np.array(astuple(RssParameters()))
+
+
 @dataclass(frozen=True, slots=True)
 class SeriesDefinition:
     """A metric series.
@@ -83,29 +85,12 @@ class SeriesDefinition:
     uid: str
 
 
-@dataclass(frozen=True, slots=True)
-class Samples:
-    """A series of B runs with what is known about each sample.
-
-    Attributes:
-        values: (B, T) [unit of the series]; arbitrary where the status is not VALUE.
-        status: (B, T) ``SampleStatus``.
-        actor: (B, T) object of the worst case, -1 for none.
-    """
-
-    values: Floats
-    status: Statuses
-    actor: NDArray[np.integer[Any]]
-
-
 class TraceSeries:
     """The metric series of a trace; each is measured when it is first asked for.
 
     Attributes:
         trace: The runs.
         step: Time between two rows [s].
-        known: (B, T) whether a row lies within its run.
-        touched: (B, T) whether the ego is in contact.
     """
 
     def __init__(self, trace: Trace, rss: RssParameters | None = None) -> None:
@@ -117,11 +102,24 @@ class TraceSeries:
         """
         self.trace = trace
         self.step = trace.layout.context.step
-        rows = np.arange(trace.time.shape[0])
-        self.known: Bools = rows < trace.length[:, np.newaxis]
-        self.touched: Bools = self.known & (trace["contact"] >= 0)
-        self._rss = np.array(astuple(rss or RssParameters()))
+        self._rss = _DEFAULT_RSS if rss is None else np.array(astuple(rss))
         self._samples: dict[str, Samples] = {}
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Runs and rows (B, T) of every series."""
+        return self.trace.runs, int(self.trace.time.shape[0])
+
+    @cached_property
+    def known(self) -> Bools:
+        """(B, T) whether a row lies within its run."""
+        rows = np.arange(self.shape[1])
+        return np.asarray(rows < self.trace.length[:, np.newaxis])
+
+    @cached_property
+    def touched(self) -> Bools:
+        """(B, T) whether the ego is in contact."""
+        return np.asarray(self.known & (self.trace["contact"] >= 0))
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a column of the trace."""
@@ -162,7 +160,7 @@ class TraceSeries:
 
     def object_distance(self, index: int) -> Floats:
         """Measure the body distance (B, T) to one object [m]; NaN is an error."""
-        distances = np.zeros(self.known.shape)
+        distances = np.zeros(self.shape)
         nothing = np.zeros((self.trace.runs, 0))
         first = np.zeros_like(self.trace.length)
         self._measure_object(index, first, self.trace.length, distances, nothing)
@@ -170,7 +168,7 @@ class TraceSeries:
 
     def object_gap(self, index: int) -> Floats:
         """Measure the signed gap (B, T) to one object [m]; NaN is an error."""
-        gaps = np.zeros(self.known.shape)
+        gaps = np.zeros(self.shape)
         nothing = np.zeros((self.trace.runs, 0))
         first = np.zeros_like(self.trace.length)
         self._measure_object(index, first, self.trace.length, nothing, gaps)
@@ -178,7 +176,7 @@ class TraceSeries:
 
     def object_distance_at(self, index: int, row: Ints, chosen: Bools) -> Floats:
         """Measure the body distance (B,) to one object at one row of the chosen runs [m]."""
-        distances = np.zeros(self.known.shape)
+        distances = np.zeros(self.shape)
         nothing = np.zeros((self.trace.runs, 0))
         end = np.where(chosen, row + 1, row)
         self._measure_object(index, row, end, distances, nothing)
@@ -222,8 +220,8 @@ class TraceSeries:
 
     def _measured(self, *, is_least_only: bool) -> tuple[Floats, Shorts]:
         context = self.trace.layout.context
-        values = np.zeros((8, *self.known.shape))
-        actors = np.full(values.shape, -1, dtype=np.int16)
+        values = np.empty((8, *self.shape))
+        actors = np.empty(values.shape, dtype=np.int16)
         measure_runs(
             self.trace.length,
             self.column("ego"),
@@ -251,17 +249,10 @@ def _conflict(column: int) -> Callable[[TraceSeries], Samples]:
 
 def _sampled(series: TraceSeries, column: int, conflicts: tuple[Floats, Shorts]) -> Samples:
     values, actor = conflicts[0][column], conflicts[1][column]
-    status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
-    is_infinite = np.isposinf(values)
-    if column in {DRAC, REQUIRED}:
-        status[actor < 0] = SampleStatus.NO_CONFLICT
-        # No deceleration undoes a contact.
-        status[is_infinite & series.touched] = SampleStatus.NOT_APPLICABLE
-        is_infinite &= status == SampleStatus.VALUE
-        status[is_infinite | np.isnan(values)] = SampleStatus.ERROR
-    else:
-        status[is_infinite] = SampleStatus.NO_CONFLICT
-        status[np.isnan(values) | np.isneginf(values)] = SampleStatus.ERROR
+    status = np.empty(values.shape, dtype=np.int8)
+    fill_statuses(
+        series.trace.length, values, actor, series.column("contact"), is_demand(column), status
+    )
     return Samples(values, status, actor)
 
 

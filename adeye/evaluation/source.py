@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
 
-from adeye.evaluation.series import SERIES, Statuses, TraceSeries, series_signals
+from adeye.evaluation.samples import Statuses, mark_errors, mark_undecided
+from adeye.evaluation.series import SERIES, TraceSeries, series_signals
 from adeye.evaluation.stl.series import SampleStatus, Series
 from adeye.signals import (
     EGO_ACCELERATION,
@@ -138,6 +139,12 @@ def _dictionary(
     }
 
 
+def road_limits(layout: Layout) -> Floats:
+    """Give the least and the largest d (B, 2) of lanes and shoulder [m]."""
+    road = layout.context.road
+    return np.stack([-road.shoulder, road.lanes * road.lane_width], axis=1)
+
+
 class TraceSignals:
     """Signals of a trace; the source that formulas are evaluated on.
 
@@ -175,8 +182,6 @@ class TraceSignals:
         self._attributes, self._faults = attributes, faults
         limits = (attributes or Attributes()).dynamic_elements.ego_speed
         self._max_speed = np.inf if limits is None else limits.max
-        rows = np.arange(trace.time.shape[0])
-        self._is_last = rows >= trace.length[:, np.newaxis] - 1
         self._read: dict[str, Series] = {}
 
     @cached_property
@@ -208,20 +213,18 @@ class TraceSignals:
             self._read[name] = self._series(name)
         return self._read[name]
 
-    @property
+    @cached_property
     def is_standstill(self) -> Bools:
         """(B, T) whether the ego stands."""
         return np.asarray(np.abs(self._ego(EGO_SPEED)) <= STANDSTILL_SPEED)
 
-    @property
+    @cached_property
     def is_on_road(self) -> Bools:
         """(B, T) whether the centre of the ego is on a lane or the shoulder."""
-        road = self.trace.layout.context.road
-        d = self._place(PLACE_D)
-        left = (road.lanes * road.lane_width)[:, np.newaxis]
-        return np.asarray((d >= -road.shoulder[:, np.newaxis]) & (d <= left))
+        limits, d = road_limits(self.trace.layout), self._place(PLACE_D)
+        return np.asarray((d >= limits[:, :1]) & (d <= limits[:, 1:]))
 
-    @property
+    @cached_property
     def is_safe_state(self) -> Bools:
         """(B, T) whether the ego stands on a lane or the shoulder, clear of every object."""
         return np.asarray(self.is_standstill & self.is_on_road & ~self.measured.touched)
@@ -235,7 +238,7 @@ class TraceSignals:
         reader = _READERS.get(family)
         values, status, actor = reader(self, rest) if reader else self._state(name)
         if is_decision(name):
-            status = np.where(self._is_last, np.int8(SampleStatus.NOT_APPLICABLE), status)
+            mark_undecided(self.trace.length, status)
         declared = self.dictionary[name]
         kind = cast("Literal['number', 'boolean', 'enumeration']", declared.kind)
         return Series(
@@ -261,7 +264,8 @@ class TraceSignals:
     def _state(self, name: str) -> Reading:
         """Read time and the truth values about the whole run."""
         if name == "time":
-            return _reading(np.broadcast_to(self.trace.time, self.measured.known.shape))
+            times = np.broadcast_to(self.trace.time, self.measured.shape)
+            return times, np.zeros(times.shape, dtype=np.int8), None
         speed, d = self._ego(EGO_SPEED), self._place(PLACE_D)
         if name == "contact":
             touched = self._column("contact")
@@ -333,7 +337,7 @@ class TraceSignals:
     def _of_fault(self, rest: str) -> Reading:
         fault = rest.rpartition(".")[0]
         if fault not in self.trace.layout.faults:
-            return _reading(np.zeros(self.measured.known.shape, dtype=np.bool_))
+            return _reading(np.zeros(self.measured.shape, dtype=np.bool_))
         return _reading(self._column("fault_active")[..., self.trace.layout.faults.index(fault)])
 
     def _of_switch(self, _what: str) -> Reading:
@@ -351,9 +355,10 @@ def _reading(
     values: NDArray[Any], *inputs: Floats, actor: NDArray[np.int64] | None = None
 ) -> Reading:
     """Give values with status VALUE, but ERROR where they or their inputs are not finite."""
-    status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
+    status: Statuses = np.zeros(values.shape, dtype=np.int8)
     for checked in (values, *inputs):
-        status[~np.isfinite(checked)] = SampleStatus.ERROR
+        if checked.dtype.kind == "f":
+            mark_errors(checked, status)
     return values, status, actor
 
 

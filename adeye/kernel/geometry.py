@@ -165,6 +165,42 @@ def _corner_distance(
 
 
 @compiled
+def placed_box_distance(
+    along: float,
+    across: float,
+    sine: float,
+    cosine: float,
+    length_1: float,
+    width_1: float,
+    length_2: float,
+    width_2: float,
+    enough: float,
+) -> float:
+    """Return the signed distance [m] of two boxes, of which the second is placed as above.
+
+    From ``enough`` on it may be a lower bound of the distance that is above ``enough``, too.
+    """
+    separation = _separation(along, across, sine, cosine, length_1, width_1, length_2, width_2)
+    if not separation > 0.0 or separation * 0.9999999 - 1e-6 > enough:
+        return separation
+    # Two convex polygons apart are nearest at a corner of one of them.
+    seen_from_1 = _corner_distance(
+        along, across, sine, cosine, length_1, width_1, length_2, width_2
+    )
+    seen_from_2 = _corner_distance(
+        -(along * cosine + across * sine),
+        along * sine - across * cosine,
+        -sine,
+        cosine,
+        length_2,
+        width_2,
+        length_1,
+        width_1,
+    )
+    return seen_from_1 if seen_from_1 <= seen_from_2 else seen_from_2
+
+
+@compiled
 def signed_box_distance(
     x_1: float,
     y_1: float,
@@ -183,24 +219,9 @@ def signed_box_distance(
     """
     along, across = _into_frame(x_2, y_2, x_1, y_1, heading_1)
     sine, cosine = sin_cos(heading_2 - heading_1)
-    separation = _separation(along, across, sine, cosine, length_1, width_1, length_2, width_2)
-    if not separation > 0.0:
-        return separation
-    # Two convex polygons apart are nearest at a corner of one of them.
-    seen_from_1 = _corner_distance(
-        along, across, sine, cosine, length_1, width_1, length_2, width_2
+    return placed_box_distance(
+        along, across, sine, cosine, length_1, width_1, length_2, width_2, math.inf
     )
-    seen_from_2 = _corner_distance(
-        -(along * cosine + across * sine),
-        along * sine - across * cosine,
-        -sine,
-        cosine,
-        length_2,
-        width_2,
-        length_1,
-        width_1,
-    )
-    return seen_from_1 if seen_from_1 <= seen_from_2 else seen_from_2
 
 
 @compiled

@@ -133,9 +133,8 @@ def _objects(column: Column) -> list[Any]:
         return column.values()
     if column.dtype.kind != "f":
         return list(column.astype(np.int64).tolist())
-    values = (column + 0.0).astype(object)
-    values[np.isnan(column)] = None
-    return list(values.tolist())
+    # SQLite stores NaN as NULL.
+    return list((column + 0.0).tolist())
 
 
 def hash_words(columns: Sequence[Column]) -> NDArray[np.uint64]:
@@ -146,7 +145,8 @@ def hash_words(columns: Sequence[Column]) -> NDArray[np.uint64]:
     """
     rows = len(columns[0])
     width = sum(2 if isinstance(column, Texts) else 1 for column in columns)
-    words = np.empty((rows, width), dtype=np.uint64)
+    # Column after column: writing to every row of a table in turn would wait for memory.
+    words = np.empty((width, rows), dtype=np.uint64).T
     place = 0
     for column in columns:
         if isinstance(column, Texts):
@@ -174,7 +174,7 @@ def row_hashes(table: Table, words: NDArray[np.uint64]) -> list[str]:
     """Hash the rows of a table: 128 bits each, in hex."""
     seed = np.frombuffer(hashlib.blake2b(table.name.encode(), digest_size=16).digest(), dtype="<u8")
     hashes = np.empty((words.shape[0], 2), dtype="<u8")
-    _hash_rows(np.ascontiguousarray(words), seed, hashes)
+    _hash_rows(words, seed, hashes)
     text = hashes.tobytes().hex()
     return [text[place : place + 32] for place in range(0, len(text), 32)]
 

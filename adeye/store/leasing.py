@@ -171,6 +171,7 @@ def complete_block(
     record_verdicts(
         connection,
         JudgedBlock(runs.result_digests, runs.verdicts),
+        results=runs.results,
         existing=recorded.existing,
         differing=recorded.differing,
     )

@@ -86,6 +86,7 @@ def result_hashes(run: Words, metrics: Words, events: Words, run_of_event: Ints)
         run_of_event: (E,) row of the run, ascending.
     """
     ends = np.searchsorted(run_of_event, np.arange(len(run) + 1)).tolist()
+    run, metrics, events = (np.ascontiguousarray(words) for words in (run, metrics, events))
     return [
         hashlib.sha256(
             one.tobytes() + two.tobytes() + events[ends[place] : ends[place + 1]].tobytes()
@@ -203,7 +204,17 @@ def _insert_runs(connection: Connection, block: RunBlock) -> None:
     columns: list[Column] = [*hashed, Texts.unique(hashes), block.executed_by, executed_at]
     _insert(connection, tables.run, columns, hash_words(columns))
     _insert(connection, tables.metric, metrics, metric_words)
-    _insert(connection, tables.event, event_columns, event_words)
+    order = np.argsort(_ranks(block.result_digests)[events.run], kind="stable")
+    _insert(
+        connection, tables.event, [column[order] for column in event_columns], event_words[order]
+    )
+
+
+def _ranks(digests: Sequence[str]) -> Ints:
+    """Give the place (B,) that each digest has among them in ascending order."""
+    ranks = np.empty(len(digests), dtype=np.int64)
+    ranks[sorted(range(len(digests)), key=digests.__getitem__)] = np.arange(len(digests))
+    return ranks
 
 
 def _insert(connection: Connection, table: Table, columns: Sequence[Column], words: Words) -> None:
@@ -240,6 +251,7 @@ def record_verdicts(
     connection: Connection,
     block: JudgedBlock,
     *,
+    results: Dictionary | None = None,
     existing: Collection[str] | None = None,
     differing: frozenset[str] = frozenset(),
 ) -> int:
@@ -248,6 +260,7 @@ def record_verdicts(
     Args:
         connection: In a write transaction.
         block: The verdicts.
+        results: Its result digests, if they are hashed already.
         existing: Results that may have verdicts already; by default any of them.
         differing: Results whose second execution may be judged differently.
 
@@ -257,11 +270,15 @@ def record_verdicts(
     Raises:
         IntegrityError: A result has another verdict for the same FSR already.
     """
+    digests = results or Dictionary(block.result_digests, is_clean=True)
     verdicts = block.verdicts
+    ranks = (_ranks(block.result_digests)[verdicts.run], verdicts.fsr_digest.codes)
+    # In the order of the table, a page is filled once.
+    verdicts = verdicts.take(np.lexsort(ranks[::-1]))
     numbers = np.where(np.isfinite(verdicts.numbers), verdicts.numbers, np.nan)
     low, high, margin, time_s, value, threshold = numbers.T
     columns: list[Column] = [
-        Texts(verdicts.run, Dictionary(block.result_digests, is_clean=True)),
+        Texts(verdicts.run, digests),
         verdicts.fsr_digest,
         verdicts.fsr_id,
         Texts(verdicts.verdict, Dictionary([str(word) for word in VERDICTS])),

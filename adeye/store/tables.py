@@ -341,6 +341,8 @@ verdict = Table(
     _text("detail", null=True),
     _row_hash(),
     _one_of("verdict", RUN_VERDICTS, "verdict"),
+    # Two long digests are the key: a table in its order has them once, not in an index again.
+    sqlite_with_rowid=False,
 )
 event = Table(
     "event",
@@ -352,6 +354,7 @@ event = Table(
     _text("subject", null=True),
     _text("text"),
     _row_hash(),
+    sqlite_with_rowid=False,
 )
 tally = Table(
     "tally",

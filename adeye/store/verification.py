@@ -145,7 +145,9 @@ def _content(connection: Connection) -> Iterator[Finding]:
 
 def _missing_references(connection: Connection) -> Iterator[Finding]:
     for name, row_id, parent, _ in connection.exec_driver_sql("PRAGMA foreign_key_check").all():
-        yield Finding(name, f"rowid {row_id}", f"refers to a row that {parent} does not have")
+        # Tables in the order of their key have no row numbers.
+        which = "a row" if row_id is None else f"rowid {row_id}"
+        yield Finding(name, which, f"refers to a row that {parent} does not have")
 
 
 def _results(connection: Connection) -> Iterator[Finding]:

@@ -47,7 +47,7 @@ def stored(columns: list[Column], table: Any = tables.event) -> list[tuple[Any, 
     connection.execute(str(CreateTable(table).compile(dialect=sqlite.dialect())))
     places = ", ".join("?" * len(made[0]))
     connection.executemany(f"INSERT INTO {table.name} VALUES ({places})", made)  # noqa: S608
-    return connection.execute(f"SELECT * FROM {table.name} ORDER BY rowid").fetchall()  # noqa: S608
+    return connection.execute(f"SELECT * FROM {table.name} ORDER BY 1, 2").fetchall()  # noqa: S608
 
 
 def rehashed(table: Any, rows: list[tuple[Any, ...]]) -> list[str]:

@@ -43,7 +43,8 @@ def test_every_altered_value_is_named_with_its_table(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: Any
 ) -> None:
     assert campaign
-    last = f"WHERE rowid = (SELECT max(rowid) FROM {table.name})"  # noqa: S608
+    key = "row_hash" if table in {tables.verdict, tables.event} else "rowid"
+    last = f"WHERE {key} = (SELECT max({key}) FROM {table.name})"  # noqa: S608
     with tampering(raw):
         for column in table.columns:
             if column.name == "row_hash":
@@ -68,9 +69,10 @@ def test_deleted_row_is_noticed(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
 ) -> None:
     assert campaign
+    key = "id" if table == "work" else "row_hash"
     with tampering(raw):
         raw.execute(
-            f"DELETE FROM {table} WHERE rowid = (SELECT min(rowid) FROM {table})"  # noqa: S608
+            f"DELETE FROM {table} WHERE {key} = (SELECT min({key}) FROM {table})"  # noqa: S608
         )
     assert rows_found(repository) != []
 

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from adeye.evaluation.metrics.registry import (
+from adeye.evaluation.conflict import DISTANCE, DRAC, GAP, REQUIRED, RSS_MARGIN, TIME_HEADWAY, TTC
+from adeye.evaluation.metrics.registry import column_of, metric_entry
+from adeye.evaluation.metrics.scans import (
     ERROR,
     NO_CONFLICT,
-    NOT_APPLICABLE,
+    UNDEFINED,
     VALUE,
-    at_rows,
-    extreme,
-    metric_entry,
+    first_contacts,
+    worst_at_standstill,
+    worst_conflicts,
+    worst_violations,
 )
+from adeye.evaluation.metrics.statuses import StatusColumn
+from adeye.evaluation.samples import is_demand
 from adeye.evaluation.series import SERIES, TraceSeries
 from adeye.evaluation.source import STANDSTILL_SPEED
-from adeye.evaluation.stl.series import SampleStatus
 from adeye.ports import MetricColumn
 from adeye.signals import EGO_SPEED
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, Ints
 
 
 @metric_entry(
@@ -25,11 +34,10 @@ from adeye.signals import EGO_SPEED
 )
 def contact(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object, else 0."""
-    values = series.touched.astype(np.float64)
-    row = series.touched.argmax(axis=1)
-    status = np.full(row.shape, VALUE)
-    column = at_rows(series, values, row, status, np.where(series.touched, _touched(series), -1))
-    time = np.where(series.touched.any(axis=1), column.time, np.nan)
+    row, has_contact, touched = _contacts(series)
+    codes = np.full(row.shape, VALUE)
+    column = column_of(series, codes, row, has_contact.astype(np.float64), touched)
+    time = np.where(has_contact, column.time, np.nan)
     return MetricColumn(column.value, column.status, time, column.actor)
 
 
@@ -43,10 +51,10 @@ def contact(series: TraceSeries) -> MetricColumn:
 )
 def impact_speed(series: TraceSeries) -> MetricColumn:
     """Relative speed at the first contact; no conflict without contact."""
-    row = series.touched.argmax(axis=1)
-    has_contact = series.touched.any(axis=1)
-    status = np.where(has_contact, VALUE, NO_CONFLICT)
-    return at_rows(series, series.column("impact_speed"), row, status, _touched(series))
+    row, has_contact, touched = _contacts(series)
+    codes = np.where(has_contact, VALUE, NO_CONFLICT)
+    speed = series.column("impact_speed")[np.arange(len(row)), row]
+    return column_of(series, codes, row, speed, touched)
 
 
 @metric_entry(
@@ -60,7 +68,7 @@ def impact_speed(series: TraceSeries) -> MetricColumn:
 )
 def min_distance(series: TraceSeries) -> MetricColumn:
     """Least distance between the bodies of the ego and any object; 0 at contact."""
-    return extreme(series, series.least_distance, "lower")
+    return _worst(series, DISTANCE)
 
 
 @metric_entry(
@@ -74,7 +82,7 @@ def min_distance(series: TraceSeries) -> MetricColumn:
 )
 def min_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant speeds with an object in the path; 0 at contact."""
-    return extreme(series, series.samples("ttc"), "lower")
+    return _worst(series, TTC)
 
 
 @metric_entry(
@@ -88,7 +96,7 @@ def min_ttc(series: TraceSeries) -> MetricColumn:
 )
 def min_time_headway(series: TraceSeries) -> MetricColumn:
     """Least time between the front bumpers of ego and object in the path passing one place."""
-    return extreme(series, series.samples("time_headway"), "lower")
+    return _worst(series, TIME_HEADWAY)
 
 
 @metric_entry(
@@ -101,7 +109,7 @@ def min_time_headway(series: TraceSeries) -> MetricColumn:
 )
 def max_drac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash, before contact, with who keeps its speed."""
-    return extreme(series, series.samples("drac"), "higher")
+    return _worst(series, DRAC)
 
 
 @metric_entry(
@@ -114,7 +122,7 @@ def max_drac(series: TraceSeries) -> MetricColumn:
 )
 def max_required_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration needed, before contact, against who goes on braking."""
-    return extreme(series, series.samples("required_deceleration"), "higher")
+    return _worst(series, REQUIRED)
 
 
 @metric_entry(
@@ -127,12 +135,13 @@ def max_required_deceleration(series: TraceSeries) -> MetricColumn:
 )
 def rss_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation, each row counting one step; when and who was the worst."""
-    margin = series.samples("rss_margin")
-    violated = series.known & (series.samples("rss_violation").values > 0.0)
-    worst = extreme(series, margin, "lower", among=violated)
-    is_error = (series.known & (margin.status == SampleStatus.ERROR)).any(axis=1)
-    seconds = np.where(is_error, np.nan, violated.sum(axis=1) * series.step)
-    status = tuple(ERROR if bad else VALUE for bad in is_error)
+    margins, actors = (part[RSS_MARGIN] for part in series.worst_conflicts)
+    row, count, is_error = worst_violations(series.trace.length, margins)
+    runs = np.arange(len(row))
+    codes = np.where(count > 0, VALUE, UNDEFINED)
+    worst = column_of(series, codes, row, margins[runs, row], actors[runs, row])
+    seconds = np.where(is_error, np.nan, count * series.step)
+    status = StatusColumn(np.where(is_error, ERROR, VALUE))
     return MetricColumn(seconds, status, worst.time, worst.actor)
 
 
@@ -147,15 +156,27 @@ def rss_violation(series: TraceSeries) -> MetricColumn:
 )
 def standstill_gap(series: TraceSeries) -> MetricColumn:
     """Least gap to an object in the path while the ego stands; not applicable if it never does."""
+    gaps, actors = (part[GAP] for part in series.worst_conflicts)
     speed = series.column("ego")[..., EGO_SPEED]
-    stands = series.known & (np.abs(speed) <= STANDSTILL_SPEED)
-    column = extreme(series, series.samples("gap"), "lower", among=stands)
-    is_error = (series.known & ~np.isfinite(speed)).any(axis=1)
-    status = np.where(stands.any(axis=1), column.status, NOT_APPLICABLE)
-    status = np.where(is_error, ERROR, status)
-    return MetricColumn(column.value, tuple(status.tolist()), column.time, column.actor)
+    row, codes = worst_at_standstill(series.trace.length, gaps, speed, STANDSTILL_SPEED)
+    runs = np.arange(len(row))
+    return column_of(series, codes, row, gaps[runs, row], actors[runs, row])
 
 
-def _touched(series: TraceSeries) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
-    """Give the object that the ego touches (B, T), also beyond the runs."""
-    return np.asarray(series.column("contact"), dtype=np.int64)
+def _worst(series: TraceSeries, quantity: int) -> MetricColumn:
+    """Reduce a quantity of ``conflict`` to the worst of each run."""
+    values, actors = (part[quantity] for part in series.worst_conflicts)
+    row, codes = worst_conflicts(
+        series.trace.length, values, actors, series.column("contact"), is_demand(quantity)
+    )
+    runs = np.arange(len(row))
+    return column_of(series, codes, row, values[runs, row], actors[runs, row])
+
+
+def _contacts(series: TraceSeries) -> tuple[Ints, Bools, Ints]:
+    """Give the row (B,) of the first contact, 0 for none, whether there is one, and with whom."""
+    touched = series.column("contact")
+    row = first_contacts(series.trace.length, touched)
+    has_contact = row >= 0
+    row = np.where(has_contact, row, 0)
+    return row, has_contact, np.where(has_contact, touched[np.arange(len(row)), row], -1)

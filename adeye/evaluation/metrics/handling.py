@@ -9,22 +9,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.evaluation.metrics.registry import (
+from adeye.evaluation.metrics.registry import column_of, metric_entry
+from adeye.evaluation.metrics.scans import (
     ERROR,
-    INCOMPLETE,
     NOT_APPLICABLE,
     VALUE,
-    metric_entry,
+    as_flags,
+    first_faults,
+    first_takeovers,
+    safe_from,
 )
-from adeye.evaluation.outcome import last_rows
-from adeye.evaluation.source import TraceSignals
-from adeye.evaluation.stl.series import SampleStatus
-from adeye.ports import MetricColumn
+from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE
+from adeye.evaluation.source import STANDSTILL_SPEED, road_limits
+from adeye.signals import EGO_SPEED, PLACE_D
 
 if TYPE_CHECKING:
     from adeye.evaluation.series import TraceSeries
+    from adeye.ports import MetricColumn
     from adeye.signals import Bools, Ints
-    from adeye.trace import Layout
 
 
 @metric_entry(
@@ -41,15 +43,16 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
 
     It is incomplete where the run ends before.
     """
-    signals = TraceSignals(series.trace, np.ones(series.trace.runs, dtype=np.bool_))
-    safe = signals.series("safe_state")
-    is_error = (series.known & (np.asarray(safe.status) == SampleStatus.ERROR)).any(axis=1)
-    unsafe = series.known & ~np.asarray(safe.values, dtype=np.bool_)
-    # The row after the last unsafe one.
-    last_unsafe = safe.values.shape[1] - 1 - unsafe[:, ::-1].argmax(axis=1)
-    held_from = np.where(unsafe.any(axis=1), last_unsafe + 1, 0)
-    is_held = np.asarray(held_from <= last_rows(series.trace))
-    return _since_fault(series, held_from, is_held, is_error)
+    trace = series.trace
+    row = safe_from(
+        trace.length,
+        series.column("ego")[..., EGO_SPEED],
+        series.column("ego_place")[..., PLACE_D],
+        series.column("contact"),
+        road_limits(trace.layout),
+        STANDSTILL_SPEED,
+    )
+    return _since_fault(series, _onset(series), row, row < trace.length, row < 0)
 
 
 @metric_entry(
@@ -68,61 +71,31 @@ def takeover_time(series: TraceSeries) -> MetricColumn:
     """
     trace = series.trace
     onset = _onset(series)
-    authority = series.column("authority")
-    before = authority[np.arange(trace.runs), np.maximum(onset - 1, 0)]
-    # With a fault from the start, the channel that acts without a request is the one before.
-    before = np.where(onset == 0, _default_channel(trace.layout), before)
-    rows = np.arange(trace.time.shape[0])
-    has_other = _decided(series) & (rows >= onset[:, np.newaxis])
-    has_other &= authority != before[:, np.newaxis]
-    nothing = np.zeros(trace.runs, dtype=np.bool_)
-    is_reached = np.asarray(has_other.any(axis=1))
-    return _since_fault(series, has_other.argmax(axis=1), is_reached, nothing)
-
-
-def _default_channel(layout: Layout) -> int:
-    return layout.channels.index(layout.architecture.switch.default)
-
-
-def _decided(series: TraceSeries) -> Bools:
-    """Tell which rows (B, T) hold a decision: all but the last of each run."""
-    rows = np.arange(series.trace.time.shape[0])
-    return np.asarray(rows < last_rows(series.trace)[:, np.newaxis])
-
-
-def _active(series: TraceSeries) -> Bools:
-    """Tell at which rows (B, T) a fault is present."""
-    active = np.asarray(series.column("fault_active"), dtype=np.bool_)
-    return np.asarray(active.any(axis=2) & _decided(series))
+    default = trace.layout.channels.index(trace.layout.architecture.switch.default)
+    row = first_takeovers(trace.length, onset, series.column("authority"), default)
+    return _since_fault(series, onset, row, row >= 0, np.zeros(trace.runs, dtype=np.bool_))
 
 
 def _onset(series: TraceSeries) -> Ints:
-    return np.asarray(_active(series).argmax(axis=1))
+    """Give the first row (B,) with a fault, -1 for none."""
+    return first_faults(series.trace.length, as_flags(series.column("fault_active")))
 
 
 def _since_fault(
-    series: TraceSeries, row: Ints, is_reached: Bools, is_error: Bools
+    series: TraceSeries, onset: Ints, row: Ints, is_reached: Bools, is_error: Bools
 ) -> MetricColumn:
     """Give the time from the first fault to a row, 0 if it lies before.
 
     Args:
         series: Series of the trace.
+        onset: (B,) first row with a fault, -1 for none.
         row: (B,) when it was reached.
         is_reached: (B,) whether it was.
         is_error: (B,) whether that cannot be told.
     """
-    trace = series.trace
-    has_fault = _active(series).any(axis=1)
-    onset = _onset(series)
-    status = np.select(
-        [is_error, ~has_fault, is_reached], [ERROR, NOT_APPLICABLE, VALUE], INCOMPLETE
+    time = series.trace.time
+    codes = np.select(
+        [is_error, onset < 0, is_reached], [ERROR, NOT_APPLICABLE, VALUE], CODES[INCOMPLETE]
     )
-    has_value = status == VALUE
-    reached = np.maximum(np.where(has_value, row, 0), onset)
-    nothing = np.full(trace.runs, np.nan)
-    return MetricColumn(
-        np.where(has_value, trace.time[reached] - trace.time[onset], nothing),
-        tuple(status.tolist()),
-        np.where(has_value, trace.time[reached], nothing),
-        (-1,) * trace.runs,
-    )
+    reached = np.where(codes == VALUE, np.maximum(row, onset), 0)
+    return column_of(series, codes, reached, time[reached] - time[onset])

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from adeye.evaluation.metrics.registry import extreme, metric_entry
-from adeye.evaluation.series import SERIES, Samples, TraceSeries
-from adeye.evaluation.stl.series import SampleStatus
+from adeye.evaluation.metrics.registry import column_of, metric_entry
+from adeye.evaluation.metrics.scans import DECELERATION, JERK, SIZE, worst_motion
+from adeye.evaluation.series import SERIES, TraceSeries
 from adeye.signals import EGO_ACCELERATION, PLACE_OFFSET, Floats
 
 if TYPE_CHECKING:
@@ -20,8 +18,7 @@ if TYPE_CHECKING:
 )
 def max_jerk(series: TraceSeries) -> MetricColumn:
     """Largest size of the change of the longitudinal acceleration."""
-    jerk = series.samples("jerk")
-    return extreme(series, Samples(np.abs(jerk.values), jerk.status, jerk.actor), "higher")
+    return _worst(series, series.column("ego")[..., EGO_ACCELERATION], JERK)
 
 
 @metric_entry(
@@ -34,8 +31,7 @@ def max_jerk(series: TraceSeries) -> MetricColumn:
 )
 def max_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal deceleration; 0 if the ego never brakes."""
-    acceleration = series.column("ego")[..., EGO_ACCELERATION]
-    return extreme(series, _samples(np.maximum(-acceleration, 0.0)), "higher")
+    return _worst(series, series.column("ego")[..., EGO_ACCELERATION], DECELERATION)
 
 
 @metric_entry(
@@ -48,10 +44,10 @@ def max_deceleration(series: TraceSeries) -> MetricColumn:
 )
 def max_lane_offset(series: TraceSeries) -> MetricColumn:
     """Largest distance of the ego's centre from the centre of the nearest lane."""
-    offset = series.column("ego_place")[..., PLACE_OFFSET]
-    return extreme(series, _samples(np.abs(offset)), "higher")
+    return _worst(series, series.column("ego_place")[..., PLACE_OFFSET], SIZE)
 
 
-def _samples(values: Floats) -> Samples:
-    status = np.where(np.isfinite(values), SampleStatus.VALUE, SampleStatus.ERROR)
-    return Samples(values, status.astype(np.int8), np.full(values.shape, -1, dtype=np.int64))
+def _worst(series: TraceSeries, numbers: Floats, what: int) -> MetricColumn:
+    """Reduce what is made of a number (B, T) of the ego to the largest of each run."""
+    row, value, codes = worst_motion(series.trace.length, numbers, what, series.step)
+    return column_of(series, codes, row, value)

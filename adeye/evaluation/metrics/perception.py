@@ -6,19 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.evaluation.metrics.registry import (
-    ERROR,
-    NOT_APPLICABLE,
-    VALUE,
-    metric_entry,
-)
+from adeye.evaluation.conflict import GAP
+from adeye.evaluation.metrics.registry import column_of, metric_entry
+from adeye.evaluation.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags, last_found
 from adeye.evaluation.outcome import last_rows
-from adeye.evaluation.stl.series import SampleStatus
 from adeye.ports import MetricColumn
 
 if TYPE_CHECKING:
     from adeye.evaluation.series import TraceSeries
-    from adeye.signals import Bools
     from adeye.trace import Layout
 
 
@@ -38,30 +33,27 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
     (everything but ground truth) and are linked to a channel. An object that is never detected is
     found last, at 0 m. Not applicable without such an object or sensor.
     """
-    trace = series.trace
-    sensors = measuring_sensors(trace.layout)
-    gap = series.samples("gap")
-    objects = len(trace.layout.context.object_ids)
-    is_error = (series.known & (gap.status == SampleStatus.ERROR)).any(axis=1)
-    value, time = np.full(trace.runs, np.nan), np.full(trace.runs, np.nan)
-    actor = np.full(trace.runs, -1)
-    found_last = np.full(trace.runs, -1)
-    for index in range(objects if sensors else 0):
-        in_path = (series.known & (gap.actor == index)).any(axis=1)
-        seen = _detected(series, sensors, index)
-        row = np.where(seen.any(axis=1), seen.argmax(axis=1), trace.time.shape[0])
-        distance = np.zeros(trace.runs)
-        if in_path.any():
-            is_seen = row < trace.time.shape[0]
-            where = np.where(is_seen, row, 0)
-            at_row = series.object_distance_at(index, where, is_seen & in_path)
-            distance = np.where(is_seen, at_row, 0.0)
-        is_later = in_path & ((row > found_last) | ((row == found_last) & (distance < value)))
-        found_last[is_later] = row[is_later]
-        value[is_later], actor[is_later] = distance[is_later], index
-        time[is_later] = trace.time[np.minimum(row, last_rows(trace))][is_later]
-    status = np.select([is_error, actor >= 0], [ERROR, VALUE], NOT_APPLICABLE)
-    return MetricColumn(value, tuple(status.tolist()), time, tuple(actor.tolist()))
+    trace, context = series.trace, series.trace.layout.context
+    values, actors = series.worst_conflicts
+    row, distance, found, is_error = last_found(
+        trace.length,
+        values[GAP],
+        actors[GAP],
+        as_flags(series.column("detected")),
+        np.array(measuring_sensors(trace.layout), dtype=np.int64),
+        series.column("ego"),
+        series.column("ego_place"),
+        context.ego_size,
+        series.column("objects"),
+        series.column("object_places"),
+        context.object_sizes,
+        series.column("contact"),
+    )
+    codes = np.select([is_error, found >= 0], [ERROR, VALUE], NOT_APPLICABLE)
+    column = column_of(series, codes, np.minimum(row, last_rows(trace)), distance, found)
+    # An error, too, tells who was looked at, and when.
+    time = np.where(found >= 0, trace.time[np.minimum(row, last_rows(trace))], np.nan)
+    return MetricColumn(column.value, column.status, time, found)
 
 
 def measuring_sensors(layout: Layout) -> tuple[int, ...]:
@@ -73,11 +65,3 @@ def measuring_sensors(layout: Layout) -> tuple[int, ...]:
         for index, name in enumerate(layout.sensors)
         if name in linked and architecture.sensors[name].kind != "ground_truth"
     )
-
-
-def _detected(series: TraceSeries, sensors: tuple[int, ...], index: int) -> Bools:
-    """Tell at which rows (B, T) one of the sensors has an object."""
-    detected = np.asarray(series.column("detected")[:, :, list(sensors), index], dtype=np.bool_)
-    rows = np.arange(series.trace.time.shape[0])
-    decided = rows < last_rows(series.trace)[:, np.newaxis]
-    return np.asarray(detected.any(axis=2) & decided)

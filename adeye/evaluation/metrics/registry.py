@@ -3,35 +3,44 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 import numpy as np
 
 from adeye.errors import UsageError
-from adeye.evaluation.series import Samples, TraceSeries
-from adeye.evaluation.stl.series import SampleStatus
-from adeye.kernel.jit import allocating
+from adeye.evaluation.metrics.statuses import (
+    CODES,
+    ERROR,
+    STATUSES,
+    VALUE,
+    StatusColumn,
+    status_codes,
+)
+from adeye.evaluation.series import TraceSeries
 from adeye.ports import MetricColumn
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.signals import Floats, Ints
     from adeye.trace import Trace
+
+__all__ = [
+    "METRICS",
+    "STATUSES",
+    "MetricDefinition",
+    "column_of",
+    "compute_metrics",
+    "joined",
+    "metric_entry",
+    "register_metric",
+]
 
 Worse = Literal["lower", "higher"]
 Measure = Callable[[TraceSeries], MetricColumn]
 M = TypeVar("M", bound=type)
-
-STATUSES: Final = ("value", "no_conflict", "not_applicable", "undefined", "incomplete", "error")
-VALUE, NO_CONFLICT, NOT_APPLICABLE, UNDEFINED, INCOMPLETE, ERROR = STATUSES
-_CODES: Final = {word: code for code, word in enumerate(STATUSES)}
-
-_SAMPLE_VALUE = int(SampleStatus.VALUE)
-_SAMPLE_FREE = int(SampleStatus.NO_CONFLICT)
-_SAMPLE_ERROR = int(SampleStatus.ERROR)
 
 _LOG = logging.getLogger(__name__)
 
@@ -182,130 +191,64 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         column = metric.measure(series)
         values = np.array(column.value, dtype=np.float64)
         times = np.array(column.time, dtype=np.float64)
-        status, actor = list(column.status), [int(index) for index in column.actor]
-        is_formed = values.shape == times.shape == (runs,) and len(status) == len(actor) == runs
+        codes = np.array(status_codes(column.status))
+        actor = np.array(column.actor, dtype=np.int64)
+        shapes = {values.shape, times.shape, codes.shape, actor.shape}
+        is_formed = shapes == {(runs,)}
     except Exception:  # noqa: BLE001 - whatever a plug-in raises is an error of its run
         _LOG.exception("metric %s", metric.uid)
         is_formed = False
     if not is_formed:
         return _one_by_one(metric, series)
-    code = np.array([_CODES.get(word, -1) for word in status])
-    is_value = code == 0
-    for run in np.flatnonzero((code < 0) | (is_value & ~np.isfinite(values))):
-        status[run] = ERROR
-        is_value[run] = False
-    values[~is_value] = np.nan
-    return MetricColumn(values, tuple(status), times, tuple(actor))
+    codes[(codes < 0) | ((codes == 0) & ~np.isfinite(values))] = CODES[ERROR]
+    values[codes != 0] = np.nan
+    return MetricColumn(values, StatusColumn(codes), times, actor)
 
 
 def _one_by_one(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
     """Compute each run alone, so that one run's failure stays its own."""
     runs = series.trace.runs
     if runs == 1:
-        return MetricColumn(np.array([np.nan]), (ERROR,), np.array([np.nan]), (-1,))
-    alone = [_checked(metric, TraceSeries(series.trace.select([run]))) for run in range(runs)]
+        failed = StatusColumn(np.array([CODES[ERROR]]))
+        return MetricColumn(np.array([np.nan]), failed, np.array([np.nan]), np.array([-1]))
+    return joined(
+        [_checked(metric, TraceSeries(series.trace.select([run]))) for run in range(runs)]
+    )
+
+
+def joined(parts: Sequence[MetricColumn]) -> MetricColumn:
+    """Join the columns of a metric for several batches."""
+    if len(parts) == 1:
+        return parts[0]
     return MetricColumn(
-        np.concatenate([column.value for column in alone]),
-        tuple(column.status[0] for column in alone),
-        np.concatenate([column.time for column in alone]),
-        tuple(column.actor[0] for column in alone),
+        np.concatenate([part.value for part in parts]),
+        StatusColumn(np.concatenate([status_codes(part.status) for part in parts])),
+        np.concatenate([part.time for part in parts]),
+        np.concatenate([part.actor for part in parts]),
     )
 
 
-def extreme(
-    series: TraceSeries, samples: Samples, worse: Worse, *, among: Bools | None = None
-) -> MetricColumn:
-    """Reduce samples to the worst of each run, the earliest among equals.
-
-    Args:
-        series: Series of the trace.
-        samples: What is reduced; an error at any row makes the run an error.
-        worse: ``lower`` takes the least, ``higher`` the greatest.
-        among: (B, T) rows that count; default: every row of the run.
-
-    Returns:
-        The worst value; ``no_conflict`` where no row has a value but one is free of conflict,
-        ``undefined`` where there is neither.
-    """
-    nothing = np.ones((series.trace.runs, 0), dtype=np.bool_)
-    row, kind = worst_rows(
-        series.trace.length,
-        samples.values,
-        samples.status,
-        nothing if among is None else among,
-        1.0 if worse == "lower" else -1.0,
-    )
-    status = np.array(_EXTREMES)[kind]
-    return at_rows(series, samples.values, row, status, samples.actor)
-
-
-_EXTREMES: Final = (UNDEFINED, NO_CONFLICT, VALUE, ERROR)
-"""Status of an extreme by the code that ``worst_rows`` gives."""
-
-
-@allocating
-def worst_rows(
-    length: Ints,
-    values: Floats,
-    status: NDArray[np.int8],
-    among: Bools,
-    sign: float,
-) -> tuple[Ints, Ints]:
-    """Find the row with the least value of each run, with sign -1 the greatest.
-
-    Args:
-        length: (B,) rows that a run has.
-        values: (B, T).
-        status: (B, T) ``SampleStatus``.
-        among: (B, T) rows that count; (B, 0): all.
-        sign: 1 or -1.
-
-    Returns:
-        Rows (B,), the earliest among equals, and codes (B,) of ``_EXTREMES``.
-    """
-    rows = np.zeros(length.shape[0], dtype=np.int64)
-    kinds = np.zeros(length.shape[0], dtype=np.int64)
-    for run in range(length.shape[0]):
-        least = np.inf
-        for row in range(length[run]):
-            if among.shape[1] and not among[run, row]:
-                continue
-            what = status[run, row]
-            if what == _SAMPLE_VALUE:
-                kinds[run] = max(kinds[run], 2)
-                value = sign * values[run, row]
-                if value < least:
-                    least = value
-                    rows[run] = row
-            elif what == _SAMPLE_FREE:
-                kinds[run] = max(kinds[run], 1)
-            elif what == _SAMPLE_ERROR:
-                kinds[run] = 3
-    return rows, kinds
-
-
-def at_rows(
+def column_of(
     series: TraceSeries,
-    values: Floats,
+    codes: NDArray[np.integer[Any]],
     row: Ints,
-    status: np.ndarray[tuple[int, ...], np.dtype[np.str_]],
+    value: Floats,
     actor: NDArray[np.integer[Any]] | None = None,
 ) -> MetricColumn:
-    """Pick one row of each run.
+    """Make a column of what was found in each run.
 
     Args:
         series: Series of the trace.
-        values: (B, T).
-        row: (B,) which row; not read where the status is not ``value``.
-        status: (B,) words.
-        actor: (B, T) object of each sample; default none.
+        codes: (B,) index into ``STATUSES``.
+        row: (B,) where it was found; not read where the status is not ``value``.
+        value: (B,) the same.
+        actor: (B,) object; default none.
     """
-    runs = np.arange(series.trace.runs)
-    has_value = status == VALUE
-    who = np.full(runs.shape, -1) if actor is None else actor[runs, row]
+    has_value = codes == CODES[VALUE]
+    nobody = np.full(len(codes), -1)
     return MetricColumn(
-        np.where(has_value, values[runs, row], np.nan),
-        tuple(status.tolist()),
-        np.where(has_value, series.trace.time[row], np.nan),
-        tuple(np.where(has_value, who, -1).tolist()),
+        np.where(has_value, value, np.nan),
+        StatusColumn(codes),
+        np.where(has_value, series.trace.time[np.where(has_value, row, 0)], np.nan),
+        nobody if actor is None else np.where(has_value, actor, -1),
     )

@@ -80,7 +80,7 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0915, PLR0917 - a kernel over a wh
     bounds = np.zeros((nodes.shape[0], 2, rows))
     truth = np.zeros((nodes.shape[0], 2, rows), dtype=np.int8)
     start = np.zeros((nodes.shape[0], 4))
-    is_exact = np.zeros(nodes.shape[0], dtype=np.bool_)
+    exact = np.zeros(nodes.shape[0], dtype=np.int8)
     scratch = np.zeros((3, rows))
     queue = np.zeros(rows, dtype=np.int64)
     root = nodes.shape[0] - 1
@@ -98,10 +98,10 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0915, PLR0917 - a kernel over a wh
             kind = nodes[node, KIND]
             if kind <= WORD:
                 is_error |= fill_predicate(
-                    node, nodes, limits, values, flags, known, bounds[node], truth[node], is_exact
+                    node, nodes, limits, values, flags, known, bounds[node], truth[node], exact
                 )
             elif needs_rows(nodes[node]):
-                fill_operator(node, nodes, known, rows, bounds, truth, is_exact, scratch, queue)
+                fill_operator(node, nodes, known, rows, bounds, truth, exact, scratch, queue)
             if nodes[node, IS_START]:
                 fill_start(node, nodes, last, is_cut, bounds, truth, start)
         facts[run, 0] = is_error

@@ -41,13 +41,17 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.signals import Floats, Ints
 
     Bytes = NDArray[np.int8]
 
 IS_UNKNOWN: Final = 1
 IS_ERROR: Final = 2
 """Flags of a term at a row."""
+
+OPEN, EXACT, SIGN = range(3)
+"""What is known of a condition at every row before the last: nothing; that its bounds are equal;
+that they are 1 or -1, too, as its truth is. At the last row many signals say nothing."""
 
 NO_STATUS: Final = -1
 """Status of every sample of a series that declares none."""
@@ -140,16 +144,34 @@ def _are_plain(samples: Floats, statuses: Bytes, kind: int, labels: int, known: 
 
 
 @compiled
-def _read_signal(
+def _are_plain_or_free(samples: Floats, statuses: Bytes, known: int) -> bool:
+    """Tell whether all samples are finite values or "no conflict"."""
+    odd = 0
+    for k in range(known):
+        is_free = statuses[k] == _NO_CONFLICT
+        is_value = (statuses[k] == _VALUE) & (samples[k] - samples[k] == 0.0)
+        odd |= not is_free | is_value
+    return odd == 0
+
+
+@compiled
+def _read_signal(  # noqa: C901 - one branch for each status
     samples: Floats, statuses: Bytes, signal: Ints, known: int, out: Floats, marks: Bytes
 ) -> None:
     """Sort the samples of a signal into values, "no conflict", unknown and errors."""
     has_cap, kind, labels = signal[0] != 0, signal[1], signal[2]
     # Of the last row nothing is decided, so that many signals do not apply there.
-    begin = known - 1 if _are_plain(samples, statuses, kind, labels, known - 1) else 0
-    for k in range(begin):
-        out[k] = samples[k]
-        marks[k] = 0
+    begin = 0
+    if _are_plain(samples, statuses, kind, labels, known - 1):
+        begin = known - 1
+        for k in range(begin):
+            out[k] = samples[k]
+            marks[k] = 0
+    elif has_cap and kind == NUMBER and _are_plain_or_free(samples, statuses, known - 1):
+        begin = known - 1
+        for k in range(begin):
+            out[k] = math.inf if statuses[k] == _NO_CONFLICT else samples[k]
+            marks[k] = 0
     for k in range(begin, known):
         value, status = samples[k], statuses[k]
         mark = 0
@@ -182,15 +204,16 @@ def fill_predicate(  # noqa: PLR0913, PLR0917 - a kernel
     known: int,
     bounds: Floats,
     truth: Bytes,
-    is_exact: Bools,
+    exact: Bytes,
 ) -> bool:
     """Measure a predicate at the known rows; tell whether one of them is an error."""
     row, limit = nodes[node], limits[node]
     if row[KIND] == WORD:
-        marks = _fill_words(row, limit[CODE], values, flags, known, bounds, truth)
+        begin, marks = _fill_words(row, limit[CODE], values, flags, known, bounds, truth)
+        exact[node] = SIGN if begin == known - 1 else OPEN
     else:
-        marks = _fill_differences(row, limit, values, flags, known, bounds, truth)
-    is_exact[node] = marks == 0
+        begin, marks = _fill_differences(row, limit, values, flags, known, bounds, truth)
+        exact[node] = EXACT if begin == known - 1 else OPEN
     return bool(marks & IS_ERROR)
 
 
@@ -203,8 +226,12 @@ def _fill_words(  # noqa: PLR0913, PLR0917 - a kernel
     known: int,
     bounds: Floats,
     truth: Bytes,
-) -> int:
-    """Measure a predicate about words or truth values; return the flags of all rows together."""
+) -> tuple[int, int]:
+    """Measure a predicate about words or truth values.
+
+    Returns:
+        Rows from the first on that are known, the last left out, and the flags of all rows.
+    """
     first, second, flag = node[FIRST_PART], node[SECOND_PART], node[FLAG] != 0
     left, right = values[first], values[second]
     marks = 0
@@ -221,7 +248,7 @@ def _fill_words(  # noqa: PLR0913, PLR0917 - a kernel
         marks |= mark
         holds = (left[k] == (code if code >= 0.0 else right[k])) != flag
         _write(k, 1.0 if holds else -1.0, holds, mark, bounds, truth)
-    return marks
+    return begin, marks
 
 
 @compiled
@@ -233,14 +260,29 @@ def _fill_differences(  # noqa: PLR0913, PLR0917 - a kernel
     known: int,
     bounds: Floats,
     truth: Bytes,
-) -> int:
-    """Measure a comparison or equality of numbers; return the flags of all rows together."""
+) -> tuple[int, int]:
+    """Measure a comparison or equality of numbers.
+
+    Returns:
+        Rows from the first on that are known, the last left out, and the flags of all rows.
+    """
     first, second, flag = node[FIRST_PART], node[SECOND_PART], node[FLAG] != 0
     left, right = values[first], values[second]
     is_comparison = node[KIND] == COMPARE
     lowest, highest, scale = limits[LOWER_CAP], limits[UPPER_CAP], limits[SCALE]
     marks = 0
-    for k in range(known):
+    begin = 0
+    if is_comparison and _are_comparable(
+        left, right, flags[first], flags[second], limits, known - 1
+    ):
+        begin = known - 1
+    for k in range(begin):
+        one, other = left[k], right[k]
+        robustness = min(max(one - other, lowest), highest) / scale
+        bounds[0, k] = bounds[1, k] = robustness
+        holds = (one > other) | ((one == other) & (not flag))
+        truth[0, k] = truth[1, k] = 1 if holds else -1
+    for k in range(begin, known):
         one, other = left[k], right[k]
         mark = flags[first, k] | flags[second, k]
         difference, mark = checked_term(one - other, one, other, mark)
@@ -257,7 +299,28 @@ def _fill_differences(  # noqa: PLR0913, PLR0917 - a kernel
             mark |= IS_ERROR
         marks |= mark
         _write(k, margin / scale, holds, mark, bounds, truth)
-    return marks
+    return begin, marks
+
+
+@compiled
+def _are_comparable(
+    left: Floats, right: Floats, left_marks: Bytes, right_marks: Bytes, limits: Floats, known: int
+) -> bool:
+    """Tell whether every difference is a number, or "no conflict" with a cap."""
+    odd = 0
+    lowest, highest = limits[LOWER_CAP], limits[UPPER_CAP]
+    for k in range(known):
+        odd |= left_marks[k] | right_marks[k]
+    for k in range(known):
+        one, other = left[k], right[k]
+        difference = one - other
+        is_finite = difference - difference == 0.0
+        was_infinite = (one - one != 0.0) | (other - other != 0.0)
+        is_capped = ((difference > highest) & (highest < math.inf)) | (
+            (difference < lowest) & (lowest > -math.inf)
+        )
+        odd |= not is_finite | (was_infinite & is_capped)
+    return odd == 0
 
 
 @compiled

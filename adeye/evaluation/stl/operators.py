@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.evaluation.stl.kernels import sliding_maximum
+from adeye.evaluation.stl.measures import OPEN
 from adeye.evaluation.stl.program import (
     ALWAYS,
     AND,
@@ -34,12 +35,13 @@ from adeye.evaluation.stl.program import (
     TO_ROW,
     UNTIL,
 )
+from adeye.evaluation.stl.sliding import slide
 from adeye.kernel.jit import allocating, compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.signals import Floats, Ints
 
     Bytes = NDArray[np.int8]
 
@@ -64,37 +66,27 @@ def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for eac
     rows: int,
     bounds: Floats,
     truth: Bytes,
-    is_exact: Bools,
+    exact: Bytes,
     scratch: Floats,
     queue: Ints,
 ) -> None:
     """Combine the states of the parts of an operator at the known rows."""
     kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
-    is_exact[node] = is_exact[first] and is_exact[second]
+    exact[node] = min(exact[first], exact[second])
     out, sign = bounds[node], truth[node]
     a, b, p, q = bounds[first], bounds[second], truth[first], truth[second]
     if kind in (EVENTUALLY, ALWAYS):
         from_row, to_row = 0, rows
         if nodes[node, HAS_WINDOW]:
             from_row, to_row = nodes[node, FROM_ROW], nodes[node, TO_ROW]
-        _slide(
-            kind == ALWAYS,
-            a,
-            p,
-            known,
-            from_row,
-            to_row,
-            is_exact[first],
-            scratch,
-            queue,
-            out,
-            sign,
+        slide(
+            kind == ALWAYS, exact[first], a, p, known, from_row, to_row, scratch, queue, out, sign
         )
-        is_exact[node] = False
+        exact[node] = OPEN
         return
     if kind == UNTIL:
         _until(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
-        is_exact[node] = False
+        exact[node] = OPEN
         return
     for plane in range(2):
         other = 1 - plane
@@ -123,52 +115,6 @@ def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for eac
                 sign[plane, k] = min(-p[other, k], p[plane, k - 1])
         if kind in (RISE, FALL):
             out[plane, 0], sign[plane, 0] = -1.0, -1
-
-
-@compiled
-def _slide(  # noqa: PLR0913, PLR0917 - a kernel
-    is_always: bool,  # noqa: FBT001 - compiled
-    state: Floats,
-    truth: Bytes,
-    known: int,
-    first: int,
-    last: int,
-    is_exact: bool,  # noqa: FBT001 - compiled
-    scratch: Floats,
-    queue: Ints,
-    out: Floats,
-    sign: Bytes,
-) -> None:
-    """Write the state of ``eventually``, or of ``always`` as its dual, over a window.
-
-    The lower bound of ``always`` is the negated upper bound of ``eventually not``.
-    """
-    for plane in range(2):
-        beyond = -math.inf if plane == 0 else math.inf
-        target = 1 - plane if is_always else plane
-        if plane == 1 and is_exact:
-            # Bounds differ only where the window reaches beyond the trace.
-            near = 1 if is_always else 0
-            for k in range(known):
-                is_open = k + last >= known
-                out[target, k] = (-math.inf if is_always else math.inf) if is_open else out[near, k]
-        else:
-            source = state[plane]
-            if is_always:
-                source = scratch[0]
-                for k in range(known):
-                    source[k] = -state[target, k]
-            sliding_maximum(source, known, first, last, beyond, queue, scratch[1])
-            for k in range(known):
-                out[target, k] = -scratch[1, k] if is_always else scratch[1, k]
-        wanted = -1 if is_always else 1
-        nearest = known + last + 1
-        for k in range(known - 1, -1, -1):
-            entering = k + first
-            if entering < known and truth[target, entering] == wanted:
-                nearest = entering
-            is_met = nearest <= k + last or (plane == 1 and k + last >= known)
-            sign[target, k] = wanted if is_met else -wanted
 
 
 @compiled

@@ -273,7 +273,9 @@ class _Compiler:
 
     def _load(self, name: str) -> _Term:
         series = self.inputs[name]
-        index = self._add(SIGNAL, list(self.inputs).index(name))
+        load = (SIGNAL, list(self.inputs).index(name), 0)
+        # What is read twice is the same term.
+        index = self.terms.index(load) if load in self.terms else self._add(*load)
         return _Term(index, Scale(series.scale, caps=(series.cap, None)))
 
     def _add(self, operation: int, first: int = 0, second: int = 0, value: float = 0.0) -> int:

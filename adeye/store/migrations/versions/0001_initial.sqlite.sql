@@ -395,6 +395,7 @@ CREATE TABLE verdict (
 	CONSTRAINT ck_verdict_verdict CHECK (verdict = 'PASS' OR verdict = 'FAIL' OR verdict = 'INCONCLUSIVE' OR verdict = 'VACUOUS' OR verdict = 'INVALID' OR verdict = 'ERROR'),
 	CONSTRAINT fk_verdict_result_digest FOREIGN KEY(result_digest) REFERENCES run (result_digest)
 )
+ WITHOUT ROWID
 
 --
 
@@ -409,6 +410,7 @@ CREATE TABLE event (
 	CONSTRAINT pk_event PRIMARY KEY (result_digest, seq),
 	CONSTRAINT fk_event_result_digest FOREIGN KEY(result_digest) REFERENCES run (result_digest)
 )
+ WITHOUT ROWID
 
 --
 

@@ -1,0 +1,103 @@
+"""What the scans find, each against the plainest way to say it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.evaluation.conflict import DRAC, GAP
+from adeye.evaluation.metrics import scans
+from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE
+from adeye.evaluation.samples import is_demand
+
+VALUE, FREE, UNDEFINED, ERROR = scans.VALUE, scans.NO_CONFLICT, scans.UNDEFINED, scans.ERROR
+NOBODY = np.full((1, 4), -1, np.int16)
+
+
+def rows(*numbers: float) -> Any:
+    return np.array([numbers])
+
+
+def test_codes_are_different() -> None:
+    codes = {VALUE, FREE, UNDEFINED, ERROR, scans.NOT_APPLICABLE, CODES[INCOMPLETE]}
+    assert len(codes) == 6
+
+
+def test_first_contact_is_found_within_the_run() -> None:
+    contact = np.array([[-1, -1, 0, 1], [-1, -1, -1, 0]], np.int16)
+    assert scans.first_contacts(np.array([4, 3]), contact).tolist() == [2, -1]
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        (rows(3.0, 1.0, 1.0, 0.0), (1, VALUE)),
+        (rows(np.inf, 2.0, 5.0, 0.0), (1, VALUE)),
+        (rows(np.inf, np.inf, np.inf, 0.0), (0, FREE)),
+        (rows(1.0, np.nan, np.inf, 0.0), (0, ERROR)),
+    ],
+)
+def test_worst_conflict_is_the_earliest_least(values: Any, expected: tuple[int, int]) -> None:
+    found, codes = scans.worst_conflicts(np.array([3]), values, NOBODY, NOBODY, is_demand(GAP))
+    assert (found[0], codes[0]) == expected
+
+
+def test_worst_demand_is_the_largest_of_an_object() -> None:
+    actors = np.array([[-1, 0, 0, 0]], np.int16)
+    found, codes = scans.worst_conflicts(
+        np.array([4]), rows(0.0, 2.0, 3.0, 3.0), actors, NOBODY, is_demand(DRAC)
+    )
+    assert (found[0], codes[0]) == (2, VALUE)
+    _, codes = scans.worst_conflicts(np.array([1]), rows(0.0, 1.0), actors, NOBODY, is_demand(DRAC))
+    assert codes[0] == FREE
+
+
+def test_violations_are_counted_and_the_earliest_worst_is_found() -> None:
+    margins = rows(np.inf, -1.0, -2.0, -2.0)
+    found = scans.worst_violations(np.array([4]), margins)
+    assert [part[0] for part in found] == [2, 3, False]
+    assert scans.worst_violations(np.array([2]), rows(np.nan, -1.0))[2][0]
+
+
+def test_gap_counts_only_while_the_ego_stands() -> None:
+    gaps = rows(1.0, 5.0, 4.0, 9.0)
+    found, codes = scans.worst_at_standstill(np.array([4]), gaps, rows(9.0, 0.0, 0.01, 0.0), 0.05)
+    assert (found[0], codes[0]) == (2, VALUE)
+    _, codes = scans.worst_at_standstill(np.array([4]), gaps, rows(9.0, 1.0, 1.0, 1.0), 0.05)
+    assert codes[0] == scans.NOT_APPLICABLE
+    _, codes = scans.worst_at_standstill(np.array([4]), gaps, rows(9.0, np.nan, 0.0, 1.0), 0.05)
+    assert codes[0] == ERROR
+
+
+@pytest.mark.parametrize(
+    ("what", "expected"),
+    [(scans.JERK, (2, 8.0)), (scans.DECELERATION, (2, 3.0)), (scans.SIZE, (2, 3.0))],
+)
+def test_worst_motion(what: int, expected: tuple[int, float]) -> None:
+    found, value, codes = scans.worst_motion(np.array([4]), rows(0.5, 1.0, -3.0, -1.0), what, 0.5)
+    assert (found[0], value[0], codes[0]) == (*expected, VALUE)
+    assert scans.worst_motion(np.array([2]), rows(np.nan, 1.0), what, 0.5)[2][0] == ERROR
+
+
+def test_fault_counts_from_the_first_row_that_is_decided() -> None:
+    active = np.array([[[False], [True], [True]], [[False], [False], [True]]])
+    assert scans.first_faults(np.array([3, 3]), active).tolist() == [1, -1]
+
+
+def test_safe_state_lasts_to_the_end() -> None:
+    speeds, d = rows(0.0, 3.0, 0.0, 0.0), rows(1.0, 1.0, 1.0, 1.0)
+    limits = np.array([[0.0, 7.0]])
+    safe = scans.safe_from(np.array([4]), speeds, d, NOBODY, limits, 0.05)
+    assert safe.tolist() == [2]
+    assert scans.safe_from(np.array([2]), speeds, d, NOBODY, limits, 0.05).tolist() == [2]
+    assert scans.safe_from(np.array([4]), speeds, -d, NOBODY, limits, 0.05).tolist() == [4]
+    assert scans.safe_from(np.array([4]), speeds * np.nan, d, NOBODY, limits, 0.05).tolist() == [-1]
+
+
+def test_takeover_is_by_another_channel_than_before_the_fault() -> None:
+    authority = np.array([[0, 0, 1, 0]], np.int8)
+    for onset, default, expected in ((1, 0, 2), (3, 0, -1), (0, 1, 0), (-1, 0, -1)):
+        found = scans.first_takeovers(np.array([4]), np.array([onset]), authority, default)
+        assert found.tolist() == [expected]
