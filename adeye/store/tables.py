@@ -289,7 +289,6 @@ run = Table(
     _text("executed_by"),
     _text("executed_at"),
     _row_hash(),
-    Index(None, "test_case_digest"),
 )
 
 

@@ -285,10 +285,6 @@ CREATE TABLE run (
 
 --
 
-CREATE INDEX ix_run_test_case_digest ON run (test_case_digest)
-
---
-
 CREATE TABLE metric (
 	result_digest VARCHAR(64) NOT NULL,
 	contact FLOAT,
