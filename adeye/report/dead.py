@@ -46,12 +46,13 @@ def moves(figures: Figures, axis: str) -> bool:
         figures: Executed runs of one scenario.
         axis: Name of a swept axis.
     """
-    own = figures.take(np.flatnonzero(figures.points[axis].codes >= 0))
+    own = figures.where(figures.points[axis].codes >= 0)
     others = [column.codes for name, column in own.points.items() if name != axis]
     group = _groups([own.architecture.codes, own.fault_entry.codes, own.replicate, *others])
     _, first, of_run = np.unique(group, return_index=True, return_inverse=True)
+    first_of_run = first[of_run]
     for values in own.metrics.values():
-        expected = values[first][of_run]
+        expected = values[first_of_run]
         if ((values != expected) & ~(np.isnan(values) & np.isnan(expected))).any():
             return True
     return False

@@ -49,7 +49,7 @@ def summarise(
         for scenario, architecture in [pair.tolist()]
     ]
     for scenario, architecture, pair in sorted(cells, key=lambda item: item[:2]):
-        own = figures.take(np.flatnonzero((pairs == pair).all(axis=1)))
+        own = figures.where((pairs == pair).all(axis=1))
         for name, values in own.metrics.items():
             places = np.flatnonzero(~np.isnan(values))
             order = places[np.argsort(values[places], kind="stable")]

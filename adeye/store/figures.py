@@ -7,8 +7,8 @@ faster to read each table once, as it lies in the file, and to put the rows toge
 from __future__ import annotations
 
 import json
+from array import array
 from dataclasses import dataclass, fields, replace
-from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,9 +20,30 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Connection
 
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bools, Floats, Ints
 
 _CHUNK = 10_000
+
+
+class _Encoder:
+    """Turns a long column of few different words into codes."""
+
+    def __init__(self, rows: int = 0) -> None:
+        self._seen: dict[Hashable, int] = {}
+        self._codes = array("q", [-1] * rows)
+
+    def add(self, value: Hashable) -> None:
+        """Add a row; None is no word."""
+        seen = self._seen
+        self._codes.append(-1 if value is None else seen.setdefault(value, len(seen)))
+
+    def fill(self, rows: int) -> None:
+        """Add rows without a word until there are so many."""
+        self._codes.extend([-1] * (rows - len(self._codes)))
+
+    def labels(self) -> Labels:
+        """Return the column."""
+        return Labels(np.array(self._codes, dtype=np.int64), tuple(self._seen))
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +61,10 @@ class Labels:
     @classmethod
     def of(cls, values: Iterable[Hashable]) -> Labels:
         """Encode a column; None is no word."""
-        seen: dict[Hashable, int] = {None: -1}
-        # A word gets the number of words before it: the dictionary holds None beside them.
-        codes = [seen.setdefault(value, len(seen) - 1) for value in values]
-        return cls(np.array(codes, dtype=np.int64), tuple(seen)[1:])
+        encoder = _Encoder()
+        for value in values:
+            encoder.add(value)
+        return encoder.labels()
 
     def __getitem__(self, place: int) -> Any:
         """Return the word of a row."""
@@ -99,11 +120,15 @@ class Figures:
             metrics={name: column[places] for name, column in self.metrics.items()},
         )
 
+    def where(self, mask: Bools) -> Figures:
+        """Keep the runs (R,) that are marked; without a copy if all of them are."""
+        return self if mask.all() else self.take(np.flatnonzero(mask))
+
     def of_scenario(self, scenario: str) -> Figures:
         """Keep the runs of a scenario."""
-        if scenario not in self.scenario.words:
-            return self.take(np.zeros(0, dtype=np.int64))
-        return self.take(np.flatnonzero(self.scenario.codes == self.scenario.words.index(scenario)))
+        words = self.scenario.words
+        code = words.index(scenario) if scenario in words else -1
+        return self.where((self.scenario.codes == code) & (code >= 0))
 
     def point(self, place: int) -> dict[str, float | str]:
         """Return the swept values of a run by axis."""
@@ -118,27 +143,36 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
         connection: In a transaction.
         campaign_id: The campaign.
     """
-    columns = "ordinal, result_digest, test_case_digest, scenario, architecture, point"
-    query = f"SELECT {columns} FROM campaign_case WHERE campaign_id = ? ORDER BY ordinal"  # noqa: S608 - own names
-    cases = list(chain.from_iterable(_chunks(connection, query, campaign_id)))
-    ordinal, digests, tests, scenario, architecture, points = zip(*cases, strict=True)
-    del cases
-    [outcome] = _found(connection, "run", "result_digest", ("outcome",), digests, object)
-    metrics = _found(connection, "metric", "result_digest", tables.METRIC_IDS, digests, np.float64)
+    names = "ordinal, scenario, architecture, point, result_digest, test_case_digest"
+    query = f"SELECT {names} FROM campaign_case WHERE campaign_id = ? ORDER BY ordinal"  # noqa: S608 - own names
+    ordinal, scenario, architecture = array("q"), _Encoder(), _Encoder()
+    points, digests, tests = _PointEncoder(), list[str](), list[str]()
+    # Row by row into codes: a million rows as objects would take a gigabyte.
+    for chunk in _chunks(connection, query, campaign_id):
+        for row in chunk:
+            ordinal.append(row[0])
+            scenario.add(row[1])
+            architecture.add(row[2])
+            points.add(json.loads(row[3]))
+            digests.append(row[4])
+            tests.append(row[5])
     fault, replicate = _found(
         connection, "test_case", "digest", ("fault_entry", "replicate"), tests, object
     )
+    tests.clear()
+    [outcome] = _found(connection, "run", "result_digest", ("outcome",), digests, object)
+    metrics = _found(connection, "metric", "result_digest", tables.METRIC_IDS, digests, np.float64)
     everything = Figures(
         np.array(ordinal, dtype=np.int64),
-        Labels.of(scenario),
-        Labels.of(architecture),
+        scenario.labels(),
+        architecture.labels(),
         Labels.of(fault),
         replicate.astype(np.int64),
         Labels.of(outcome),
-        encode_points(json.loads(point) for point in points),
+        points.columns(),
         dict(zip(tables.METRIC_IDS, metrics, strict=True)),
     )
-    return everything.take(np.flatnonzero(everything.outcome.codes >= 0))
+    return everything.where(everything.outcome.codes >= 0)
 
 
 def _found(
@@ -157,11 +191,38 @@ def _found(
         (len(names), len(digests)), None if kind is object else np.nan, dtype=kind
     )
     query = f"SELECT {', '.join((key, *names))} FROM {table}"  # noqa: S608 - own names
+    # One object for equal values: every row of a database brings its own.
+    same: dict[Any, Any] = {}
     for chunk in _chunks(connection, query):
         rows = np.array([first.get(row[0], -1) for row in chunk], dtype=np.int64)
         values: Any = np.array([row[1:] for row in chunk], dtype=kind)
+        if kind is object:
+            values = np.frompyfunc(lambda value: same.setdefault(value, value), 1, 1)(values)
         columns[:, rows[rows >= 0]] = values[rows >= 0].T
     return columns[:, places] if len(first) < len(digests) else columns
+
+
+class _PointEncoder:
+    """Turns swept points into a column for each axis."""
+
+    def __init__(self) -> None:
+        self._axes: dict[str, _Encoder] = {}
+        self._rows = 0
+
+    def add(self, point: Mapping[str, Any]) -> None:
+        """Add the point of a run."""
+        for name, value in point.items():
+            if name not in self._axes:
+                self._axes[name] = _Encoder(self._rows)
+            self._axes[name].add(value)
+        self._rows += 1
+        if len(point) < len(self._axes):
+            for axis in self._axes.values():
+                axis.fill(self._rows)
+
+    def columns(self) -> dict[str, Labels]:
+        """Return the columns by axis."""
+        return {name: axis.labels() for name, axis in self._axes.items()}
 
 
 def encode_points(points: Iterable[Mapping[str, Any]]) -> dict[str, Labels]:
@@ -170,15 +231,10 @@ def encode_points(points: Iterable[Mapping[str, Any]]) -> dict[str, Labels]:
     Args:
         points: Of each run, values by axis.
     """
-    columns: dict[str, list[Any]] = {}
-    for row, point in enumerate(points):
-        for name, value in point.items():
-            if name not in columns:
-                columns[name] = [None] * row
-            columns[name].append(value)
-        for column in columns.values() if len(point) < len(columns) else ():
-            column.extend([None] * (row + 1 - len(column)))
-    return {name: Labels.of(column) for name, column in columns.items()}
+    encoder = _PointEncoder()
+    for point in points:
+        encoder.add(point)
+    return encoder.columns()
 
 
 def _chunks(connection: Connection, query: str, *values: str) -> Iterator[list[tuple[Any, ...]]]:
