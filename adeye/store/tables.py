@@ -340,8 +340,7 @@ verdict = Table(
     _text("detail", null=True),
     _row_hash(),
     _one_of("verdict", RUN_VERDICTS, "verdict"),
-    # Two long digests are the key: a table in its order has them once, not in an index again.
-    sqlite_with_rowid=False,
+    sqlite_with_rowid=False,  # its long key is stored once, not in an index again
 )
 event = Table(
     "event",
