@@ -147,9 +147,10 @@ def print_summary(summary: CampaignSummary) -> None:
 def executed_text(summary: CampaignSummary) -> str:
     """Say how much was executed and how much was there already."""
     if summary.planned > 0 and summary.executed == 0 and summary.reused == summary.planned:
-        again = f" Judged {summary.judged} of them anew." if summary.judged else ""
-        return f"Executed nothing, all {summary.planned} results were there.{again}"
-    return f"Executed {summary.executed} of {summary.planned} test cases; {summary.reused} reused."
+        again = f" Judged {summary.judged:,} of them anew." if summary.judged else ""
+        return f"Executed nothing, all {summary.planned:,} results were there.{again}"
+    executed = f"Executed {summary.executed:,} of {summary.planned:,} test cases"
+    return f"{executed}; {summary.reused:,} reused."
 
 
 @dataclass(frozen=True, slots=True)

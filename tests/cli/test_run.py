@@ -178,6 +178,11 @@ def test_nothing_executed_is_said() -> None:
     assert executed_text(replace(summary, judged=12)).endswith("Judged 12 of them anew.")
 
 
+def test_large_counts_can_be_read() -> None:
+    text = executed_text(replace(SUMMARY, planned=1_000_000, executed=998_976, reused=1024))
+    assert text == "Executed 998,976 of 1,000,000 test cases; 1,024 reused."
+
+
 def test_nothing_planned_is_not_everything_there() -> None:
     empty = replace(SUMMARY, planned=0, executed=0)
     assert executed_text(empty) == "Executed 0 of 0 test cases; 0 reused."
