@@ -31,6 +31,8 @@ from adeye.cli.progress import reporting
 from adeye.cli.verdicts import ordered, print_verdicts
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.runner import CampaignSummary
 
@@ -76,6 +78,19 @@ def run(
 
     if not quiet and not is_cache_warm():
         talk("Compiling for this machine; only the first run does, it takes half a minute.")
+    hint = _resume_hint(
+        odd,
+        {
+            "--db": db,
+            "--backend": None if backend == "batch" else backend,
+            "--variant": variant,
+            "--threads": threads,
+            "--workers": workers,
+            "--report": report,
+            "--junit": junit,
+            "--report-json": report_json,
+        },
+    )
     plan = make_plan(odd, backend=backend, variant=variant)
     lanes = parallel(plan, threads, workers)
     if not quiet:
@@ -84,7 +99,7 @@ def run(
     try:
         summary = _execute(plan, db, lanes, quiet=quiet)
     except (KeyboardInterrupt, Terminated):
-        talk(_resume_hint(odd, db))
+        talk(hint)
         raise
     if json:
         emit_json("run", _document(summary))
@@ -92,7 +107,7 @@ def run(
         print_summary(summary)
     code = int(summary.exit_code)
     if code in {130, 143}:
-        talk(_resume_hint(odd, db))
+        talk(hint)
     else:
         code = _write_after_run((report, junit, report_json), db, summary, quiet=quiet)
     raise typer.Exit(code)
@@ -132,9 +147,10 @@ def print_summary(summary: CampaignSummary) -> None:
 def executed_text(summary: CampaignSummary) -> str:
     """Say how much was executed and how much was there already."""
     if summary.planned > 0 and summary.executed == 0 and summary.reused == summary.planned:
-        again = f" Judged {summary.judged} of them anew." if summary.judged else ""
-        return f"Executed nothing, all {summary.planned} results were there.{again}"
-    return f"Executed {summary.executed} of {summary.planned} test cases; {summary.reused} reused."
+        again = f" Judged {summary.judged:,} of them anew." if summary.judged else ""
+        return f"Executed nothing, all {summary.planned:,} results were there.{again}"
+    executed = f"Executed {summary.executed:,} of {summary.planned:,} test cases"
+    return f"{executed}; {summary.reused:,} reused."
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,9 +240,12 @@ def _write(files: Files, db: str | None, campaign: str | None, *, quiet: bool) -
             wrote(path)
 
 
-def _resume_hint(odd: Path, db: str | None) -> str:
-    place = "" if db is None else f" --db {shlex.quote(db)}"
-    command = f"adeye run {shlex.quote(str(odd))}{place}"
+def _resume_hint(odd: Path, options: Mapping[str, object]) -> str:
+    """Write the command that goes on: with another backend it would begin another campaign."""
+    given = [
+        word for name, value in options.items() if value is not None for word in (name, str(value))
+    ]
+    command = shlex.join(["adeye", "run", str(odd), *given])
     return clean(f"Interrupted. Results so far are kept; go on with: {command}")
 
 

@@ -174,7 +174,7 @@ def _matrix_cell(
         margin=margin_text(cell)
         if cell is not None and cell.verdict in {Verdict.PASS, Verdict.FAIL}
         else "",
-        exercised="" if cell is None else f"{cell.exercised}/{cell.runs}",
+        exercised="" if cell is None else f"{cell.exercised:,}/{cell.runs:,}",
         hint=hint,
         run="" if cell is None or cell.worst_run is None else cell.worst_run,
     )
@@ -187,9 +187,9 @@ def _detail(
     if cell is None:
         lines.append(("Runs", "no result is recorded here"))
     else:
-        counts = [f"{number} {verdict_word(verdict)}" for verdict, number in cell.counts.items()]
-        lines.append(("Runs", f"{cell.runs}: " + (", ".join(counts) or "none")))
-        lines.append(("Exercised", f"{cell.exercised} of {cell.runs}"))
+        counts = [f"{number:,} {verdict_word(verdict)}" for verdict, number in cell.counts.items()]
+        lines.append(("Runs", f"{cell.runs:,}: " + (", ".join(counts) or "none")))
+        lines.append(("Exercised", f"{cell.exercised:,} of {cell.runs:,}"))
         if cell.margin is not None:
             text = quantity(cell.margin.value, cell.margin.unit, signed=True)
             if cell.margin.robustness is not None:

@@ -121,7 +121,7 @@ def table_rows(columns: Sequence[Column], words: NDArray[np.uint64], table: Tabl
 
     Args:
         columns: In the order of the table.
-        words: Their words, see ``hash_words``.
+        words: The words (R, W) of what the hash covers, see ``hashed_names`` and ``hash_words``.
         table: A table of results.
     """
     hashes = row_hashes(table, words)
@@ -221,12 +221,21 @@ def _kinds(table: Table) -> tuple[str, ...]:
     )
 
 
+def hashed_names(table: Table) -> list[str]:
+    """List what the hash of a row covers: the digest of its result in place of the run's number.
+
+    A number depends on the order in which runs came into this database.
+    """
+    number, *others, _row_hash = (column.name for column in table.columns)
+    return others if number == "number" else ["result_digest", *others]
+
+
 def stored_words(table: Table, names: Sequence[str], rows: Sequence[Row]) -> NDArray[np.uint64]:
     """Give the words of rows as the database returns them.
 
     Args:
         table: A table of results.
-        names: The columns that the rows have.
+        names: Those of ``hashed_names`` that the rows have.
         rows: Values.
 
     Raises:
@@ -234,6 +243,7 @@ def stored_words(table: Table, names: Sequence[str], rows: Sequence[Row]) -> NDA
         ValueError: A number is not finite.
     """
     kinds = dict(zip((column.name for column in table.columns), _kinds(table), strict=True))
+    kinds["result_digest"] = "t"
     columns = zip(*rows, strict=True) if rows else ([] for _ in names)
     return hash_words(
         [_stored(kinds[name], values) for name, values in zip(names, columns, strict=True)]

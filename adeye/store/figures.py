@@ -160,8 +160,13 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
         connection, "test_case", "digest", ("fault_entry", "replicate"), tests, object
     )
     tests.clear()
-    [outcome] = _found(connection, "run", "result_digest", ("outcome",), digests, object)
-    metrics = _found(connection, "metric", "result_digest", tables.METRIC_IDS, digests, np.float64)
+    outcome, number = _found(
+        connection, "run", "result_digest", ("outcome", "number"), digests, object
+    )
+    digests.clear()
+    metrics = _found(
+        connection, "metric", "run_number", tables.METRIC_IDS, number.tolist(), np.float64
+    )
     everything = Figures(
         np.array(ordinal, dtype=np.int64),
         scenario.labels(),
@@ -180,16 +185,14 @@ def _found(
     table: str,
     key: str,
     names: Sequence[str],
-    digests: Sequence[str],
+    keys: Sequence[Hashable],
     kind: type,
 ) -> Any:
-    """Read columns (C, R) of a table for rows of given digests; None or NaN where there is none."""
-    first: dict[str, int] = {}
+    """Read columns (C, R) of a table for rows of given keys; None or NaN where there is none."""
+    first: dict[Hashable, int] = {}
     # Two cases of a campaign may be one test case.
-    places = [first.setdefault(digest, row) for row, digest in enumerate(digests)]
-    columns: Any = np.full(
-        (len(names), len(digests)), None if kind is object else np.nan, dtype=kind
-    )
+    places = [first.setdefault(item, row) for row, item in enumerate(keys)]
+    columns: Any = np.full((len(names), len(keys)), None if kind is object else np.nan, dtype=kind)
     query = f"SELECT {', '.join((key, *names))} FROM {table}"  # noqa: S608 - own names
     # One object for equal values: every row of a database brings its own.
     same: dict[Any, Any] = {}
@@ -199,7 +202,7 @@ def _found(
         if kind is object:
             values = np.frompyfunc(lambda value: same.setdefault(value, value), 1, 1)(values)
         columns[:, rows[rows >= 0]] = values[rows >= 0].T
-    return columns[:, places] if len(first) < len(digests) else columns
+    return columns[:, places] if len(first) < len(keys) else columns
 
 
 class _PointEncoder:

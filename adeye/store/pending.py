@@ -41,7 +41,7 @@ def _with_gaps() -> FromClause:
         .outerjoin(
             verdict,
             and_(
-                verdict.c.result_digest == run.c.result_digest,
+                verdict.c.run_number == run.c.number,
                 verdict.c.fsr_digest == campaign_fsr.c.fsr_digest,
             ),
         )
@@ -49,7 +49,7 @@ def _with_gaps() -> FromClause:
 
 
 def _is_gap() -> ColumnElement[bool]:
-    return verdict.c.result_digest.is_(None)
+    return verdict.c.run_number.is_(None)
 
 
 def lacks_result(connection: Connection, campaign_id: str, first: int, end: int) -> bool:
@@ -145,7 +145,7 @@ def count_open(connection: Connection, campaign_id: str) -> tuple[int, int]:
     unexecuted = connection.execute(
         select(func.count()).where(campaign_case.c.campaign_id == campaign_id, ~_has_result())
     ).scalar_one()
-    if connection.execute(select(run.c.result_digest).limit(1)).first() is None:
+    if connection.execute(select(run.c.number).limit(1)).first() is None:
         return unexecuted, 0
     unjudged = connection.execute(
         select(func.count(distinct(campaign_case.c.ordinal)))
@@ -179,8 +179,9 @@ def missing_verdicts(
         known |= {
             tuple(pair)
             for pair in connection.execute(
-                select(verdict.c.result_digest, verdict.c.fsr_digest)
-                .join(campaign_case, campaign_case.c.result_digest == verdict.c.result_digest)
+                select(run.c.result_digest, verdict.c.fsr_digest)
+                .join(run, run.c.number == verdict.c.run_number)
+                .join(campaign_case, campaign_case.c.result_digest == run.c.result_digest)
                 .where(campaign_case.c.campaign_id == campaign_id, verdict.c.fsr_digest.in_(part))
             )
         }

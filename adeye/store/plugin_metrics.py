@@ -7,16 +7,18 @@ add them to a result later.
 
 from __future__ import annotations
 
+import json
 import re
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import MetaData, Table, select
+from sqlalchemy import MetaData, Table
 
 from adeye.errors import IntegrityError
 from adeye.evaluation.metrics.registry import STATUSES
 from adeye.identity import digest
 from adeye.store.columns import Column, Dictionary, Texts, hash_words, table_rows
-from adeye.store.encoding import Row, chunks, insert_rows
+from adeye.store.encoding import Row, insert_rows
+from adeye.store.numbers import run_numbers
 from adeye.store.rows import MetricValue
 from adeye.store.scenario_view import identifier
 from adeye.store.tables import make_metric_table, metadata
@@ -83,27 +85,32 @@ def record_plugin_metrics(
     for item in block.plugin_metrics:
         table = _ensure_table(connection, item.plugin, item.metrics.ids)
         columns = metric_columns(Texts(item.run, block.results), item.metrics)
-        by_digest: dict[str, Row] = {}
-        for made in table_rows(columns, hash_words(columns), table):
-            by_digest.setdefault(made[0], made)
-        existing = _existing(connection, table, list(by_digest))
-        for result, hashed in existing.items():
-            if by_digest[result][-1] != hashed and result not in differing:
+        results = [block.result_digests[run] for run in item.run]
+        stored = [run_numbers(connection, results), *columns[1:]]
+        made = table_rows(stored, hash_words(columns), table)
+        by_number: dict[int, tuple[str, Row]] = {}
+        for result, new in zip(results, made, strict=True):
+            by_number.setdefault(new[0], (result, new))
+        existing = _existing(connection, table, list(by_number))
+        for number, hashed in existing.items():
+            result, new = by_number[number]
+            if new[-1] != hashed and result not in differing:
                 raise IntegrityError(
                     f"run {result[:12]}: plug-in {item.plugin!r} measured something else before. "
                     "Its metrics must depend on the trace only; a changed metric needs another id."
                 )
-        fresh = [made for result, made in by_digest.items() if result not in existing]
-        insert_rows(connection, table, fresh)
+        insert_rows(
+            connection,
+            table,
+            [new for number, (_, new) in by_number.items() if number not in existing],
+        )
 
 
-def plugin_metrics(connection: Connection, result_digest: str) -> dict[str, dict[str, MetricValue]]:
+def plugin_metrics(connection: Connection, run_number: int) -> dict[str, dict[str, MetricValue]]:
     """Read the metrics of all plug-ins for a run, by table and metric id."""
     measured: dict[str, dict[str, MetricValue]] = {}
     for table in plugin_tables(connection):
-        found = connection.execute(
-            table.select().where(table.c.result_digest == result_digest)
-        ).first()
+        found = connection.execute(table.select().where(table.c.run_number == run_number)).first()
         if found is not None:
             measured[table.name] = metric_values(found._mapping, _ids(table))
     return measured
@@ -148,11 +155,10 @@ def _ensure_table(connection: Connection, plugin: str, ids: tuple[str, ...]) -> 
     return table
 
 
-def _existing(connection: Connection, table: Table, results: Sequence[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for part in chunks(results):
-        rows = connection.execute(
-            select(table.c.result_digest, table.c.row_hash).where(table.c.result_digest.in_(part))
-        )
-        found.update({item.result_digest: item.row_hash for item in rows})
-    return found
+def _existing(connection: Connection, table: Table, numbers: Sequence[int]) -> dict[int, str]:
+    found = connection.exec_driver_sql(
+        f"SELECT run_number, row_hash FROM {table.name} "  # noqa: S608 - a name of this package
+        "WHERE run_number IN (SELECT value FROM json_each(?))",
+        (json.dumps(numbers),),
+    )
+    return {item.run_number: item.row_hash for item in found}

@@ -110,7 +110,7 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
         InputError: None or several match, or an ordinal comes without a campaign.
     """
     cases = tables.campaign_case
-    query = select(cases, tables.run.c.result_digest.is_not(None).label("is_done")).outerjoin(
+    query = select(cases, tables.run.c.number.is_not(None).label("is_done")).outerjoin(
         tables.run, tables.run.c.result_digest == cases.c.result_digest
     )
     if campaign_id is not None:
@@ -153,16 +153,15 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
     found = connection.execute(run.select().where(run.c.result_digest == result_digest)).first()
     if found is None:
         return None
-    metrics = connection.execute(
-        metric.select().where(metric.c.result_digest == result_digest)
-    ).one()
+    number = found.number
+    metrics = connection.execute(metric.select().where(metric.c.run_number == number)).one()
     verdicts = connection.execute(
         verdict.select()
-        .where(verdict.c.result_digest == result_digest)
+        .where(verdict.c.run_number == number)
         .order_by(verdict.c.fsr_id, verdict.c.fsr_digest)
     )
     events = connection.execute(
-        event.select().where(event.c.result_digest == result_digest).order_by(event.c.seq)
+        event.select().where(event.c.run_number == number).order_by(event.c.seq)
     )
     return StoredRun(
         row=dict(found._mapping),
@@ -171,7 +170,7 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
         events=tuple(
             EventRecord(item.time_s, item.kind, item.subject, item.text) for item in events
         ),
-        plugin_metrics=plugin_metrics(connection, result_digest),
+        plugin_metrics=plugin_metrics(connection, number),
     )
 
 

@@ -16,11 +16,12 @@ from adeye.evaluation.outcome import OUTCOMES
 from adeye.store import tables
 from adeye.store.columns import Column, Dictionary, Texts, Words, hash_words, table_rows
 from adeye.store.encoding import Row, clean_text, insert_rows, row, utc_text
+from adeye.store.numbers import next_number, run_numbers
 from adeye.store.plugin_metrics import metric_columns, record_plugin_metrics
 from adeye.store.views import WORST_FIRST
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from sqlalchemy import Connection, Table
 
@@ -40,7 +41,7 @@ _TALLY = text(
     WITH judged AS (
         SELECT w.campaign_id, f.fsr_id, f.fsr_digest, c.architecture, c.scenario, v.verdict,
             v.exercised, v.robustness_low AS worst_robustness, v.margin AS worst_margin,
-            v.unit AS worst_unit, v.result_digest AS worst_result_digest
+            v.unit AS worst_unit, r.result_digest AS worst_result_digest
         FROM work w
         JOIN campaign_case c ON c.campaign_id = w.campaign_id
             AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal
@@ -48,7 +49,8 @@ _TALLY = text(
             AND f.architecture = c.architecture AND f.scenario = c.scenario AND f.applicable
             AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
                 ELSE NOT c.inside_odd END
-        JOIN verdict v ON v.result_digest = c.result_digest AND v.fsr_digest = f.fsr_digest
+        JOIN run r ON r.result_digest = c.result_digest
+        JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
         WHERE w.id = :work_id),
     ranked AS (
         SELECT *, ROW_NUMBER() OVER same AS place, COUNT(*) OVER whole AS runs,
@@ -202,19 +204,10 @@ def _insert_runs(connection: Connection, block: RunBlock) -> None:
     moments = {moment: code for code, moment in enumerate(dict.fromkeys(block.executed_at))}
     executed_at = Texts(np.array([moments[item] for item in block.executed_at]), Dictionary(at))
     columns: list[Column] = [*hashed, Texts.unique(hashes), block.executed_by, executed_at]
-    _insert(connection, tables.run, columns, hash_words(columns))
-    _insert(connection, tables.metric, metrics, metric_words)
-    order = np.argsort(_ranks(block.result_digests)[events.run], kind="stable")
-    _insert(
-        connection, tables.event, [column[order] for column in event_columns], event_words[order]
-    )
-
-
-def _ranks(digests: Sequence[str]) -> Ints:
-    """Give the place (B,) that each digest has among them in ascending order."""
-    ranks = np.empty(len(digests), dtype=np.int64)
-    ranks[sorted(range(len(digests)), key=digests.__getitem__)] = np.arange(len(digests))
-    return ranks
+    numbers = next_number(connection) + np.arange(len(block))
+    _insert(connection, tables.run, [numbers, *columns], hash_words(columns))
+    _insert(connection, tables.metric, [numbers, *metrics[1:]], metric_words)
+    _insert(connection, tables.event, [numbers[events.run], *event_columns[1:]], event_words)
 
 
 def _insert(connection: Connection, table: Table, columns: Sequence[Column], words: Words) -> None:
@@ -271,10 +264,10 @@ def record_verdicts(
         IntegrityError: A result has another verdict for the same FSR already.
     """
     digests = results or Dictionary(block.result_digests, is_clean=True)
+    run_number = run_numbers(connection, block.result_digests)
     verdicts = block.verdicts
-    ranks = (_ranks(block.result_digests)[verdicts.run], verdicts.fsr_digest.codes)
     # In the order of the table, a page is filled once.
-    verdicts = verdicts.take(np.lexsort(ranks[::-1]))
+    verdicts = verdicts.take(np.lexsort((verdicts.fsr_digest.codes, run_number[verdicts.run])))
     numbers = np.where(np.isfinite(verdicts.numbers), verdicts.numbers, np.nan)
     low, high, margin, time_s, value, threshold = numbers.T
     columns: list[Column] = [
@@ -295,37 +288,53 @@ def record_verdicts(
         verdicts.exercised,
         verdicts.detail,
     ]
-    rows = table_rows(columns, hash_words(columns), tables.verdict)
-    looked_up = block.result_digests if existing is None else existing
+    stored = [run_number[verdicts.run], *columns[1:]]
+    rows = table_rows(stored, hash_words(columns), tables.verdict)
+    looked_up = set(block.result_digests if existing is None else existing)
     if looked_up:
-        rows = _new_verdicts(connection, rows, set(looked_up), differing)
+        known = {
+            int(number): digest
+            for number, digest in zip(run_number, block.result_digests, strict=True)
+            if digest in looked_up
+        }
+        rows = _new_verdicts(connection, rows, known, differing)
     insert_rows(connection, tables.verdict, rows)
     return len(rows)
 
 
 def _new_verdicts(
-    connection: Connection, rows: Sequence[Row], existing: set[str], differing: frozenset[str]
+    connection: Connection,
+    rows: Sequence[Row],
+    existing: Mapping[int, str],
+    differing: frozenset[str],
 ) -> list[Row]:
-    """Leave out the verdicts that are there; the same FSR must not be judged differently."""
+    """Leave out the verdicts that are there; the same FSR must not be judged differently.
+
+    Args:
+        connection: In a write transaction.
+        rows: Of ``verdict``.
+        existing: Result digests by the numbers of runs that may have verdicts.
+        differing: Results whose second execution may be judged differently.
+    """
     found = connection.exec_driver_sql(
-        "SELECT result_digest, fsr_digest, row_hash FROM verdict "
-        "WHERE result_digest IN (SELECT value FROM json_each(?))",
+        "SELECT run_number, fsr_digest, row_hash FROM verdict "
+        "WHERE run_number IN (SELECT value FROM json_each(?))",
         (json.dumps(sorted(existing)),),
     )
     known = {(item[0], item[1]): item[2] for item in found}
     added: list[Row] = []
     for new in rows:
-        digest, fsr_digest, fsr_id = new[:3]
-        if digest not in existing:
+        number, fsr_digest, fsr_id = new[:3]
+        if number not in existing:
             added.append(new)
             continue
-        stored = known.get((digest, fsr_digest))
+        stored = known.get((number, fsr_digest))
         if stored is None:
-            known[digest, fsr_digest] = new[-1]
+            known[number, fsr_digest] = new[-1]
             added.append(new)
-        elif stored != new[-1] and digest not in differing:
+        elif stored != new[-1] and existing[number] not in differing:
             raise IntegrityError(
-                f"run {digest[:12]}: FSR {fsr_id} was judged differently before. "
+                f"run {existing[number][:12]}: FSR {fsr_id} was judged differently before. "
                 f"Judging must be deterministic; a changed FSR has another digest."
             )
     return added

@@ -86,7 +86,7 @@ def progress(connection: Connection, campaign_id: str) -> Progress:
     """
     cases, run, work = tables.campaign_case, tables.run, tables.work
     planned, executed = connection.execute(
-        select(func.count(), func.count(run.c.result_digest))
+        select(func.count(), func.count(run.c.number))
         .select_from(cases.outerjoin(run, run.c.result_digest == cases.c.result_digest))
         .where(cases.c.campaign_id == campaign_id)
     ).one()
@@ -176,17 +176,16 @@ def _worst_first(verdict: Any, robustness: Any) -> tuple[Any, Any, Any]:
 
 def _judged_cases(*columns: Any) -> Select[Any]:
     """Join the cases of campaigns with the verdicts that the campaigns ask for."""
-    cases, fsrs, judged = tables.campaign_case, tables.campaign_fsr, tables.verdict
+    cases, fsrs = tables.campaign_case, tables.campaign_fsr
+    run, judged = tables.run, tables.verdict
     return (
         select(*columns)
         .select_from(cases)
         .join(fsrs, is_judged())
+        .join(run, run.c.result_digest == cases.c.result_digest)
         .join(
             judged,
-            and_(
-                judged.c.result_digest == cases.c.result_digest,
-                judged.c.fsr_digest == fsrs.c.fsr_digest,
-            ),
+            and_(judged.c.run_number == run.c.number, judged.c.fsr_digest == fsrs.c.fsr_digest),
         )
     )
 
@@ -231,12 +230,21 @@ def _hashed(campaign_id: str) -> Iterator[tuple[str, Select[Any]]]:
     cases = tables.campaign_case
     of_campaign = cases.c.campaign_id == campaign_id
     yield "case", select(cases).where(of_campaign).order_by(cases.c.ordinal)
-    for table in (tables.run, tables.metric, tables.event):
+    run = tables.run
+    of_run = cases.join(run, run.c.result_digest == cases.c.result_digest)
+    yield (
+        "run",
+        select(cases.c.ordinal, *_deterministic(run))
+        .select_from(of_run)
+        .where(of_campaign)
+        .order_by(cases.c.ordinal),
+    )
+    for table in (tables.metric, tables.event):
         key = list(table.primary_key.columns)[1:]
         yield (
             table.name,
             select(cases.c.ordinal, *_deterministic(table))
-            .join(table, table.c.result_digest == cases.c.result_digest)
+            .select_from(of_run.join(table, table.c.run_number == run.c.number))
             .where(of_campaign)
             .order_by(cases.c.ordinal, *key),
         )
@@ -259,5 +267,7 @@ def _hashed(campaign_id: str) -> Iterator[tuple[str, Select[Any]]]:
 
 
 def _deterministic(table: Table) -> list[Any]:
-    excluded = tables.NONDETERMINISTIC.get(table.name, ())
-    return [column for column in table.columns if column.name not in excluded]
+    """List columns that are the same in every database; a run goes by its digest."""
+    excluded = ("run_number", *tables.NONDETERMINISTIC.get(table.name, ()))
+    digest = [] if table is tables.run else [tables.run.c.result_digest]
+    return [*digest, *(column for column in table.columns if column.name not in excluded)]

@@ -108,15 +108,8 @@ def _one_of(column: str, words: tuple[str, ...], name: str) -> CheckConstraint:
 
 
 def _content(name: str) -> Table:
-    return Table(
-        name,
-        metadata,
-        _digest("digest", key=True),
-        _text("id"),
-        _text("version"),
-        _text("content"),
-        _row_hash(),
-    )
+    columns = (_text("id"), _text("version"), _text("content"), _row_hash())
+    return Table(name, metadata, _digest("digest", key=True), *columns)
 
 
 odd = _content("odd")
@@ -270,7 +263,8 @@ work = Table(
 run = Table(
     "run",
     metadata,
-    _digest("result_digest", key=True),
+    Column("number", Integer, primary_key=True, autoincrement=True),
+    Column("result_digest", String(64), nullable=False, unique=True),
     _digest("test_case_digest", "test_case.digest"),
     _text("backend"),
     _text("variant"),
@@ -290,6 +284,12 @@ run = Table(
     _text("executed_at"),
     _row_hash(),
 )
+
+
+def _run() -> Column[int]:
+    """Refer to a run by its number: digests would scatter the rows of a block over the file."""
+    key = ForeignKey(run.c.number)
+    return Column("run_number", Integer, key, primary_key=True, autoincrement=False)
 
 
 def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> Table:
@@ -313,16 +313,14 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
         value = f"WHEN 'value' THEN {metric_id} IS NOT NULL"
         rule = f"CASE {metric_id}_status {value} {empty} ELSE 0 END"
         checks.append(CheckConstraint(rule, name=metric_id))
-    reference = ForeignKey(run.c.result_digest)
-    key = Column("result_digest", String(64), reference, primary_key=True, nullable=False)
-    return Table(name, into, key, *columns, _row_hash(), *checks)
+    return Table(name, into, _run(), *columns, _row_hash(), *checks)
 
 
 metric = make_metric_table("metric", metadata, METRIC_IDS)
 verdict = Table(
     "verdict",
     metadata,
-    _digest("result_digest", "run.result_digest", key=True),
+    _run(),
     _digest("fsr_digest", key=True),
     _text("fsr_id"),
     _text("verdict"),
@@ -340,12 +338,12 @@ verdict = Table(
     _text("detail", null=True),
     _row_hash(),
     _one_of("verdict", RUN_VERDICTS, "verdict"),
-    sqlite_with_rowid=False,  # its long key is stored once, not in an index again
+    sqlite_with_rowid=False,
 )
 event = Table(
     "event",
     metadata,
-    _digest("result_digest", "run.result_digest", key=True),
+    _run(),
     _count("seq", key=True),
     _number("time_s", null=False),
     _text("kind"),
@@ -393,7 +391,7 @@ RESULTS: Final = (run, metric, verdict, event)
 """Tables written a block at a time; ``columns`` hashes their rows."""
 
 NONDETERMINISTIC: Final = {
-    "run": ("executed_by", "executed_at", "row_hash"),
+    "run": ("number", "executed_by", "executed_at", "row_hash"),
     "tally": ("work_id", "row_hash"),
     "campaign": ("number", "created_at", "provenance", "row_hash"),
 }

@@ -17,7 +17,7 @@ import numpy as np
 from sqlalchemy import Table, select
 
 from adeye.store import tables
-from adeye.store.columns import row_hashes, stored_words
+from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
 from adeye.store.planning import judging_hash
 from adeye.store.plugin_metrics import plugin_tables
@@ -45,8 +45,11 @@ def verify(connection: Connection) -> Iterator[Finding]:
     try:
         yield from _pages(connection)
         yield from _definitions(connection)
-        for table in (*tables.INSERT_ONLY, *plugin_tables(connection)):
-            yield from _altered_rows(connection, table)
+        for table in tables.INSERT_ONLY:
+            if table not in tables.RESULTS:
+                yield from _altered_rows(connection, table)
+        for table in (*tables.RESULTS, *plugin_tables(connection)):
+            yield from _altered_results(connection, table)
         yield from _content(connection)
         yield from _missing_references(connection)
         yield from _results(connection)
@@ -99,18 +102,41 @@ def _second_name(ddl: str) -> str:
 
 
 def _altered_rows(connection: Connection, table: Table) -> Iterator[Finding]:
-    names = [column.name for column in table.columns][:-1]
-    is_bulk = table in tables.RESULTS or table not in tables.INSERT_ONLY
-    for rows in _chunked(_stream(connection, table)):
-        if is_bulk and _bulk_hashes(table, names, rows) == [values[-1] for values in rows]:
+    for values in _stream(connection, table):
+        if _hash(table, values) != values[-1]:
+            yield Finding(table.name, _key(table, values), "altered")
+
+
+def _altered_results(connection: Connection, table: Table) -> Iterator[Finding]:
+    """Name altered rows of a table that is written a block at a time."""
+    key = [column.name for column in table.primary_key.columns][1:]
+    names = hashed_names(table)
+    for rows in _chunked(_result_stream(connection, table)):
+        if _bulk_hashes(table, rows) == [values[-1] for values in rows]:
             continue
-        for values in rows:
-            if is_bulk:
-                is_same = _bulk_hashes(table, names, [values]) == [values[-1]]
-            else:
-                is_same = _hash(table, values) == values[-1]
-            if not is_same:
-                yield Finding(table.name, _key(table, values), "altered")
+        for number, *values in rows:
+            if _bulk_hashes(table, [(number, *values)]) != [values[-1]]:
+                run = values[0] or f"number {number}"
+                row = " ".join(
+                    str(value) for value in (run, *(values[names.index(k)] for k in key))
+                )
+                yield Finding(table.name, row, "altered")
+
+
+def _result_stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:
+    """Read the number of the run, what is hashed and the hash, in the order of the numbers."""
+    names = ", ".join(("result_digest", *(f"t.{name}" for name in hashed_names(table)[1:])))
+    source = f"{table.name} t"
+    number, *key = (f"t.{column.name}" for column in table.primary_key.columns)
+    if table is not tables.run:
+        source += f" LEFT JOIN run ON run.number = {number}"
+    found = connection.exec_driver_sql(
+        f"SELECT {number}, {names}, t.row_hash "  # noqa: S608 - names of this package
+        f"FROM {source} ORDER BY {', '.join((number, *key))}",
+        execution_options={"yield_per": _CHUNK},
+    )
+    for item in found:
+        yield tuple(item)
 
 
 def _chunked(rows: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:
@@ -126,11 +152,10 @@ def _hash(table: Table, values: Sequence[Any]) -> str | None:
         return None
 
 
-def _bulk_hashes(
-    table: Table, names: Sequence[str], rows: Sequence[tuple[Any, ...]]
-) -> list[str] | None:
+def _bulk_hashes(table: Table, rows: Sequence[tuple[Any, ...]]) -> list[str] | None:
+    hashed = [values[1:-1] for values in rows]
     try:
-        return row_hashes(table, stored_words(table, names, [values[:-1] for values in rows]))
+        return row_hashes(table, stored_words(table, hashed_names(table), hashed))
     except (TypeError, ValueError, OverflowError):
         return None
 
@@ -156,7 +181,10 @@ def _results(connection: Connection) -> Iterator[Finding]:
     for rows in _chunked(_stream(connection, tables.run)):
         stored = [dict(zip(names, values, strict=True)) for values in rows]
         digests = [str(item["result_digest"]) for item in stored]
-        parts = [_rows_of(connection, table, digests) for table in (tables.metric, tables.event)]
+        numbers = {
+            int(item["number"]): digest for item, digest in zip(stored, digests, strict=True)
+        }
+        parts = [_rows_of(connection, table, numbers) for table in (tables.metric, tables.event)]
         hashes = _result_hashes(stored, digests, *parts)
         for place, item in enumerate(stored):
             digest = digests[place]
@@ -178,24 +206,21 @@ def _results(connection: Connection) -> Iterator[Finding]:
     yield from _unplanned(connection)
 
 
-def _hashed_names(table: Table) -> list[str]:
-    return [column.name for column in table.columns if column.name != "row_hash"]
-
-
 def _rows_of(
-    connection: Connection, table: Table, digests: Sequence[str]
+    connection: Connection, table: Table, numbers: Mapping[int, str]
 ) -> dict[str, list[tuple[Any, ...]]]:
-    """Read the rows of some runs without their hashes, in the order of their key."""
-    names = ", ".join(_hashed_names(table))
+    """Read what is hashed of the rows of some runs, in the order of their key, by result digest."""
+    names = ", ".join(hashed_names(table)[1:])
     key = ", ".join(column.name for column in table.primary_key.columns)
     found = connection.exec_driver_sql(
-        f"SELECT {names} FROM {table.name} WHERE result_digest IN "  # noqa: S608 - own names
-        f"(SELECT value FROM json_each(?)) ORDER BY {key}",
-        (json.dumps(digests),),
+        f"SELECT run_number, {names} FROM {table.name} "  # noqa: S608 - own names
+        f"WHERE run_number IN (SELECT value FROM json_each(?)) ORDER BY {key}",
+        (json.dumps(list(numbers)),),
     )
     rows: dict[str, list[tuple[Any, ...]]] = defaultdict(list)
-    for item in found:
-        rows[str(item[0])].append(tuple(item))
+    for number, *values in found:
+        digest = numbers[number]
+        rows[digest].append((digest, *values))
     return rows
 
 
@@ -215,8 +240,8 @@ def _result_hashes(
     try:
         return result_hashes(
             stored_words(tables.run, RUN_HASHED, runs),
-            stored_words(tables.metric, _hashed_names(tables.metric), measured),
-            stored_words(tables.event, _hashed_names(tables.event), happened),
+            stored_words(tables.metric, hashed_names(tables.metric), measured),
+            stored_words(tables.event, hashed_names(tables.event), happened),
             np.array(run_of_event, dtype=np.int64),
         )
     except (TypeError, ValueError, OverflowError):

@@ -48,7 +48,8 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
 FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
 JOIN campaign_fsr f ON $judged
-LEFT JOIN verdict v ON v.result_digest = c.result_digest AND v.fsr_digest = f.fsr_digest"""
+LEFT JOIN run r ON r.result_digest = c.result_digest
+LEFT JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest"""
 
 # While trusted_schema is off, SQLite 3.40 lets a view use json_each, but no json function.
 _RUNS = """CREATE VIEW v_runs AS
@@ -66,7 +67,7 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
 FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
 JOIN run r ON r.result_digest = c.result_digest
-JOIN metric m ON m.result_digest = r.result_digest"""
+JOIN metric m ON m.run_number = r.number"""
 
 _FSR_STATUS = """CREATE VIEW v_fsr_status AS
 WITH counted AS (
@@ -143,7 +144,7 @@ CROSS JOIN v_runs b ON b.campaign = p.campaign AND b.ordinal = p.ordinal_b"""
 
 _COVERAGE = """CREATE VIEW v_coverage AS
 SELECT c.campaign_id AS campaign, c.scenario, c.architecture, t.fault_entry,
-    COUNT(*) AS planned, COUNT(r.result_digest) AS done,
+    COUNT(*) AS planned, COUNT(r.number) AS done,
     SUM(EXISTS (
         SELECT 1 FROM v_verdicts v
         WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal AND v.exercised)) AS exercised
@@ -154,10 +155,11 @@ GROUP BY c.campaign_id, c.scenario, c.architecture, t.fault_entry"""
 
 _TIMELINE = """CREATE VIEW v_timeline AS
 SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
-    e.result_digest AS run, e.seq, e.time_s, e.kind, e.subject, e.text
+    c.result_digest AS run, e.seq, e.time_s, e.kind, e.subject, e.text
 FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
-JOIN event e ON e.result_digest = c.result_digest"""
+JOIN run r ON r.result_digest = c.result_digest
+JOIN event e ON e.run_number = r.number"""
 
 # A failed run first; there an infinite robustness, NULL, is the worst, elsewhere the best.
 WORST_FIRST: Final = (

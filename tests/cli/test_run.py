@@ -87,6 +87,7 @@ def campaign(monkeypatch: pytest.MonkeyPatch) -> Campaign:
     monkeypatch.setattr(adeye.campaign.plan, "make_plan", fake.make_plan)
     monkeypatch.setattr(adeye.campaign.runner, "run_campaign", fake.run_campaign)
     monkeypatch.setattr(adeye.reporting, "write_reports", fake.write_reports)
+    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda: True)
     return fake
 
 
@@ -177,6 +178,11 @@ def test_nothing_executed_is_said() -> None:
     assert executed_text(replace(summary, judged=12)).endswith("Judged 12 of them anew.")
 
 
+def test_large_counts_can_be_read() -> None:
+    text = executed_text(replace(SUMMARY, planned=1_000_000, executed=998_976, reused=1024))
+    assert text == "Executed 998,976 of 1,000,000 test cases; 1,024 reused."
+
+
 def test_nothing_planned_is_not_everything_there() -> None:
     empty = replace(SUMMARY, planned=0, executed=0)
     assert executed_text(empty) == "Executed 0 of 0 test cases; 0 reused."
@@ -226,8 +232,21 @@ def test_summary_that_was_interrupted_says_how_to_go_on(adeye: Any, campaign: Ca
     campaign.summary = replace(SUMMARY, exit_code=ExitCode.INTERRUPTED)
     ended = adeye("run", "odd.yaml", "--report", "r.html")
     assert ended.code == 130
-    assert "go on with: adeye run odd.yaml" in ended.err
+    assert "go on with: adeye run odd.yaml --report r.html\n" in ended.err
     assert campaign.reports == []
+
+
+def test_what_decides_the_campaign_is_in_the_command_that_goes_on(
+    adeye: Any, campaign: Campaign
+) -> None:
+    campaign.summary = KeyboardInterrupt()
+    given = ["--backend", "other", "--variant", "fast", "--workers", "3", "--junit", "j.xml"]
+    hint = adeye("run", "odd.yaml", *given).err.split("go on with: adeye ")[1]
+    campaign.summary = SUMMARY
+    adeye(*hint.split())
+    assert campaign.plans[0] == campaign.plans[1]
+    assert campaign.runs[0]["workers"] == campaign.runs[1]["workers"] == 3
+    assert len(campaign.reports) == 1
 
 
 def test_defect_in_the_campaign_is_not_success(adeye: Any, campaign: Campaign) -> None:

@@ -17,6 +17,7 @@ from adeye.store.columns import (
     Dictionary,
     Texts,
     hash_words,
+    hashed_names,
     row_hashes,
     stored_words,
     table_rows,
@@ -41,18 +42,20 @@ def events(rows: int = 40, seed: int = 1) -> list[Column]:
 
 
 def stored(columns: list[Column], table: Any = tables.event) -> list[tuple[Any, ...]]:
-    """Write rows to a database and read them back."""
-    made = table_rows(columns, hash_words(columns), table)
+    """Write rows to a database and read back what is hashed of them, and the hashes."""
+    digests = columns[0]
+    assert isinstance(digests, Texts)
+    made = table_rows([digests.codes, *columns[1:]], hash_words(columns), table)
     connection = sqlite3.connect(":memory:")
     connection.execute(str(CreateTable(table).compile(dialect=sqlite.dialect())))
     places = ", ".join("?" * len(made[0]))
     connection.executemany(f"INSERT INTO {table.name} VALUES ({places})", made)  # noqa: S608
-    return connection.execute(f"SELECT * FROM {table.name} ORDER BY 1, 2").fetchall()  # noqa: S608
+    found = connection.execute(f"SELECT * FROM {table.name} ORDER BY 1, 2").fetchall()  # noqa: S608
+    return [(digests.dictionary.words[number], *values) for number, *values in found]
 
 
 def rehashed(table: Any, rows: list[tuple[Any, ...]]) -> list[str]:
-    names = [column.name for column in table.columns][:-1]
-    return row_hashes(table, stored_words(table, names, [row[:-1] for row in rows]))
+    return row_hashes(table, stored_words(table, hashed_names(table), [row[:-1] for row in rows]))
 
 
 def test_texts_come_back_as_they_went_in() -> None:

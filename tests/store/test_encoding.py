@@ -7,7 +7,7 @@ import pytest
 from adeye.store import tables
 from adeye.store.encoding import chunks, json_text, row, row_hash, rows_of_columns, utc_text
 
-EVENT = ("d", 0, 1.5, "contact", None, "hit")
+EVENT = (3, 0, 1.5, "contact", None, "hit")
 
 
 def test_row_is_its_values_and_their_hash() -> None:
@@ -23,7 +23,7 @@ def test_every_value_changes_the_hash(place: int) -> None:
 
 
 def test_null_and_empty_text_hash_differently() -> None:
-    empty = ("d", 0, 1.5, "contact", "", "hit")
+    empty = (3, 0, 1.5, "contact", "", "hit")
     assert row(tables.event, empty)[-1] != row(tables.event, EVENT)[-1]
 
 
@@ -32,24 +32,24 @@ def test_same_values_in_another_table_hash_differently() -> None:
 
 
 def test_minus_zero_is_zero_as_the_database_will_read_it() -> None:
-    made = row(tables.event, ("d", 0, -0.0, "k", None, "t"))
+    made = row(tables.event, (3, 0, -0.0, "k", None, "t"))
     assert math.copysign(1.0, made[2]) == 1.0
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
 def test_no_row_holds_a_number_that_is_not_finite(number: float) -> None:
     with pytest.raises(ValueError, match="cannot be stored"):
-        row(tables.event, ("d", 0, number, "k", None, "t"))
+        row(tables.event, (3, 0, number, "k", None, "t"))
 
 
 def test_whole_number_column_refuses_a_fraction() -> None:
     with pytest.raises(ValueError, match=r"0\.5"):
-        row(tables.event, ("d", 0.5, 1.0, "k", None, "t"))
+        row(tables.event, (3, 0.5, 1.0, "k", None, "t"))
 
 
 def test_text_column_refuses_a_number() -> None:
     with pytest.raises(TypeError, match="not text"):
-        row(tables.event, ("d", 0, 1.0, 3, None, "t"))
+        row(tables.event, (3, 0, 1.0, 3, None, "t"))
 
 
 def test_row_needs_a_value_for_every_column() -> None:
@@ -58,7 +58,7 @@ def test_row_needs_a_value_for_every_column() -> None:
 
 
 def test_text_that_no_database_keeps_is_escaped() -> None:
-    made = row(tables.event, ("d", 0, 1.0, "k", None, "a\x00b\ud800c"))
+    made = row(tables.event, (3, 0, 1.0, "k", None, "a\x00b\ud800c"))
     assert made[5] == "a\\x00b\\ud800c"
 
 

@@ -118,7 +118,7 @@ def test_judging_one_fsr_differently_is_an_integrity_error(
 def test_verdict_without_a_result_is_refused(repository: Repository, example: Any) -> None:
     block = claimed(repository, example, 1)
     run = example.run(block.cases[0])
-    with pytest.raises(IntegrityError, match="FOREIGN KEY"):
+    with pytest.raises(IntegrityError, match="is not in the database"):
         repository.add_verdicts({run.result_digest: run.verdicts})
 
 

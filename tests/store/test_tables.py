@@ -51,8 +51,8 @@ def test_metric_ids_are_identifiers_without_repeats() -> None:
 def test_metric_value_and_status_must_agree(
     raw: sqlite3.Connection, value: str | None, status: str
 ) -> None:
-    columns = ["result_digest", "row_hash"]
-    values = ["'x'", "'x'"]
+    columns = ["run_number", "row_hash"]
+    values = ["1", "'x'"]
     for name in tables.METRIC_IDS:
         columns += [name, f"{name}_status"]
         values += [value or "NULL", status]

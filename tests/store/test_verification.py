@@ -52,7 +52,7 @@ def test_every_altered_value_is_named_with_its_table(
             select = f"SELECT {column.name} FROM {table.name} {last}"  # noqa: S608
             (value,) = raw.execute(select).fetchone()
             change = f"UPDATE {table.name} SET {column.name} = ? {last}"  # noqa: S608
-            altered = value + 1 if isinstance(value, int | float) else f"{value or ''}x"
+            altered = value + 99 if isinstance(value, int | float) else f"{value or ''}x"
             raw.execute(change, (altered,))
             assert table.name in {item.table for item in rows_found(repository)}, column.name
             raw.execute(change, (value,))
@@ -84,8 +84,8 @@ def test_inserted_row_is_noticed_even_with_a_copied_hash(
     assert campaign
     described = tables.metadata.tables[table]
     key = next(iter(described.primary_key.columns)).name
-    last = list(described.primary_key.columns)[-1].name
-    kept = [column.name for column in described.columns if column.name != last]
+    last = "result_digest" if table == "run" else list(described.primary_key.columns)[-1].name
+    kept = [column.name for column in described.columns if column.name not in {last, "number"}]
     with tampering(raw):
         raw.execute(
             f"INSERT INTO {table} ({', '.join(kept)}, {last}) "  # noqa: S608
@@ -113,7 +113,8 @@ def test_edited_row_is_named_with_its_key(
     result = repository.find_run("3", campaign=campaign).result_digest
     with tampering(raw):
         raw.execute(
-            "UPDATE verdict SET verdict = 'FAIL' WHERE result_digest = ? AND fsr_id = 'FSR1'",
+            "UPDATE verdict SET verdict = 'FAIL' WHERE fsr_id = 'FSR1' AND run_number = "
+            "(SELECT number FROM run WHERE result_digest = ?)",
             (result,),
         )
     findings = repository.verify()
@@ -126,11 +127,8 @@ def test_metrics_of_two_runs_exchanged_with_their_hashes_are_noticed(
 ) -> None:
     assert campaign
     with tampering(raw):
-        first, second = [
-            item[0] for item in raw.execute("SELECT result_digest FROM metric LIMIT 2").fetchall()
-        ]
-        for old, new in ((first, "t"), (second, first), ("t", second)):
-            raw.execute("UPDATE metric SET result_digest = ? WHERE result_digest = ?", (new, old))
+        for old, new in ((1, 99), (2, 1), (99, 2)):
+            raw.execute("UPDATE metric SET run_number = ? WHERE run_number = ?", (new, old))
     assert {item.table for item in repository.verify()} >= {"metric", "run"}
 
 

@@ -260,6 +260,7 @@ CREATE INDEX ix_work_campaign_id_state ON work (campaign_id, state)
 --
 
 CREATE TABLE run (
+	number INTEGER NOT NULL,
 	result_digest VARCHAR(64) NOT NULL,
 	test_case_digest VARCHAR(64) NOT NULL,
 	backend TEXT NOT NULL,
@@ -279,14 +280,15 @@ CREATE TABLE run (
 	executed_by TEXT NOT NULL,
 	executed_at TEXT NOT NULL,
 	row_hash VARCHAR(32) NOT NULL,
-	CONSTRAINT pk_run PRIMARY KEY (result_digest),
+	CONSTRAINT pk_run PRIMARY KEY (number),
+	CONSTRAINT uq_run_result_digest UNIQUE (result_digest),
 	CONSTRAINT fk_run_test_case_digest FOREIGN KEY(test_case_digest) REFERENCES test_case (digest)
 )
 
 --
 
 CREATE TABLE metric (
-	result_digest VARCHAR(64) NOT NULL,
+	run_number INTEGER NOT NULL,
 	contact FLOAT,
 	contact_status TEXT NOT NULL,
 	contact_time_s FLOAT,
@@ -348,7 +350,7 @@ CREATE TABLE metric (
 	standstill_gap_m_time_s FLOAT,
 	standstill_gap_m_actor TEXT,
 	row_hash VARCHAR(32) NOT NULL,
-	CONSTRAINT pk_metric PRIMARY KEY (result_digest),
+	CONSTRAINT pk_metric PRIMARY KEY (run_number),
 	CONSTRAINT ck_metric_contact CHECK (CASE contact_status WHEN 'value' THEN contact IS NOT NULL WHEN 'no_conflict' THEN contact IS NULL WHEN 'not_applicable' THEN contact IS NULL WHEN 'undefined' THEN contact IS NULL WHEN 'incomplete' THEN contact IS NULL WHEN 'error' THEN contact IS NULL ELSE 0 END),
 	CONSTRAINT ck_metric_impact_speed_mps CHECK (CASE impact_speed_mps_status WHEN 'value' THEN impact_speed_mps IS NOT NULL WHEN 'no_conflict' THEN impact_speed_mps IS NULL WHEN 'not_applicable' THEN impact_speed_mps IS NULL WHEN 'undefined' THEN impact_speed_mps IS NULL WHEN 'incomplete' THEN impact_speed_mps IS NULL WHEN 'error' THEN impact_speed_mps IS NULL ELSE 0 END),
 	CONSTRAINT ck_metric_min_distance_m CHECK (CASE min_distance_m_status WHEN 'value' THEN min_distance_m IS NOT NULL WHEN 'no_conflict' THEN min_distance_m IS NULL WHEN 'not_applicable' THEN min_distance_m IS NULL WHEN 'undefined' THEN min_distance_m IS NULL WHEN 'incomplete' THEN min_distance_m IS NULL WHEN 'error' THEN min_distance_m IS NULL ELSE 0 END),
@@ -364,13 +366,13 @@ CREATE TABLE metric (
 	CONSTRAINT ck_metric_first_detection_distance_m CHECK (CASE first_detection_distance_m_status WHEN 'value' THEN first_detection_distance_m IS NOT NULL WHEN 'no_conflict' THEN first_detection_distance_m IS NULL WHEN 'not_applicable' THEN first_detection_distance_m IS NULL WHEN 'undefined' THEN first_detection_distance_m IS NULL WHEN 'incomplete' THEN first_detection_distance_m IS NULL WHEN 'error' THEN first_detection_distance_m IS NULL ELSE 0 END),
 	CONSTRAINT ck_metric_takeover_time_s CHECK (CASE takeover_time_s_status WHEN 'value' THEN takeover_time_s IS NOT NULL WHEN 'no_conflict' THEN takeover_time_s IS NULL WHEN 'not_applicable' THEN takeover_time_s IS NULL WHEN 'undefined' THEN takeover_time_s IS NULL WHEN 'incomplete' THEN takeover_time_s IS NULL WHEN 'error' THEN takeover_time_s IS NULL ELSE 0 END),
 	CONSTRAINT ck_metric_standstill_gap_m CHECK (CASE standstill_gap_m_status WHEN 'value' THEN standstill_gap_m IS NOT NULL WHEN 'no_conflict' THEN standstill_gap_m IS NULL WHEN 'not_applicable' THEN standstill_gap_m IS NULL WHEN 'undefined' THEN standstill_gap_m IS NULL WHEN 'incomplete' THEN standstill_gap_m IS NULL WHEN 'error' THEN standstill_gap_m IS NULL ELSE 0 END),
-	CONSTRAINT fk_metric_result_digest FOREIGN KEY(result_digest) REFERENCES run (result_digest)
+	CONSTRAINT fk_metric_run_number FOREIGN KEY(run_number) REFERENCES run (number)
 )
 
 --
 
 CREATE TABLE verdict (
-	result_digest VARCHAR(64) NOT NULL,
+	run_number INTEGER NOT NULL,
 	fsr_digest VARCHAR(64) NOT NULL,
 	fsr_id TEXT NOT NULL,
 	verdict TEXT NOT NULL,
@@ -387,24 +389,24 @@ CREATE TABLE verdict (
 	exercised BOOLEAN NOT NULL,
 	detail TEXT,
 	row_hash VARCHAR(32) NOT NULL,
-	CONSTRAINT pk_verdict PRIMARY KEY (result_digest, fsr_digest),
+	CONSTRAINT pk_verdict PRIMARY KEY (run_number, fsr_digest),
 	CONSTRAINT ck_verdict_verdict CHECK (verdict = 'PASS' OR verdict = 'FAIL' OR verdict = 'INCONCLUSIVE' OR verdict = 'VACUOUS' OR verdict = 'INVALID' OR verdict = 'ERROR'),
-	CONSTRAINT fk_verdict_result_digest FOREIGN KEY(result_digest) REFERENCES run (result_digest)
+	CONSTRAINT fk_verdict_run_number FOREIGN KEY(run_number) REFERENCES run (number)
 )
  WITHOUT ROWID
 
 --
 
 CREATE TABLE event (
-	result_digest VARCHAR(64) NOT NULL,
+	run_number INTEGER NOT NULL,
 	seq INTEGER NOT NULL,
 	time_s FLOAT NOT NULL,
 	kind TEXT NOT NULL,
 	subject TEXT,
 	text TEXT NOT NULL,
 	row_hash VARCHAR(32) NOT NULL,
-	CONSTRAINT pk_event PRIMARY KEY (result_digest, seq),
-	CONSTRAINT fk_event_result_digest FOREIGN KEY(result_digest) REFERENCES run (result_digest)
+	CONSTRAINT pk_event PRIMARY KEY (run_number, seq),
+	CONSTRAINT fk_event_run_number FOREIGN KEY(run_number) REFERENCES run (number)
 )
  WITHOUT ROWID
 
@@ -656,7 +658,8 @@ JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.arch
     AND f.scenario = c.scenario AND f.applicable
     AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
         ELSE NOT c.inside_odd END
-LEFT JOIN verdict v ON v.result_digest = c.result_digest AND v.fsr_digest = f.fsr_digest
+LEFT JOIN run r ON r.result_digest = c.result_digest
+LEFT JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
 
 --
 
@@ -689,7 +692,7 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
 FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
 JOIN run r ON r.result_digest = c.result_digest
-JOIN metric m ON m.result_digest = r.result_digest
+JOIN metric m ON m.run_number = r.number
 
 --
 
@@ -796,7 +799,7 @@ CROSS JOIN v_runs b ON b.campaign = p.campaign AND b.ordinal = p.ordinal_b
 
 CREATE VIEW v_coverage AS
 SELECT c.campaign_id AS campaign, c.scenario, c.architecture, t.fault_entry,
-    COUNT(*) AS planned, COUNT(r.result_digest) AS done,
+    COUNT(*) AS planned, COUNT(r.number) AS done,
     SUM(EXISTS (
         SELECT 1 FROM v_verdicts v
         WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal AND v.exercised)) AS exercised
@@ -809,7 +812,8 @@ GROUP BY c.campaign_id, c.scenario, c.architecture, t.fault_entry
 
 CREATE VIEW v_timeline AS
 SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
-    e.result_digest AS run, e.seq, e.time_s, e.kind, e.subject, e.text
+    c.result_digest AS run, e.seq, e.time_s, e.kind, e.subject, e.text
 FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
-JOIN event e ON e.result_digest = c.result_digest
+JOIN run r ON r.result_digest = c.result_digest
+JOIN event e ON e.run_number = r.number
