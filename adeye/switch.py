@@ -23,6 +23,7 @@ from adeye.signals import (
     Floats,
     Ints,
     parameter_record,
+    spec_columns,
 )
 
 if TYPE_CHECKING:
@@ -67,13 +68,16 @@ class PrioritySwitch:
             ranked = [ids.index(name) for name in spec.priority]
             self._order[run, : len(ranked)] = ranked
         self._records = parameter_record(
-            {
-                "stuck": [spec.policy == "stuck" for spec in specs],
-                "default": [ids.index(spec.default) for spec in specs],
-                "debounce": [spec.debounce for spec in specs],
-                "latch": [spec.latch for spec in specs],
-                "staleness": [spec.staleness for spec in specs],
-            }
+            spec_columns(
+                specs,
+                lambda spec: {
+                    "stuck": spec.policy == "stuck",
+                    "default": ids.index(spec.default),
+                    "debounce": spec.debounce,
+                    "latch": spec.latch,
+                    "staleness": spec.staleness,
+                },
+            )
         )
         self._since = np.full((runs, count), np.nan)
         self._state = np.zeros((runs, 2), dtype=np.int64)

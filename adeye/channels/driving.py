@@ -17,6 +17,7 @@ from adeye.channels.pose import (
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import inlined
 from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
+from adeye.signals import spec_columns
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
@@ -45,10 +46,8 @@ def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
     """List what the compiled steps read of vehicle, road and clock, for the parameter record."""
     vehicles, road = context.vehicles, context.road
     names = ("length", "width", "wheelbase", "max_steering_angle")
-    fields: dict[str, Any] = {
-        name: [getattr(vehicle, name) for vehicle in vehicles] for name in names
-    }
-    return fields | {
+    return {
+        **spec_columns(vehicles, lambda vehicle: {name: getattr(vehicle, name) for name in names}),
         "lane_width": road.lane_width,
         "lanes": road.lanes,
         "shoulder": road.shoulder,

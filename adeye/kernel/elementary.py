@@ -48,7 +48,7 @@ _INVERSES = np.array([128.0 / max(k, 1) for k in range(193)])
 _ROOTS = np.array([float(_EXACT.power(Decimal(2), Decimal(j) / 32)) for j in range(32)])
 
 
-@compiled
+@inlined
 def kernel_sin(x: float, rest: float) -> float:
     """Return sin(x + rest) for abs(x) <= pi/4."""
     z = x * x
@@ -64,7 +64,7 @@ def kernel_sin(x: float, rest: float) -> float:
     return x - ((z * (0.5 * rest - v * r) - rest) - v * -1.66666666666666324348e-01)
 
 
-@compiled
+@inlined
 def kernel_cos(x: float, rest: float) -> float:
     """Return cos(x + rest) for abs(x) <= pi/4."""
     z = x * x

@@ -9,7 +9,7 @@ import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
-from adeye.kernel.random import normal, normal_pair
+from adeye.kernel.random import normal_pairs
 from adeye.sensors.delivery import Delivery, clear, insert, no_measurement, sample_at
 from adeye.signals import (
     DETECTION_CLASS,
@@ -38,6 +38,7 @@ from adeye.signals import (
     Measurement,
     Scene,
     parameter_record,
+    spec_columns,
 )
 
 if TYPE_CHECKING:
@@ -55,14 +56,10 @@ class LocalisationSensor:
     def __init__(self, context: SensorContext) -> None:
         """Pack the noise of every run."""
         self._context = context
-        self._parameters = parameter_record(
-            {
-                name: [getattr(spec, name) for spec in context.specs]
-                for name in ("lateral_noise", "heading_noise", "speed_noise")
-            }
-        )
+        self._parameters = parameter_record(spec_columns(context.specs, _noise))
         self._sample_number = 0
         runs = context.scene.runs
+        self._draws = (np.zeros(runs), np.zeros(runs), np.zeros(runs), np.zeros(runs))
         self._empty = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
         self._delivery = Delivery(context.every, context.latency, self._empty)
 
@@ -85,6 +82,7 @@ class LocalisationSensor:
                 scene.running,
                 scene.ego,
                 scene.ego_place,
+                self._draws,
                 estimate,
             )
             self._sample_number += 1
@@ -126,6 +124,11 @@ class GroundTruthSensor:
         return self._delivery.newest(scene.tick)
 
 
+def _noise(spec: Any) -> dict[str, float]:
+    """List what the compiled step reads of a localisation."""
+    return {name: getattr(spec, name) for name in ("lateral_noise", "heading_noise", "speed_noise")}
+
+
 @compiled
 def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
@@ -135,6 +138,7 @@ def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
     running: Bools,
     ego: Floats,
     place: Floats,
+    draws: tuple[Floats, Floats, Floats, Floats],
     estimate: Floats,
 ) -> None:
     """Estimate the state and the place of every ego; exactly where its run has ended.
@@ -147,8 +151,12 @@ def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
         running: (B,).
         ego: (B, 7) states.
         place: (B, 6) places.
+        draws: (B,) scratch each.
         estimate: (B, 13) out.
     """
+    across, turn, faster, rest = draws
+    normal_pairs(seeds, owner, number, POSE_DRAWS, across, turn)
+    normal_pairs(seeds, owner, number, SPEED_DRAW, faster, rest)
     for run in range(estimate.shape[0]):
         row = estimate[run]
         for column in range(ESTIMATE_PLACE):
@@ -158,20 +166,17 @@ def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
         if not running[run]:
             continue
         record = parameters[run]
-        across, turn = 0.0, 0.0
-        if record["lateral_noise"] > 0.0 or record["heading_noise"] > 0.0:
-            across, turn = normal_pair(seeds[run], owner, number, POSE_DRAWS)
         if record["lateral_noise"] > 0.0:
-            shift = record["lateral_noise"] * across
+            shift = record["lateral_noise"] * across[run]
             s, c = sin_cos(row[ESTIMATE_PLACE + PLACE_HEADING])
             row[EGO_X] -= shift * s
             row[EGO_Y] += shift * c
             row[ESTIMATE_PLACE + PLACE_D] += shift
             row[ESTIMATE_PLACE + PLACE_OFFSET] += shift
         if record["heading_noise"] > 0.0:
-            row[EGO_HEADING] += record["heading_noise"] * turn
+            row[EGO_HEADING] += record["heading_noise"] * turn[run]
         if record["speed_noise"] > 0.0:
-            noise = record["speed_noise"] * normal(seeds[run], owner, number, SPEED_DRAW)
+            noise = record["speed_noise"] * faster[run]
             row[EGO_SPEED] = max(0.0, row[EGO_SPEED] + noise)
 
 

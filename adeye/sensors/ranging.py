@@ -45,11 +45,10 @@ from adeye.signals import (
     Measurement,
     Scene,
     parameter_record,
+    spec_columns,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from adeye.ports import SensorContext
@@ -72,24 +71,13 @@ class RangingSensor:
         scene = context.scene
         self._kind = _KINDS[context.specs[0].kind]
         specs = [cast("Camera | Radar | Lidar", spec) for spec in context.specs]
-        fields: dict[str, list[float]] = {
-            "x": [spec.mount.x for spec in specs],
-            "y": [spec.mount.y for spec in specs],
-            "yaw": [spec.mount.yaw for spec in specs],
-            "field_of_view": [spec.field_of_view for spec in specs],
-            "range": [spec.range for spec in specs],
-            "min_visible": [spec.min_visible for spec in specs],
-        }
-        for name, default in _OPTIONAL.items():
-            fields[name] = [float(getattr(spec, name, default)) for spec in specs]
         weather = scene.surroundings
         self._parameters = parameter_record(
             {
-                **fields,
+                **spec_columns(specs, _numbers),
                 "rain": weather.rain,
                 "visibility": weather.fog_visibility,
                 "night": weather.night.astype(np.float64),
-                **_edges(fields["field_of_view"]),
             }
         )
         self._objects = len(scene.object_ids)
@@ -136,10 +124,21 @@ class RangingSensor:
         return sample
 
 
-def _edges(field_of_view: Sequence[float]) -> dict[str, list[float]]:
-    """Give sine and cosine of half the field of view, both 0 where it is half a turn or more."""
-    found = [sin_cos(0.5 * angle) if angle < math.pi else (0.0, 0.0) for angle in field_of_view]
-    return {"edge_sine": [pair[0] for pair in found], "edge_cosine": [pair[1] for pair in found]}
+def _numbers(spec: Camera | Radar | Lidar) -> dict[str, float]:
+    """List what the compiled step reads of a sensor; both edges are 0 from half a turn on."""
+    angle = spec.field_of_view
+    sine, cosine = sin_cos(0.5 * angle) if angle < math.pi else (0.0, 0.0)
+    return {
+        "x": spec.mount.x,
+        "y": spec.mount.y,
+        "yaw": spec.mount.yaw,
+        "field_of_view": angle,
+        "range": spec.range,
+        "min_visible": spec.min_visible,
+        **{name: float(getattr(spec, name, default)) for name, default in _OPTIONAL.items()},
+        "edge_sine": sine,
+        "edge_cosine": cosine,
+    }
 
 
 @compiled

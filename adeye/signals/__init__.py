@@ -62,6 +62,7 @@ from adeye.signals.flow import (
     SceneContext,
     Surroundings,
     parameter_record,
+    spec_columns,
 )
 
 __all__ = [
@@ -128,4 +129,5 @@ __all__ = [
     "architecture_signals",
     "parameter_record",
     "scene_signals",
+    "spec_columns",
 ]

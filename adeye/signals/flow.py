@@ -7,17 +7,19 @@ replaced. Compiled stages work on one run's slice; the column numbers below are 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+_Spec = TypeVar("_Spec")
 
 # Columns of an ego state row.
 EGO_COLUMNS: Final = ("x", "y", "heading", "speed", "acceleration", "steering_angle", "yaw_rate")
@@ -296,6 +298,29 @@ class Observation:
     commands: Mapping[str, ControlCommand]
     authority: Authority | None
     running: Bools
+
+
+def spec_columns(
+    specs: Sequence[_Spec], read: Callable[[_Spec], Mapping[str, float]]
+) -> dict[str, Floats]:
+    """Read numbers from the spec of every run.
+
+    Most runs of a batch share one object, which is read once: a validated spec is slow to read.
+
+    Args:
+        specs: (B) spec of each run; at least one.
+        read: Gives the numbers of a spec by name, of each the same names.
+
+    Returns:
+        (B,) columns by name.
+    """
+    distinct = {id(spec): spec for spec in specs}
+    place = {key: index for index, key in enumerate(distinct)}
+    of_run = np.array([place[id(spec)] for spec in specs])
+    rows = [read(spec) for spec in distinct.values()]
+    return {
+        name: np.array([row[name] for row in rows], dtype=np.float64)[of_run] for name in rows[0]
+    }
 
 
 def parameter_record(fields: Mapping[str, Any]) -> NDArray[np.void]:

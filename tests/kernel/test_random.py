@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from adeye.kernel.elementary import log, sin_cos
-from adeye.kernel.random import normal, normal_pair, owner_id, philox4x32, uniform
+from adeye.kernel.random import (
+    normal,
+    normal_pair,
+    normal_pairs,
+    owner_id,
+    philox4x32,
+    uniform,
+)
 
 SEED = np.uint64(0x0123456789ABCDEF)
 OWNER = np.uint64(0xFEDCBA9876543210)
@@ -96,6 +103,17 @@ def test_neighbouring_draws_are_uncorrelated() -> None:
 
 def test_normal_is_the_first_of_its_pair() -> None:
     assert normal(SEED, OWNER, 8, 1) == normal_pair(SEED, OWNER, 8, 1)[0]
+
+
+# Whole vectors, what is left over beside them, a single draw, and none.
+@pytest.mark.parametrize("count", [0, 1, 7, 64, 1003])
+def test_many_pairs_are_the_single_ones_bit_for_bit(count: int) -> None:
+    seeds = np.arange(count, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15) + SEED
+    first, second = np.full(count + 1, 9.0), np.full(count + 1, 9.0)
+    normal_pairs(seeds, OWNER, 2**32 - 1, 5, first[:count], second[:count])
+    single = [normal_pair(seed, OWNER, 2**32 - 1, 5) for seed in seeds]
+    assert list(zip(first[:count], second[:count], strict=True)) == single
+    assert (first[count], second[count]) == (9.0, 9.0)
 
 
 def test_owner_is_the_hash_of_the_name() -> None:

@@ -32,6 +32,7 @@ from adeye.signals import (
     Ints,
     Observation,
     parameter_record,
+    spec_columns,
 )
 from adeye.spec.architecture import NominalParameters
 
@@ -52,9 +53,9 @@ class NominalChannel:
         """Prepare for the runs of a batch."""
         runs = context.runs
         names = tuple(NominalParameters.model_fields)
-        fields: dict[str, Any] = {
-            name: [float(getattr(item, name)) for item in context.parameters] for name in names
-        }
+        fields = spec_columns(
+            context.parameters, lambda item: {name: float(getattr(item, name)) for name in names}
+        )
         self._channel_id = context.channel_id
         self._records = parameter_record(fields | vehicle_fields(context))
         self._segments = np.ascontiguousarray(context.road.segments)

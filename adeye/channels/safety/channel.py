@@ -35,6 +35,7 @@ from adeye.signals import (
     Ints,
     Observation,
     parameter_record,
+    spec_columns,
 )
 from adeye.spec.architecture import SafetyParameters
 
@@ -68,12 +69,7 @@ class SafetyChannel:
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs = context.runs
-        names = tuple(SafetyParameters.model_fields)
-        fields: dict[str, Any] = {
-            name: [float(getattr(item, name)) for item in context.parameters] for name in names
-        }
-        for name in ("confirm", "heal"):
-            fields[f"{name}_ticks"] = [ticks_within(t, context.period) for t in fields[name]]
+        fields = spec_columns(context.parameters, lambda item: _numbers(item, context.period))
         self._channel_id = context.channel_id
         self._records = parameter_record(fields | PERCEPTION | SHADOW | vehicle_fields(context))
         self._segments = np.ascontiguousarray(context.road.segments)
@@ -156,6 +152,14 @@ class SafetyChannel:
             monitors=self._monitors.copy(),
             tracks=self._shown.copy() if self._shows_tracks else None,
         )
+
+
+def _numbers(item: SafetyParameters, period: float) -> dict[str, float]:
+    """List what the compiled step reads of the channel's parameters."""
+    numbers = {name: float(getattr(item, name)) for name in SafetyParameters.model_fields}
+    for name in ("confirm", "heal"):
+        numbers[f"{name}_ticks"] = ticks_within(numbers[name], period)
+    return numbers
 
 
 def ticks_within(duration: float, period: float) -> int:
