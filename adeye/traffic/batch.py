@@ -44,7 +44,7 @@ from adeye.kernel.neighbours import (
     Y,
     make_lists,
 )
-from adeye.kernel.network import build_links
+from adeye.kernel.network import build_links, mark_alongside
 from adeye.kernel.random import owner_id, uniform
 from adeye.kernel.steering import advance_fast, advance_reference, locate
 from adeye.traffic import variant_of
@@ -110,6 +110,8 @@ class BatchTraffic(Staged):
         self._links = build_links(
             [(number, number + 1, road.lanes) for number in range(pieces)], connected=pieces > 1
         )
+        for lanes in self._lanes:
+            mark_alongside(lanes, self._links)
         self._vehicles, self._marks = _begin_vehicles(world)
         things = self._vehicles.shape[1]
         self._lists = make_lists(self._lanes.shape[1], things)
