@@ -306,7 +306,7 @@ def decide_fast(
 ) -> None:
     """Do what ``drivers.decide`` does, in the fast arithmetic where there is one."""
     if lanes[0, ALONGSIDE] != 0.0:
-        decide_alongside(lanes, vehicles, marks, listed)
+        decide_alongside(lanes, vehicles, marks, seen, along, listed)
     else:
         decide(lanes, links, curves, vehicles, marks, seen, along, listed)
 
