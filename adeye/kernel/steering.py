@@ -232,7 +232,7 @@ def move_fast(vehicles: Floats, marks: Ints, step: float) -> None:
         speed, acceleration = vehicles[who, SPEED], vehicles[who, ACCELERATION]
         slip = vehicles[who, CONTROL]
         if marks[who, CRASHED] != 0:
-            slip = 0.0
+            slip = vehicles[who, CONTROL] = 0.0
             acceleration = -speed
         if speed > vehicles[who, TOP_SPEED]:
             acceleration = min(acceleration, vehicles[who, TOP_SPEED] - speed)
@@ -251,11 +251,14 @@ def move_fast(vehicles: Floats, marks: Ints, step: float) -> None:
         vehicles[who, Y] += way * (sine * level + cosine * slip)
         heading = vehicles[who, HEADING] + 2.0 * way * slip / vehicles[who, LENGTH]
         vehicles[who, HEADING] = heading
-        if abs(heading) <= 0.785:
-            vehicles[who, SINUS] = kernel_sin(heading, 0.0)
-            vehicles[who, COSINE] = kernel_cos(heading, 0.0)
-        else:
-            vehicles[who, SINUS], vehicles[who, COSINE] = sin_cos(heading)
+    for who in range(vehicles.shape[0]):
+        if marks[who, ROLE] >= CRUISING and vehicles[who, CONTROL] != 0.0:
+            heading = vehicles[who, HEADING]
+            if abs(heading) <= 0.785:
+                vehicles[who, SINUS] = kernel_sin(heading, 0.0)
+                vehicles[who, COSINE] = kernel_cos(heading, 0.0)
+            else:
+                vehicles[who, SINUS], vehicles[who, COSINE] = sin_cos(heading)
 
 
 @inlined
