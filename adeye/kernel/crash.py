@@ -283,11 +283,11 @@ def collide(
     for first in range(vehicles.shape[0]):
         if marks[first, ROLE] == FIXED:
             break
-        x, y = vehicles[first, X], vehicles[first, Y]
+        x = vehicles[first, X]
         # At least that of any pair.
         reach = 0.5 * (bodies[first, DIAGONAL] + largest) + vehicles[first, SPEED] * step + _SLACK
         for second in range(first + 1, vehicles.shape[0]):
-            if abs(vehicles[second, X] - x) > reach or abs(vehicles[second, Y] - y) > reach:
+            if abs(vehicles[second, X] - x) > reach:
                 continue
             if _are_near(vehicles, bodies, first, second, step) and not _are_apart(
                 vehicles, bodies, first, second, step
