@@ -218,8 +218,10 @@ def move_reference(vehicles: Floats, marks: Ints, step: float) -> None:
         vehicles[who, X] += speed * course_x * step
         vehicles[who, Y] += speed * course_y * step
         vehicles[who, HEADING] += speed * sine / (vehicles[who, LENGTH] / 2.0) * step
-        vehicles[who, SINUS], vehicles[who, COSINE] = sin_cos(vehicles[who, HEADING])
         _change_speed(vehicles, who, step)
+    for who in range(vehicles.shape[0]):
+        if marks[who, ROLE] >= CRUISING:
+            vehicles[who, SINUS], vehicles[who, COSINE] = sin_cos(vehicles[who, HEADING])
 
 
 @inlined
