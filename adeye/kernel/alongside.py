@@ -148,11 +148,7 @@ def _front_of_few(lanes: Floats, vehicles: Floats, lane: int, who: int) -> int:
     s = vehicles[who, S]
     for other in range(vehicles.shape[0]):
         place = vehicles[other, S]
-        if (
-            s <= place <= front_s
-            and other != who
-            and _is_seen(lanes, vehicles, lane, other)
-        ):
+        if s <= place <= front_s and other != who and _is_seen(lanes, vehicles, lane, other):
             front, front_s = other, place
     return front
 

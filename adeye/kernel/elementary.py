@@ -32,6 +32,7 @@ __all__ = [
     "power",
     "sin",
     "sin_cos",
+    "sin_cos_of_small",
     "tan",
 ]
 
@@ -119,6 +120,14 @@ def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for eac
     if quadrant == 2:
         return -s, -c
     return -c, s
+
+
+@inlined
+def sin_cos_of_small(angle: float) -> tuple[float, float]:
+    """Do what ``sin_cos`` does, in the caller's own code where the angle is small."""
+    if abs(angle) <= _FIRST_QUADRANT:
+        return kernel_sin(angle, 0.0), kernel_cos(angle, 0.0)
+    return sin_cos(angle)
 
 
 @compiled

@@ -34,14 +34,20 @@ from adeye.kernel.lanes import (
     lane_local,
     lane_point,
     least_distance,
-    straight_local,
     wrapped,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
 
-__all__ = ["build_links", "mark_alongside", "nearest_lane", "next_lane", "search_lanes"]
+__all__ = [
+    "build_links",
+    "is_alone_nearest",
+    "mark_alongside",
+    "nearest_lane",
+    "next_lane",
+    "search_lanes",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -117,6 +123,16 @@ def mark_alongside(lanes: Floats, links: Ints) -> None:
 
 
 @inlined
+def is_alone_nearest(lanes: Floats, lane: int, lateral: float) -> bool:
+    """Tell whether no other lane can be nearer, for certain, by the place beside this one [m].
+
+    So it is between the edges of a lane of one straight road; there that place is
+    ``straight_local``, anywhere else the answer is no.
+    """
+    return lanes[lane, ALONGSIDE] != 0.0 and abs(lateral) < 0.5 * lanes[lane, WIDTH] - _SLACK
+
+
+@inlined
 def _weight(
     lanes: Floats, lane: int, curves: Floats | None, s: float, lateral: float, heading: float
 ) -> float:
@@ -178,10 +194,6 @@ def nearest_lane(
         heading: [rad].
     """
     found = guess
-    if lanes[guess, ALONGSIDE] != 0.0:
-        found_s, found_lateral = straight_local(lanes, guess, x, y)
-        if abs(found_lateral) < 0.5 * lanes[guess, WIDTH] - _SLACK:
-            return found, found_s, found_lateral
     found_s, found_lateral = lane_local(lanes, guess, curves, x, y)
     least = _weight(lanes, guess, curves, found_s, found_lateral, heading)
     if not 0.0 <= found_s <= lanes[guess, LENGTH]:

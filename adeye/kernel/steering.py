@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from adeye.kernel.alongside import decide_alongside
 from adeye.kernel.drivers import decide, not_zero
-from adeye.kernel.elementary import asin, kernel_cos, kernel_sin, sin_cos
+from adeye.kernel.elementary import asin, sin_cos, sin_cos_of_small
 from adeye.kernel.jit import inlined
-from adeye.kernel.lanes import ALONGSIDE, lane_heading, lane_local, wrapped
+from adeye.kernel.lanes import ALONGSIDE, lane_heading, lane_local, straight_local, wrapped
 from adeye.kernel.motion import clip
 from adeye.kernel.neighbours import (
     ACCELERATION,
@@ -46,7 +46,7 @@ from adeye.kernel.neighbours import (
     X,
     Y,
 )
-from adeye.kernel.network import nearest_lane
+from adeye.kernel.network import is_alone_nearest, nearest_lane
 
 __all__ = [
     "advance_fast",
@@ -255,12 +255,8 @@ def move_fast(vehicles: Floats, marks: Ints, step: float) -> None:
         vehicles[who, HEADING] = heading
     for who in range(vehicles.shape[0]):
         if marks[who, ROLE] >= CRUISING and vehicles[who, CONTROL] != 0.0:
-            heading = vehicles[who, HEADING]
-            if abs(heading) <= 0.785:
-                vehicles[who, SINUS] = kernel_sin(heading, 0.0)
-                vehicles[who, COSINE] = kernel_cos(heading, 0.0)
-            else:
-                vehicles[who, SINUS], vehicles[who, COSINE] = sin_cos(heading)
+            sine, cosine = sin_cos_of_small(vehicles[who, HEADING])
+            vehicles[who, SINUS], vehicles[who, COSINE] = sine, cosine
 
 
 @inlined
@@ -277,15 +273,12 @@ def locate(
         marks: (N, MARK_WIDTH) in and out; the lane of a tick ago, or any.
         who: For whom.
     """
-    marks[who, LANE], vehicles[who, S], vehicles[who, LATERAL] = nearest_lane(
-        lanes,
-        links,
-        curves,
-        marks[who, LANE],
-        vehicles[who, X],
-        vehicles[who, Y],
-        vehicles[who, HEADING],
-    )
+    lane, x, y = marks[who, LANE], vehicles[who, X], vehicles[who, Y]
+    s, lateral = straight_local(lanes, lane, x, y)
+    if not is_alone_nearest(lanes, lane, lateral):
+        heading = vehicles[who, HEADING]
+        marks[who, LANE], s, lateral = nearest_lane(lanes, links, curves, lane, x, y, heading)
+    vehicles[who, S], vehicles[who, LATERAL] = s, lateral
 
 
 @inlined
