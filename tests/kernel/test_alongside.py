@@ -21,12 +21,12 @@ DUE = 1.5
 
 def both(road: Any) -> tuple[tuple[Floats, Ints], tuple[Floats, Ints]]:
     """Return vehicles and marks after the decisions here and by ``drivers.decide``."""
-    lists = n.make_lists(len(road.lanes), len(road.vehicles))
-    here = road.vehicles.copy(), road.marks.copy()
-    k.decide_alongside(road.lanes, *here, *lists)
-    there = road.vehicles.copy(), road.marks.copy()
-    decide(road.lanes, road.links, None, *there, *lists)
-    return here, there
+    seen, along, listed = n.make_lists(len(road.lanes), len(road.vehicles))
+    vehicles, marks = road.vehicles.copy(), road.marks.copy()
+    k.decide_alongside(road.lanes, vehicles, marks, seen, along, listed)
+    expected, choices = road.vehicles.copy(), road.marks.copy()
+    decide(road.lanes, road.links, None, expected, choices, seen, along, listed)
+    return (vehicles, marks), (expected, choices)
 
 
 def agree(road: Any) -> Floats:
