@@ -176,7 +176,7 @@ def test_every_tick_is_announced_with_the_number_of_ended_runs(
 
 def test_identity_names_backend_variant_and_numerics() -> None:
     assert identity() == EngineIdentity("batch", "reference-1", engine.NUMERICS_VERSION)
-    assert identity("batch", "fast").variant == "fast-1"
+    assert identity("batch", "fast").variant == "fast-2"
     assert identity("highway").variant.startswith("highway-env-")
 
 

@@ -31,6 +31,7 @@ from adeye.kernel.neighbours import (
     Y,
 )
 from adeye.kernel.steering import (
+    decide_fast,
     locate_drivers,
     move_fast,
     move_reference,
@@ -276,10 +277,18 @@ def collide(
             first, second = pairs[k, 0], pairs[k, 1]
             _collide_pair(vehicles, marks, bodies, corners, first, second, step)
         return
+    largest = 0.0
+    for who in range(vehicles.shape[0]):
+        largest = max(largest, bodies[who, DIAGONAL])
     for first in range(vehicles.shape[0]):
         if marks[first, ROLE] == FIXED:
             break
+        x = vehicles[first, X]
+        # At least that of any pair.
+        reach = 0.5 * (bodies[first, DIAGONAL] + largest) + vehicles[first, SPEED] * step + _SLACK
         for second in range(first + 1, vehicles.shape[0]):
+            if abs(vehicles[second, X] - x) > reach:
+                continue
             if _are_near(vehicles, bodies, first, second, step) and not _are_apart(
                 vehicles, bodies, first, second, step
             ):
@@ -352,7 +361,7 @@ def advance_crashing_fast(
     step: float,
 ) -> None:
     """Do what ``advance_crashing_reference`` does, in the fast arithmetic."""
-    decide(lanes, links, curves, vehicles, marks, seen, along, listed)
+    decide_fast(lanes, links, curves, vehicles, marks, seen, along, listed)
     steer_fast(lanes, curves, vehicles, marks)
     move_fast(vehicles, marks, step)
     push(vehicles, marks, bodies)

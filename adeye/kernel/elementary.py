@@ -28,9 +28,11 @@ __all__ = [
     "kernel_sin",
     "log",
     "log_of_parts",
+    "near_power",
     "power",
     "sin",
     "sin_cos",
+    "sin_cos_of_small",
     "tan",
 ]
 
@@ -118,6 +120,14 @@ def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for eac
     if quadrant == 2:
         return -s, -c
     return -c, s
+
+
+@inlined
+def sin_cos_of_small(angle: float) -> tuple[float, float]:
+    """Do what ``sin_cos`` does, in the caller's own code where the angle is small."""
+    if abs(angle) <= _FIRST_QUADRANT:
+        return kernel_sin(angle, 0.0), kernel_cos(angle, 0.0)
+    return sin_cos(angle)
 
 
 @compiled
@@ -341,7 +351,7 @@ def log(x: float) -> float:
 
 
 @inlined
-def _near_power(base: float, exponent: float) -> float:
+def near_power(base: float, exponent: float) -> float:
     """Return a base in [0.25, 1.5] to a power in [-16, 16], with no division.
 
     The logarithm goes on from that of the nearest 128th, the exponential from the nearest 32nd
@@ -380,7 +390,7 @@ def power(base: float, exponent: float) -> float:
             return result
         return np.inf if result == 0.0 else 1.0 / result
     if size <= 16.0 and 0.25 <= base <= 1.5:
-        return _near_power(base, exponent)
+        return near_power(base, exponent)
     if base == 0.0:
         return 0.0 if exponent > 0.0 else np.inf
     return exp(exponent * log(base))

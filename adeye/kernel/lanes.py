@@ -40,6 +40,7 @@ __all__ = [
     "lane_local",
     "lane_point",
     "least_distance",
+    "straight_local",
     "wrapped",
     "write_arc",
     "write_polyline_lane",
@@ -74,10 +75,12 @@ Floats = NDArray[np.float64]
     MOST_X,
     LEAST_Y,
     MOST_Y,
-) = range(23)
-LANE_WIDTH: Final = 23
+    ALONGSIDE,
+) = range(24)
+LANE_WIDTH: Final = 24
 """Columns of a lane. ``LIMIT`` is its speed limit [m/s], inf for none; ``TURN`` of an arc is 1 to
-the left and -1 to the right; the last four are a box around the centre line, for quick looks."""
+the left and -1 to the right; four are a box around the centre line, for quick looks; the last says
+that all lanes are side by side on one straight road, see ``network.mark_alongside``."""
 
 STRAIGHT, ARC, SINE, POLYLINE = 0.0, 1.0, 2.0, 3.0
 
@@ -101,6 +104,15 @@ def _arc_local(
     """Return the place beside an arc of a point given from the centre of its circle."""
     phi = phase + wrapped(atan2(dy, dx) - phase)
     return turn * (phi - phase) * radius, turn * (radius - math.sqrt(dx * dx + dy * dy))
+
+
+@inlined
+def straight_local(lanes: Floats, lane: int, x: float, y: float) -> tuple[float, float]:
+    """Return the place (s, lateral) of a point beside the straight line of a lane's row [m]."""
+    dx = x - lanes[lane, X]
+    dy = y - lanes[lane, Y]
+    s = dx * lanes[lane, COSINE] + dy * lanes[lane, SINUS]
+    return s, dy * lanes[lane, COSINE] - dx * lanes[lane, SINUS]
 
 
 @inlined

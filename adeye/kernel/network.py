@@ -18,10 +18,15 @@ from numpy.typing import NDArray
 
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.lanes import (
+    ALONGSIDE,
     ARC,
+    COSINE,
     KIND,
     LENGTH,
     RADIUS,
+    SINUS,
+    STRAIGHT,
+    WIDTH,
     X,
     Y,
     distance_to_lane,
@@ -35,7 +40,14 @@ from adeye.kernel.lanes import (
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
 
-__all__ = ["build_links", "nearest_lane", "next_lane", "search_lanes"]
+__all__ = [
+    "build_links",
+    "is_alone_nearest",
+    "mark_alongside",
+    "nearest_lane",
+    "next_lane",
+    "search_lanes",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -47,6 +59,9 @@ FIRST, COUNT, PLACE, NEXT_ROADS, LINKED, LIST = range(6)
 
 _SLACK = 1e-6
 """Rounding that ``least_distance`` may be off by [m], amply."""
+
+_SAME = 1e-9
+"""Rounding of where a lane begins [m], amply."""
 
 
 def build_links(roads: Sequence[tuple[Hashable, Hashable, int]], *, connected: bool = True) -> Ints:
@@ -77,6 +92,44 @@ def build_links(roads: Sequence[tuple[Hashable, Hashable, int]], *, connected: b
     for number, row in enumerate(rows):
         links[number, : len(row)] = row
     return links
+
+
+@compiled
+def mark_alongside(lanes: Floats, links: Ints) -> None:
+    """Say in all lanes whether they are one straight road: then a place along one is one along all.
+
+    They have one direction, one beginning and one end, and none overlaps another: of somebody
+    between the edges of one lane, no other is nearer.
+
+    Args:
+        lanes: (L, LANE_WIDTH) in and out.
+        links: (L, T), see ``build_links``.
+    """
+    alongside = links[0, COUNT] == lanes.shape[0]
+    for lane in range(lanes.shape[0]):
+        alongside &= links[lane, NEXT_ROADS] == 0 and links[lane, LINKED] == 0
+        alongside &= lanes[lane, KIND] == STRAIGHT and lanes[lane, LENGTH] == lanes[0, LENGTH]
+        alongside &= (
+            lanes[lane, COSINE] == lanes[0, COSINE] and lanes[lane, SINUS] == lanes[0, SINUS]
+        )
+        for other in range(lane):
+            dx, dy = lanes[lane, X] - lanes[other, X], lanes[lane, Y] - lanes[other, Y]
+            along = dx * lanes[0, COSINE] + dy * lanes[0, SINUS]
+            across = dy * lanes[0, COSINE] - dx * lanes[0, SINUS]
+            width = max(lanes[lane, WIDTH], lanes[other, WIDTH])
+            alongside &= abs(along) <= _SAME and abs(across) >= width - _SAME
+    for lane in range(lanes.shape[0]):
+        lanes[lane, ALONGSIDE] = 1.0 if alongside else 0.0
+
+
+@inlined
+def is_alone_nearest(lanes: Floats, lane: int, lateral: float) -> bool:
+    """Tell whether no other lane can be nearer, for certain, by the place beside this one [m].
+
+    So it is between the edges of a lane of one straight road; there that place is
+    ``straight_local``, anywhere else the answer is no.
+    """
+    return lanes[lane, ALONGSIDE] != 0.0 and abs(lateral) < 0.5 * lanes[lane, WIDTH] - _SLACK
 
 
 @inlined

@@ -20,10 +20,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel.alongside import decide_alongside
 from adeye.kernel.drivers import decide, not_zero
-from adeye.kernel.elementary import asin, sin_cos
+from adeye.kernel.elementary import asin, sin_cos, sin_cos_of_small
 from adeye.kernel.jit import inlined
-from adeye.kernel.lanes import lane_heading, lane_local, wrapped
+from adeye.kernel.lanes import ALONGSIDE, lane_heading, lane_local, straight_local, wrapped
 from adeye.kernel.motion import clip
 from adeye.kernel.neighbours import (
     ACCELERATION,
@@ -45,11 +46,12 @@ from adeye.kernel.neighbours import (
     X,
     Y,
 )
-from adeye.kernel.network import nearest_lane
+from adeye.kernel.network import is_alone_nearest, nearest_lane
 
 __all__ = [
     "advance_fast",
     "advance_reference",
+    "decide_fast",
     "locate",
     "locate_drivers",
     "move_fast",
@@ -216,8 +218,10 @@ def move_reference(vehicles: Floats, marks: Ints, step: float) -> None:
         vehicles[who, X] += speed * course_x * step
         vehicles[who, Y] += speed * course_y * step
         vehicles[who, HEADING] += speed * sine / (vehicles[who, LENGTH] / 2.0) * step
-        vehicles[who, SINUS], vehicles[who, COSINE] = sin_cos(vehicles[who, HEADING])
         _change_speed(vehicles, who, step)
+    for who in range(vehicles.shape[0]):
+        if marks[who, ROLE] >= CRUISING:
+            vehicles[who, SINUS], vehicles[who, COSINE] = sin_cos(vehicles[who, HEADING])
 
 
 @inlined
@@ -227,20 +231,32 @@ def move_fast(vehicles: Floats, marks: Ints, step: float) -> None:
         if marks[who, ROLE] < CRUISING:
             continue
         vehicles[who, TIMER] += step
-        _clip_actions(vehicles, who, marks[who, CRASHED])
-        _limit_braking(vehicles, who, step)
-        way = vehicles[who, SPEED] * step
+        speed, acceleration = vehicles[who, SPEED], vehicles[who, ACCELERATION]
         slip = vehicles[who, CONTROL]
+        if marks[who, CRASHED] != 0:
+            slip = vehicles[who, CONTROL] = 0.0
+            acceleration = -speed
+        if speed > vehicles[who, TOP_SPEED]:
+            acceleration = min(acceleration, vehicles[who, TOP_SPEED] - speed)
+        if speed + acceleration * step < 0.0:
+            acceleration = -speed / step
+        vehicles[who, ACCELERATION] = acceleration
+        vehicles[who, SPEED] = max(0.0, speed + acceleration * step)
+        way = speed * step
+        sine, cosine = vehicles[who, SINUS], vehicles[who, COSINE]
         if slip == 0.0:
-            vehicles[who, X] += way * vehicles[who, COSINE]
-            vehicles[who, Y] += way * vehicles[who, SINUS]
-        else:
-            cosine = math.sqrt(1.0 - slip * slip)
-            vehicles[who, X] += way * (vehicles[who, COSINE] * cosine - vehicles[who, SINUS] * slip)
-            vehicles[who, Y] += way * (vehicles[who, SINUS] * cosine + vehicles[who, COSINE] * slip)
-            vehicles[who, HEADING] += 2.0 * way * slip / vehicles[who, LENGTH]
-            vehicles[who, SINUS], vehicles[who, COSINE] = sin_cos(vehicles[who, HEADING])
-        _change_speed(vehicles, who, step)
+            vehicles[who, X] += way * cosine
+            vehicles[who, Y] += way * sine
+            continue
+        level = math.sqrt(1.0 - slip * slip)
+        vehicles[who, X] += way * (cosine * level - sine * slip)
+        vehicles[who, Y] += way * (sine * level + cosine * slip)
+        heading = vehicles[who, HEADING] + 2.0 * way * slip / vehicles[who, LENGTH]
+        vehicles[who, HEADING] = heading
+    for who in range(vehicles.shape[0]):
+        if marks[who, ROLE] >= CRUISING and vehicles[who, CONTROL] != 0.0:
+            sine, cosine = sin_cos_of_small(vehicles[who, HEADING])
+            vehicles[who, SINUS], vehicles[who, COSINE] = sine, cosine
 
 
 @inlined
@@ -257,15 +273,12 @@ def locate(
         marks: (N, MARK_WIDTH) in and out; the lane of a tick ago, or any.
         who: For whom.
     """
-    marks[who, LANE], vehicles[who, S], vehicles[who, LATERAL] = nearest_lane(
-        lanes,
-        links,
-        curves,
-        marks[who, LANE],
-        vehicles[who, X],
-        vehicles[who, Y],
-        vehicles[who, HEADING],
-    )
+    lane, x, y = marks[who, LANE], vehicles[who, X], vehicles[who, Y]
+    s, lateral = straight_local(lanes, lane, x, y)
+    if not is_alone_nearest(lanes, lane, lateral):
+        heading = vehicles[who, HEADING]
+        marks[who, LANE], s, lateral = nearest_lane(lanes, links, curves, lane, x, y, heading)
+    vehicles[who, S], vehicles[who, LATERAL] = s, lateral
 
 
 @inlined
@@ -276,6 +289,24 @@ def locate_drivers(
     for who in range(vehicles.shape[0]):
         if marks[who, ROLE] >= CRUISING:
             locate(lanes, links, curves, vehicles, marks, who)
+
+
+@inlined
+def decide_fast(
+    lanes: Floats,
+    links: Ints,
+    curves: Floats | None,
+    vehicles: Floats,
+    marks: Ints,
+    seen: Floats,
+    along: Floats,
+    listed: Ints,
+) -> None:
+    """Do what ``drivers.decide`` does, in the fast arithmetic where there is one."""
+    if lanes[0, ALONGSIDE] != 0.0:
+        decide_alongside(lanes, vehicles, marks, seen, along, listed)
+    else:
+        decide(lanes, links, curves, vehicles, marks, seen, along, listed)
 
 
 @inlined
@@ -322,7 +353,7 @@ def advance_fast(
     step: float,
 ) -> None:
     """Do what ``advance_reference`` does, in the fast arithmetic."""
-    decide(lanes, links, curves, vehicles, marks, seen, along, listed)
+    decide_fast(lanes, links, curves, vehicles, marks, seen, along, listed)
     steer_fast(lanes, curves, vehicles, marks)
     move_fast(vehicles, marks, step)
     locate_drivers(lanes, links, curves, vehicles, marks)

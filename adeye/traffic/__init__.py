@@ -22,7 +22,7 @@ BACKENDS: Final = {
 
 VARIANTS: Final = {
     "highway": {"highway-env": f"highway-env-{version('highway-env')}"},
-    "batch": {"reference": "reference-1", "fast": "fast-1"},
+    "batch": {"reference": "reference-1", "fast": "fast-2"},
 }
 """Kinds of arithmetic of each implementation, the first one unless another is asked for; with the
 number of their version, which is raised whenever their bits change on purpose."""

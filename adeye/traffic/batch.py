@@ -44,7 +44,7 @@ from adeye.kernel.neighbours import (
     Y,
     make_lists,
 )
-from adeye.kernel.network import build_links
+from adeye.kernel.network import build_links, mark_alongside
 from adeye.kernel.random import owner_id, uniform
 from adeye.kernel.steering import advance_fast, advance_reference, locate
 from adeye.traffic import variant_of
@@ -106,10 +106,10 @@ class BatchTraffic(Staged):
         road = world.context.road
         pieces = road.segments.shape[1]
         self._lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, LANE_WIDTH))
-        build_lanes(road.segments, road.lanes, road.lane_width, RUN_OUT, self._lanes)
         self._links = build_links(
             [(number, number + 1, road.lanes) for number in range(pieces)], connected=pieces > 1
         )
+        build_lanes(road.segments, self._links, road.lane_width, RUN_OUT, self._lanes)
         self._vehicles, self._marks = _begin_vehicles(world)
         things = self._vehicles.shape[1]
         self._lists = make_lists(self._lanes.shape[1], things)
@@ -194,16 +194,19 @@ def draw_timers(seeds: NDArray[np.uint64], owners: NDArray[np.uint64], vehicles:
 
 
 @compiled
-def build_lanes(segments: Floats, lanes: int, lane_width: Floats, lead: float, out: Floats) -> None:
+def build_lanes(
+    segments: Floats, links: Ints, lane_width: Floats, lead: float, out: Floats
+) -> None:
     """Build the lanes along the reference line of each run.
 
     Args:
         segments: (B, K, 5) reference lines, the first one straight.
-        lanes: Number of lanes.
+        links: (K * lanes, T) of the lanes, see ``kernel.network``.
         lane_width: (B,) [m].
         lead: How far before the road its first lanes begin [m].
         out: (B, K * lanes, LANE_WIDTH), segment by segment, from the left.
     """
+    lanes = out.shape[1] // segments.shape[1]
     for run in range(segments.shape[0]):
         width = lane_width[run]
         for number in range(segments.shape[1]):
@@ -238,6 +241,7 @@ def build_lanes(segments: Floats, lanes: int, lane_width: Floats, lead: float, o
                     width,
                     math.inf,
                 )
+        mark_alongside(out[run], links)
 
 
 @compiled

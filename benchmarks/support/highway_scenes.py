@@ -32,7 +32,7 @@ from adeye.kernel import neighbours as n
 from adeye.kernel.crash import advance_crashing_reference, make_bodies
 from adeye.kernel.curves import CURVE_WIDTH, count_points, write_polyline
 from adeye.kernel.neighbours import make_lists
-from adeye.kernel.network import build_links
+from adeye.kernel.network import build_links, mark_alongside
 from adeye.kernel.random import uniform
 from adeye.kernel.steering import locate
 
@@ -169,7 +169,9 @@ def convert_network(network: Any, *, connected: bool) -> tuple[Floats, Ints, Flo
     curves = None if {*rows[:, lane_kernel.KIND]} <= plain else np.zeros((0, CURVE_WIDTH))
     if parts:
         curves = np.concatenate(parts)
-    return rows, build_links(roads, connected=connected), curves
+    links = build_links(roads, connected=connected)
+    mark_alongside(rows, links)
+    return rows, links, curves
 
 
 def convert(road: Any) -> Converted:

@@ -8,7 +8,7 @@ import numpy as np
 from adeye.kernel import neighbours as n
 from adeye.kernel.drivers import decide
 from adeye.kernel.lanes import LANE_WIDTH, write_straight
-from adeye.kernel.network import build_links
+from adeye.kernel.network import build_links, mark_alongside
 from adeye.kernel.steering import locate
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ class LaneRoad:
         for number, row in enumerate(self.lanes):
             write_straight(row, 0.0, -WIDTH * number, 0.0, LENGTH, WIDTH, self.limit)
         self.links: Ints = build_links([("a", "b", self.count)])
+        mark_alongside(self.lanes, self.links)
         self.vehicles: Floats = np.zeros((0, n.VEHICLE_WIDTH))
         self.marks: Ints = np.zeros((0, n.MARK_WIDTH), dtype=np.int64)
 

@@ -52,6 +52,16 @@ def test_agrees_with_the_mathematical_library(
     assert worst <= bound
 
 
+def test_inlined_sine_and_cosine_have_the_same_bits() -> None:
+    for x in [*samples(-4.0, 4.0), 0.785, -0.785, 0.0, -0.0]:
+        found, expected = own.sin_cos_of_small(x), own.sin_cos(x)
+        assert [math.copysign(1.0, part) for part in found] == [
+            math.copysign(1.0, part) for part in expected
+        ]
+        assert found == expected
+    assert all(math.isnan(part) for part in own.sin_cos_of_small(math.nan))
+
+
 def test_direction_agrees_in_every_quadrant() -> None:
     for turn in samples(-math.pi, math.pi, 401):
         y, x = 3.0 * math.sin(turn), 3.0 * math.cos(turn)

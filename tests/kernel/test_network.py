@@ -4,8 +4,17 @@ import numpy as np
 import pytest
 
 from adeye.kernel import network as k
-from adeye.kernel.lanes import LANE_WIDTH, LENGTH, lane_heading, lane_point, write_straight
-from adeye.signals import Floats
+from adeye.kernel.lanes import (
+    ALONGSIDE,
+    LANE_WIDTH,
+    LENGTH,
+    lane_heading,
+    lane_point,
+    straight_local,
+    write_arc,
+    write_straight,
+)
+from adeye.signals import Floats, Ints
 from benchmarks.support.highway_scenes import ROADS, Draw, convert_network
 
 
@@ -92,3 +101,75 @@ def test_at_the_end_of_the_last_road_the_lane_goes_on_as_itself() -> None:
     lanes = np.zeros((1, LANE_WIDTH))
     write_straight(lanes[0], 0.0, 0.0, 0.0, 100.0, 4.0, np.inf)
     assert k.next_lane(lanes, k.build_links([("a", "b", 1)]), None, 0, 99.0, 0.0) == 0
+
+
+def straight_road(heading: float = 0.0, widths: tuple[float, ...] = (4.0, 4.0, 3.0)) -> Floats:
+    """Lanes side by side from a point, 4 m from centre to centre."""
+    lanes = np.zeros((len(widths), LANE_WIDTH))
+    for number, width in enumerate(widths):
+        x, y = 50.0 + 4.0 * number * np.sin(heading), 20.0 - 4.0 * number * np.cos(heading)
+        write_straight(lanes[number], x, y, heading, 300.0, width, np.inf)
+    return lanes
+
+
+def is_alongside(lanes: Floats, links: Ints) -> bool:
+    k.mark_alongside(lanes, links)
+    assert len({*lanes[:, ALONGSIDE]}) == 1
+    return bool(lanes[0, ALONGSIDE])
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.4, -2.9])
+def test_lanes_of_one_straight_road_are_alongside(heading: float) -> None:
+    assert is_alongside(straight_road(heading), k.build_links([("a", "b", 3)]))
+
+
+def test_lanes_of_anything_else_are_not_alongside() -> None:
+    one_road = k.build_links([("a", "b", 3)])
+    two_roads = k.build_links([("a", "b", 2), ("c", "d", 1)])
+    followed = k.build_links([("a", "a", 3)])
+    assert not is_alongside(straight_road(), two_roads)
+    assert not is_alongside(straight_road(), followed)
+    assert not is_alongside(straight_road(widths=(4.0, 4.0, 4.1)), one_road)
+    for x, y, heading, length in (
+        (51.0, 12.0, 0.0, 300.0),
+        (50.0, 12.0, 1e-3, 300.0),
+        (50.0, 12.0, 0.0, 299.0),
+        (50.0, 13.0, 0.0, 300.0),
+    ):
+        lanes = straight_road()
+        write_straight(lanes[2], x, y, heading, length, 4.0, np.inf)
+        assert not is_alongside(lanes, one_road)
+    lanes = straight_road()
+    write_arc(lanes[2], 50.0, 500.0, 488.0, -np.pi / 2.0, 1.0, 300.0, 4.0, np.inf)
+    assert not is_alongside(lanes, one_road)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in ROADS if kind != "straight"])
+def test_only_the_straight_road_of_highway_env_is_alongside(kind: str) -> None:
+    for connected in (False, True):
+        lanes, _, _ = convert_network(ROADS[kind](connected=connected).network, connected=connected)
+        assert not lanes[:, ALONGSIDE].any()
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.4, -2.9])
+def test_alone_nearest_is_the_lane_that_looking_at_all_finds(heading: float) -> None:
+    lanes = straight_road(heading)
+    links = k.build_links([("a", "b", 3)])
+    k.mark_alongside(lanes, links)
+    draw = Draw(3)
+    sure = 0
+    for _ in range(3000):
+        number = draw.below(3)
+        s, lateral = draw.between(-40.0, 340.0), draw.between(-6.0, 6.0)
+        x, y = lane_point(lanes, number, None, s, lateral)
+        direction = heading + draw.between(-3.0, 3.0)
+        place = straight_local(lanes, number, x, y)
+        if k.is_alone_nearest(lanes, number, place[1]):
+            assert k.search_lanes(lanes, None, x, y, direction) == (number, *place)
+            sure += 1
+    assert 500 < sure < 2000
+
+
+def test_nothing_is_alone_nearest_where_lanes_are_not_alongside() -> None:
+    lanes = straight_road()
+    assert not k.is_alone_nearest(lanes, 0, 0.0)

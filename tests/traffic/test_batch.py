@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
+from adeye.kernel.lanes import ALONGSIDE
 from adeye.signals import Floats, Scene
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
@@ -99,6 +100,14 @@ def test_it_is_the_reference_traffic_to_a_billionth(
     np.testing.assert_allclose(ours[:until], theirs[:until], rtol=0, atol=SAME)
     # Somebody changed lanes.
     assert np.ptp(theirs[:until, :5, 1], axis=0).max() > 3.0
+
+
+def test_only_a_straight_road_has_its_lanes_alongside(make_scenario: Make, make_case: Case) -> None:
+    for world, content in worlds().items():
+        traffic = BatchTraffic("fast")
+        traffic.reset([make_case(make_scenario(**content, horizon="30 s"))])
+        is_straight = world not in ("left", "right")
+        assert (traffic._lanes[..., ALONGSIDE] == float(is_straight)).all()
 
 
 @pytest.mark.parametrize("variant", VARIANTS)

@@ -7,6 +7,7 @@ import pytest
 
 from adeye.kernel import neighbours as n
 from adeye.kernel.crash import advance_crashing_fast, advance_crashing_reference
+from adeye.kernel.lanes import ALONGSIDE
 from benchmarks.support.highway_scenes import ROADS, Converted, convert, scene
 from tests.traffic.parity import SLOWEST, Comparison, compare
 
@@ -151,6 +152,8 @@ def difference(kind: str, seed: int, vehicles: int) -> tuple[float, int, int]:
     """Return the worst difference of the two arithmetics, steps and contacts."""
     road = scene(kind, seed, vehicles)
     reference, fast = convert(road), convert(road)
+    # Where it goes another way, it does.
+    assert bool(fast.lanes[0, ALONGSIDE]) == (kind == "straight")
     worst, steps = 0.0, 0
     for _ in range(300):
         reference.advance(advance_crashing_reference)
