@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.channels.corridor import PATH_WIDTH
-from adeye.channels.driving import vehicle_fields
+from adeye.channels.driving import channel_records
 from adeye.channels.links import SWITCH, linked_channels
 from adeye.channels.perception import (
     BLOCK,
@@ -34,7 +34,6 @@ from adeye.signals import (
     Floats,
     Ints,
     Observation,
-    parameter_record,
 )
 from adeye.spec.architecture import SafetyParameters
 
@@ -75,7 +74,7 @@ class SafetyChannel:
         for name in ("confirm", "heal"):
             fields[f"{name}_ticks"] = [ticks_within(t, context.period) for t in fields[name]]
         self._channel_id = context.channel_id
-        self._records = parameter_record(fields | PERCEPTION | SHADOW | vehicle_fields(context))
+        self._records = channel_records(context, fields | PERCEPTION | SHADOW)
         self._segments = np.ascontiguousarray(context.road.segments)
         self._supervised = linked_channels(context.links)
         self._has_switch = SWITCH in context.links
