@@ -94,6 +94,8 @@ def test_what_only_kernels_call_has_no_machine_code_and_no_door_for_python() -> 
     assert not numba_of(tripled).signatures
     for name in (linked.fndesc.llvm_func_name, linked.fndesc.llvm_cpython_wrapper_name):
         assert not linked.library.get_pointer_to_function(name)
+    defined = {function.name for function in linked.library.get_defined_functions()}
+    assert defined == {linked.fndesc.llvm_func_name}
     # Python can call it all the same, and its callers keep what they have.
     assert tripled(3.0) == 9.0
     assert linked_of(tripled) == [linked]
