@@ -17,9 +17,12 @@ from adeye.channels.pose import (
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import inlined
 from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
-from adeye.signals import spec_columns
+from adeye.signals import parameter_record, spec_columns
+from adeye.spec.architecture import NominalParameters, SafetyParameters
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from adeye.ports import ChannelContext
     from adeye.signals import Floats
 
@@ -42,6 +45,14 @@ _CURVE_PREVIEWS: Final = (0.0, 1.0, 2.0, 4.0)
 """Where the curvature ahead is read, in seconds at the present speed."""
 
 
+_FIELDS: Final = (
+    *NominalParameters.model_fields,
+    *SafetyParameters.model_fields,
+    "confirm_ticks",
+    "heal_ticks",
+)
+
+
 def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
     """List what the compiled steps read of vehicle, road and clock, for the parameter record."""
     vehicles, road = context.vehicles, context.road
@@ -55,6 +66,22 @@ def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
         "desired_speed": context.desired_speed,
         "period": context.period,
     }
+
+
+def channel_records(context: ChannelContext, fields: dict[str, Any]) -> NDArray[np.void]:
+    """Pack what the compiled steps of a channel read, one record a run.
+
+    All built-in channels have the same fields, so that a function which several of them call is
+    compiled once; what a channel lacks is NaN.
+
+    Args:
+        context: Of the channel.
+        fields: Scalars or (B,) columns by name, beside the names of ``vehicle_fields``.
+
+    Returns:
+        (B,) structured array, see ``parameter_record``.
+    """
+    return parameter_record(dict.fromkeys(_FIELDS, math.nan) | fields | vehicle_fields(context))
 
 
 @inlined

@@ -111,8 +111,23 @@ _DIRECTORY = _point_numba_at_cache()
 
 import numba  # noqa: E402 - after the environment is set
 
+from adeye.kernel.linking import Kernel  # noqa: E402 - which imports numba
+
 # Somebody else may have imported numba before.
 numba.config.reload_config()
+
+_OPTIONS = {
+    "nopython": True,
+    "fastmath": False,
+    "error_model": "numpy",
+    "boundscheck": False,
+    "nogil": True,
+    # Nobody calls a kernel from C.
+    "no_cfunc_wrapper": True,
+    # Without its own word, a function that is first met in an inlined one is inlined too.
+    "forceinline": False,
+    "_nrt": False,
+}
 
 
 def cache_directory() -> Path:
@@ -175,16 +190,10 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _compiled(function: Callable[P, R], **options: bool) -> Callable[P, R]:
+    if numba.config.DISABLE_JIT:
+        return function
+    kernel = Kernel(function, targetoptions={**_OPTIONS, **options})
     # The cache is keyed by file; a function typed into a prompt has none.
-    has_file = Path(function.__code__.co_filename).is_file()
-    jit = numba.njit(
-        cache=has_file,
-        fastmath=False,
-        error_model="numpy",
-        boundscheck=False,
-        nogil=True,
-        # Nobody calls a kernel from C.
-        no_cfunc_wrapper=True,
-        **{"_nrt": False, **options},
-    )
-    return cast("Callable[P, R]", jit(function))
+    if Path(function.__code__.co_filename).is_file():
+        kernel.enable_caching()
+    return cast("Callable[P, R]", kernel)

@@ -5,6 +5,7 @@ from adeye.channels.driving import (
     HOLD_DECELERATION,
     MAX_LATERAL,
     allowed_speed,
+    channel_records,
     follow,
     lane_at,
     path_of_lane,
@@ -31,6 +32,19 @@ def pose(*, d: float = 5.25, speed: float = 20.0, curvature: float = 0.0) -> Flo
     state = np.zeros(POSE_WIDTH)
     state[[POSE_D, POSE_SPEED, POSE_CURVATURE]] = d, speed, curvature
     return state
+
+
+def test_channels_have_one_type_of_record_and_no_number_where_one_has_no_parameter() -> None:
+    context = channel_context(None, links=(), sensors={}, desired_speed=30.0)
+    nominal = channel_records(context, FOLLOWING)
+    safety = channel_records(context, {"staleness": [0.2], "heal_ticks": [20]})
+    assert nominal.dtype == safety.dtype
+    assert nominal["time_gap"] == FOLLOWING["time_gap"]
+    assert np.isnan(nominal["staleness"]).all()
+    assert np.isnan(safety["time_gap"]).all()
+    assert safety["staleness"] == 0.2
+    assert safety["heal_ticks"] == 20.0
+    assert safety["desired_speed"] == 30.0
 
 
 @pytest.mark.parametrize(("d", "lane"), [(-1.0, 0), (0.0, 0), (3.6, 1), (10.4, 2), (12.0, 2)])

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adeye.kernel import jit
+from adeye.kernel import jit, linking
 from adeye.kernel.jit import compiled, inlined
 from adeye.signals import Floats
 
@@ -51,10 +51,12 @@ def run(program: str, package: Path, **environment: str) -> list[str]:
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A small package around the module under test."""
+    """A small package around the modules under test."""
     kernel = tmp_path / "source" / "adeye" / "kernel"
     kernel.mkdir(parents=True)
-    (kernel / "jit.py").write_bytes(Path(jit.__file__).read_bytes())
+    for module in (jit, linking):
+        source = Path(str(module.__file__))
+        (kernel / source.name).write_bytes(source.read_bytes())
     (kernel / "__init__.py").touch()
     (kernel.parent / "__init__.py").touch()
     (kernel.parent / "plain.py").write_text("SUBJECT = 1\n")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.channels.corridor import PATH_WIDTH
-from adeye.channels.driving import vehicle_fields
+from adeye.channels.driving import channel_records
 from adeye.channels.nominal.planning import MEMORY_PATH, MEMORY_WIDTH, nominal_step
 from adeye.channels.perception import (
     BLOCK,
@@ -31,7 +31,6 @@ from adeye.signals import (
     Floats,
     Ints,
     Observation,
-    parameter_record,
     spec_columns,
 )
 from adeye.spec.architecture import NominalParameters
@@ -57,7 +56,7 @@ class NominalChannel:
             context.parameters, lambda item: {name: float(getattr(item, name)) for name in names}
         )
         self._channel_id = context.channel_id
-        self._records = parameter_record(fields | vehicle_fields(context))
+        self._records = channel_records(context, fields)
         self._segments = np.ascontiguousarray(context.road.segments)
         self._sight = Sight(context)
         self._pose = np.zeros((runs, POSE_WIDTH))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.channels.corridor import PATH_WIDTH
-from adeye.channels.driving import vehicle_fields
+from adeye.channels.driving import channel_records
 from adeye.channels.links import SWITCH, linked_channels
 from adeye.channels.perception import (
     BLOCK,
@@ -34,7 +34,6 @@ from adeye.signals import (
     Floats,
     Ints,
     Observation,
-    parameter_record,
     spec_columns,
 )
 from adeye.spec.architecture import SafetyParameters
@@ -71,7 +70,7 @@ class SafetyChannel:
         runs = context.runs
         fields = spec_columns(context.parameters, lambda item: _numbers(item, context.period))
         self._channel_id = context.channel_id
-        self._records = parameter_record(fields | PERCEPTION | SHADOW | vehicle_fields(context))
+        self._records = channel_records(context, fields | PERCEPTION | SHADOW)
         self._segments = np.ascontiguousarray(context.road.segments)
         self._supervised = linked_channels(context.links)
         self._has_switch = SWITCH in context.links

@@ -1,0 +1,127 @@
+"""How numba compiles kernels: what only other kernels call gets no machine code of its own.
+
+A kernel that Python calls carries all that it calls with it, so numba's ways of making each of
+them callable from Python and executable for itself are half of the time that compiling takes. What
+is relied on beyond numba's public extension points is listed in the tests of this module.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, Flags, compile_extra
+from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
+from numba.core.types.misc import unliteral
+from numba.core.typing import make_concrete_template
+
+__all__ = ["Kernel"]
+
+
+class _Options(Flags):  # type: ignore[misc]
+    """Options of the compiler that do not change.
+
+    Numba compares them whenever it looks an operation up; one object for equal options spares it
+    the comparison of all of them.
+    """
+
+    __slots__ = ("_inherited",)
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    def __init__(self, flags: Flags) -> None:
+        super().__init__(flags)
+        plain = Flags(flags)
+        for name in ("forceinline", "no_compile", "no_cpython_wrapper"):
+            setattr(plain, name, False)
+        self._inherited = self if plain == flags else _options(plain)
+
+    def copy(self) -> _Options:
+        """Return what holds for the functions that numba itself compiles for this one."""
+        return self._inherited
+
+
+_options = cache(_Options)
+
+
+class _Library(JITCodeLibrary):  # type: ignore[misc]
+    """The code of one kernel and of all that it calls, optimised once.
+
+    Numba optimises each function alone, then all of them a little to find pairs of reference
+    counts, and then in earnest, which is enough here.
+    """
+
+    def _optimize_functions(self, module: Any) -> None:
+        module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        manager, builder = self._codegen._module_pass_manager()
+        manager.run(self._final_module, builder)
+
+
+class _LinkedLibrary(_Library):
+    """Code that is linked into its callers and translated for the processor there."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+class _Compiler(Compiler):  # type: ignore[misc]
+    """Numba's passes, with this module's library and options."""
+
+    library = _Library
+
+    def __init__(
+        self,
+        typing: Any,
+        target: Any,
+        _library: None,
+        args: Any,
+        return_type: Any,
+        flags: Flags,
+        local: Any,
+    ) -> None:
+        library = self.library(target.codegen(), "kernel")
+        library.enable_object_caching()
+        super().__init__(typing, target, library, args, return_type, _options(flags), local)
+
+
+class _LinkedCompiler(_Compiler):
+    library = _LinkedLibrary
+
+
+class Kernel(CPUDispatcher):  # type: ignore[misc]
+    """A function that is compiled for Python when Python calls it, and for kernels when they do."""
+
+    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
+        super().__init__(py_func, locals, targetoptions, _Compiler)
+        self._linked: dict[tuple[Any, ...], Any] = {}
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Compile what a calling kernel links, unless it is there, and tell its signature."""
+        pysig, folded = self.fold_argument_types(args, kws)
+        # To pass the literal 0 takes no function of its own.
+        key = tuple(unliteral(one) for one in folded)
+        if key not in self._linked:
+            self._linked[key] = self._link(key)
+        name = self.py_func.__name__
+        signatures = [self._linked[key].signature]
+        return make_concrete_template(name, name, signatures), pysig, key, {}
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return the key under which a calling kernel finds what it links."""
+        args, _ = normalize_signature(sig)
+        return self._linked[tuple(args)].entry_point
+
+    def _link(self, args: tuple[Any, ...]) -> Any:
+        flags = Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        flags.no_compile = flags.no_cpython_wrapper = True
+        typing, target = self.typingctx, self.targetctx
+        result = compile_extra(
+            typing, target, self.py_func, args, None, flags, {}, pipeline_class=_LinkedCompiler
+        )._replace(entry_point=object())
+        target.insert_user_function(result.entry_point, result.fndesc, [result.library])
+        return result
