@@ -204,7 +204,7 @@ def _execute(
 
     if not is_cache_warm() and usable_processors() > 1:
         compile_aside(plan)
-    with reporting(f"{plan.expansion.count} test cases, {lanes.text}", quiet=quiet) as progress:
+    with reporting(f"{plan.expansion.count:,} test cases, {lanes.text}", quiet=quiet) as progress:
         return run_campaign(
             plan,
             db=db,
