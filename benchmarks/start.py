@@ -1,8 +1,8 @@
 """How long until the first result, with an empty cache of compiled code and with a warm one?
 
-A process plans the shipped motorway ODD, compiles as ``adeye run`` does, and executes and judges one
-test case: with a folder for compiled code that is empty, and with the one that the process before
-has filled. Wall time of the whole process, and CPU time beside it with that of its children.
+A process plans the shipped motorway ODD, compiles as ``adeye run`` does, and executes and judges
+one test case: with a folder for compiled code that is empty, and with the one that the process
+before has filled. Wall time of the whole process, and CPU time beside it with that of its children.
 
     python benchmarks/start.py            the whole measurement
     python benchmarks/start.py --smoke    one warm round, to see that it works

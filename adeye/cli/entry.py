@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import traceback
@@ -16,6 +17,9 @@ from adeye.cli.output import clean, talk
 
 DEBUG: Final = "ADEYE_DEBUG"
 """Environment variable that asks for tracebacks; ``--debug`` sets it, workers inherit it."""
+
+_COLLECT_AFTER: Final = 50_000
+"""Objects made between two collections of the youngest."""
 
 _USAGE: Final = 2
 _DEFECT: Final = 3
@@ -39,6 +43,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if reconfigure is not None:
             # A name that the terminal cannot show must not end the program.
             reconfigure(errors="backslashreplace")
+    # Imports and plans make many objects that stay: looking for rubbish among them at Python's pace
+    # takes a tenth of a short command.
+    gc.set_threshold(_COLLECT_AFTER)
     before = os.environ.get(DEBUG)
     try:
         with raising_on_sigterm():
