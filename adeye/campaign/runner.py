@@ -11,7 +11,6 @@ from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.kernel.jit import is_cache_warm
 from adeye.recorder import trace_bytes
-from adeye.store.query import run_query
 from adeye.store.repository import Repository
 from adeye.store.totals import gate_code, totals
 
@@ -268,14 +267,9 @@ def failed_channels(repository: Repository, campaign: str) -> str:
         repository: The database.
         campaign: Id of the campaign.
     """
-    found = run_query(
-        repository.path,
-        "SELECT architecture, outcome_channel, outcome, COUNT(*) FROM v_runs "  # noqa: S608
-        f"WHERE campaign = '{campaign}' AND outcome_channel IS NOT NULL GROUP BY 1, 2, 3",
-    )
     return "; ".join(
-        f"{outcome} of channel {channel} in {count} runs of {architecture}"
-        for architecture, channel, outcome, count in found.rows
+        f"{outcome} of channel {channel} in {count:,} runs of {architecture}"
+        for architecture, channel, outcome, count in repository.failed_channels(campaign)
     )
 
 

@@ -164,6 +164,8 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     NaN when compiled but raises in plain Python, so a kernel tests its divisors. The interpreter
     lock is released.
 
+    A function may call itself, but two cannot call each other.
+
     Views of arrays are not counted, which saves a quarter of the time of small functions; so it
     cannot make arrays: one that does is ``allocating``.
 

@@ -27,20 +27,19 @@ class _Options(Flags):  # type: ignore[misc]
     the comparison of all of them.
     """
 
-    __slots__ = ("_inherited",)
+    __slots__ = ()
     __eq__ = object.__eq__
     __hash__ = object.__hash__
 
-    def __init__(self, flags: Flags) -> None:
-        super().__init__(flags)
-        plain = Flags(flags)
+    def copy(self) -> Flags:
+        """Return what holds for the functions that numba itself compiles for this one.
+
+        Numba changes it, so it is a new object each time.
+        """
+        plain = Flags(self)
         for name in ("forceinline", "no_compile", "no_cpython_wrapper"):
             setattr(plain, name, False)
-        self._inherited = self if plain == flags else _options(plain)
-
-    def copy(self) -> _Options:
-        """Return what holds for the functions that numba itself compiles for this one."""
-        return self._inherited
+        return plain
 
 
 _options = cache(_Options)
@@ -120,8 +119,10 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
         flags.no_compile = flags.no_cpython_wrapper = True
         typing, target = self.typingctx, self.targetctx
-        result = compile_extra(
-            typing, target, self.py_func, args, None, flags, {}, pipeline_class=_LinkedCompiler
-        )._replace(entry_point=object())
+        # Tells numba that a call of itself is a recursion.
+        with self._compiling_counter:
+            result = compile_extra(
+                typing, target, self.py_func, args, None, flags, {}, pipeline_class=_LinkedCompiler
+            )._replace(entry_point=object())
         target.insert_user_function(result.entry_point, result.fndesc, [result.library])
         return result

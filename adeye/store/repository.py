@@ -274,8 +274,6 @@ class Repository:
     def add_verdicts(self, verdicts: Mapping[str, Sequence[VerdictRecord]]) -> int:
         """Add verdicts to results that exist, by result digest; return how many were new.
 
-        Summaries see them once a campaign selects their FSRs.
-
         Raises:
             IntegrityError: A result has another verdict for the same FSR, or does not exist.
         """
@@ -314,6 +312,11 @@ class Repository:
         day = datetime.now(UTC).date() if on is None else on
         with self._database.read() as connection:
             return summaries.gate(connection, campaign, day)
+
+    def failed_channels(self, campaign: str) -> tuple[tuple[str, str, str, int], ...]:
+        """Count the runs in which a channel failed, by architecture, channel and outcome."""
+        with self._database.read() as connection:
+            return summaries.failed_channels(connection, campaign)
 
     def find_run(self, name: str, *, campaign: str | None = None) -> RunRef:
         """Find a run by the beginning of its result digest, or its ordinal in a campaign."""

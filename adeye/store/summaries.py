@@ -203,6 +203,24 @@ def failed_among(
     return frozenset(connection.execute(query).scalars())
 
 
+def failed_channels(
+    connection: Connection, campaign_id: str
+) -> tuple[tuple[str, str, str, int], ...]:
+    """Count the runs in which a channel failed, by architecture, channel and outcome.
+
+    Few of many runs have such an outcome, so the runs are read as they lie in the file, and only
+    for those the cases are looked up.
+    """
+    found = connection.exec_driver_sql(
+        "SELECT c.architecture, r.outcome_channel, r.outcome, COUNT(*) "
+        "FROM run r CROSS JOIN campaign_case c ON c.result_digest = r.result_digest "
+        "WHERE r.outcome_channel IS NOT NULL AND c.campaign_id = ? "
+        "GROUP BY 1, 2, 3 ORDER BY 1, 2, 3",
+        (campaign_id,),
+    )
+    return tuple((item[0], item[1], item[2], int(item[3])) for item in found)
+
+
 def results(connection: Connection, campaign_id: str) -> ResultTable:
     """Return every executed run of a campaign as ``v_runs`` shows it."""
     found = connection.execute(_RESULTS, {"campaign": campaign_id})

@@ -135,10 +135,46 @@ def test_equal_options_are_one_object_and_what_numba_compiles_inherits_no_kind_o
     assert options.forceinline
     assert options.no_compile
     inherited = options.copy()
-    assert inherited is inherited.copy()
+    inherited.no_cpython_wrapper = True
+    assert not options.no_cpython_wrapper
+    inherited = options.copy()
     assert (inherited.error_model, inherited.nrt) == ("numpy", True)
     assert not inherited.forceinline
     assert not inherited.no_compile
+
+
+@allocating
+def moved(values: Floats) -> Floats:
+    return np.sqrt(values) + np.zeros(values.shape[0]) + 1.0
+
+
+@allocating
+def moved_twice(values: Floats) -> float:
+    return float(moved(moved(values)).sum())
+
+
+def test_arrays_can_be_computed_with_as_a_whole() -> None:
+    for _ in range(2):
+        assert moved(np.array([4.0, 9.0])).tolist() == [3.0, 4.0]
+    assert moved_twice(np.array([9.0])) == 3.0
+    assert total_of(np.array([1.0])) == total_of.py_func(np.array([1.0]))  # type: ignore[attr-defined]
+
+
+@compiled
+def factorial(n: int) -> int:
+    if n <= 1:
+        return 1
+    return n * factorial(n - 1)
+
+
+@compiled
+def factorials(n: int) -> int:
+    return factorial(n) + factorial(n - 1)
+
+
+def test_a_kernel_can_call_itself() -> None:
+    assert factorial(5) == 120
+    assert factorials(5) == 144
 
 
 def test_a_kernel_survives_pickling() -> None:

@@ -1,4 +1,5 @@
 import random  # noqa: TID251 - shuffles the order of execution; no simulated noise
+import sqlite3
 from datetime import date
 from itertools import pairwise
 from pathlib import Path
@@ -195,3 +196,21 @@ def test_results_are_one_row_a_run_in_the_order_of_the_plan(
     table = repository.results(campaign)
     assert [row[table.columns.index("ordinal")] for row in table.rows] == list(range(8))
     assert {"scenario", "architecture", "min_ttc_s", "verdicts"} <= set(table.columns)
+
+
+def test_no_failed_channel_is_nothing_to_count(repository: Repository, example: Any) -> None:
+    campaign = example.campaign(repository, 8)
+    assert repository.failed_channels(campaign) == ()
+
+
+def test_failed_channels_are_counted_from_the_runs(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    campaign = example.campaign(repository, 8)
+    raw.execute("DROP TRIGGER run_no_update")
+    raw.execute("UPDATE run SET outcome = 'CRASH', outcome_channel = 'nominal' WHERE number <= 3")
+    raw.execute("UPDATE run SET outcome = 'TIMEOUT', outcome_channel = 'safety' WHERE number = 4")
+    found = repository.failed_channels(campaign)
+    assert sum(item[3] for item in found) == 4
+    assert {item[1:3] for item in found} == {("nominal", "CRASH"), ("safety", "TIMEOUT")}
+    assert repository.failed_channels("f" * 32) == ()
