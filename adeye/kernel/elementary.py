@@ -24,20 +24,20 @@ __all__ = [
     "atan2",
     "cos",
     "exp",
-    "kernel_cos",
-    "kernel_sin",
     "log",
     "log_of_parts",
     "near_power",
     "power",
     "sin",
     "sin_cos",
+    "sin_cos_of_rest",
     "sin_cos_of_small",
     "tan",
 ]
 
 #: Largest angle [rad] whose reduction is exact; beyond it the circular functions return NaN.
 LARGEST_ANGLE = 1.6e6
+QUARTERS_PER_RADIAN = 6.36619772367581382433e-01
 _FIRST_QUADRANT = 0.785
 _ROOT_HALF = 0.70710678118654752440
 # Scaling by a power of two is exact, whoever does it; a product is sooner done than a call.
@@ -51,7 +51,7 @@ _ROOTS = np.array([float(_EXACT.power(Decimal(2), Decimal(j) / 32)) for j in ran
 
 
 @inlined
-def kernel_sin(x: float, rest: float) -> float:
+def _kernel_sin(x: float, rest: float) -> float:
     """Return sin(x + rest) for abs(x) <= pi/4."""
     z = x * x
     v = z * x
@@ -67,7 +67,7 @@ def kernel_sin(x: float, rest: float) -> float:
 
 
 @inlined
-def kernel_cos(x: float, rest: float) -> float:
+def _kernel_cos(x: float, rest: float) -> float:
     """Return cos(x + rest) for abs(x) <= pi/4."""
     z = x * x
     r = z * (
@@ -91,18 +91,9 @@ def kernel_cos(x: float, rest: float) -> float:
     return w + (((1.0 - w) - half) + (z * r - x * rest))
 
 
-@compiled
-def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for each quadrant
-    """Return (sine, cosine) of an angle [rad]; NaN beyond ``LARGEST_ANGLE``."""
-    if angle == 0.0:
-        return angle, 1.0
-    if abs(angle) <= _FIRST_QUADRANT:
-        # Nothing to take away; the same bits, sooner.
-        return kernel_sin(angle, 0.0), kernel_cos(angle, 0.0)
-    if not abs(angle) <= LARGEST_ANGLE:
-        return math.nan, math.nan
-    turns = math.floor(angle * 6.36619772367581382433e-01 + 0.5)
-    n = float(turns)
+@inlined
+def sin_cos_of_rest(angle: float, n: float) -> tuple[float, float]:
+    """Return (sine, cosine) of what n quarter turns, the nearest, leave of an angle [rad]."""
     # pi/2 in three parts, of which n times the first two is exact.
     t = angle - n * 1.57079632673412561417e00
     w = n * 6.07710050630396597660e-11
@@ -110,8 +101,21 @@ def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for eac
     w = n * 2.02226624879595063154e-21 - ((t - r) - w)
     x = r - w
     rest = (r - x) - w
-    s = kernel_sin(x, rest)
-    c = kernel_cos(x, rest)
+    return _kernel_sin(x, rest), _kernel_cos(x, rest)
+
+
+@compiled
+def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for each quadrant
+    """Return (sine, cosine) of an angle [rad]; NaN beyond ``LARGEST_ANGLE``."""
+    if angle == 0.0:
+        return angle, 1.0
+    if abs(angle) <= _FIRST_QUADRANT:
+        # Nothing to take away; the same bits, sooner.
+        return _kernel_sin(angle, 0.0), _kernel_cos(angle, 0.0)
+    if not abs(angle) <= LARGEST_ANGLE:
+        return math.nan, math.nan
+    turns = math.floor(angle * QUARTERS_PER_RADIAN + 0.5)
+    s, c = sin_cos_of_rest(angle, float(turns))
     quadrant = int(turns) & 3
     if quadrant == 0:
         return s, c
@@ -126,7 +130,7 @@ def sin_cos(angle: float) -> tuple[float, float]:  # noqa: PLR0911 - one for eac
 def sin_cos_of_small(angle: float) -> tuple[float, float]:
     """Do what ``sin_cos`` does, in the caller's own code where the angle is small."""
     if abs(angle) <= _FIRST_QUADRANT:
-        return kernel_sin(angle, 0.0), kernel_cos(angle, 0.0)
+        return _kernel_sin(angle, 0.0), _kernel_cos(angle, 0.0)
     return sin_cos(angle)
 
 
@@ -134,7 +138,7 @@ def sin_cos_of_small(angle: float) -> tuple[float, float]:
 def sin(angle: float) -> float:
     """Return the sine of an angle [rad]; NaN beyond ``LARGEST_ANGLE``."""
     if angle != 0.0 and abs(angle) <= _FIRST_QUADRANT:
-        return kernel_sin(angle, 0.0)
+        return _kernel_sin(angle, 0.0)
     return sin_cos(angle)[0]
 
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.kernel.elementary import kernel_cos, kernel_sin, log_of_parts
+from adeye.kernel.elementary import QUARTERS_PER_RADIAN, log_of_parts, sin_cos_of_rest
 from adeye.kernel.jit import compiled, inlined
 
 if TYPE_CHECKING:
@@ -108,15 +108,8 @@ def _log_of_fraction(x: float) -> float:
 @inlined
 def _sin_cos_of_turn(angle: float) -> tuple[float, float]:
     """Return ``elementary.sin_cos`` of an angle in (0, 2 pi), bit for bit, without a jump."""
-    turns = int(angle * 6.36619772367581382433e-01 + 0.5)
-    n = float(turns)
-    t = angle - n * 1.57079632673412561417e00
-    w = n * 6.07710050630396597660e-11
-    r = t - w
-    w = n * 2.02226624879595063154e-21 - ((t - r) - w)
-    x = r - w
-    rest = (r - x) - w
-    s, c = kernel_sin(x, rest), kernel_cos(x, rest)
+    turns = int(angle * QUARTERS_PER_RADIAN + 0.5)
+    s, c = sin_cos_of_rest(angle, float(turns))
     is_odd = turns & 1 != 0
     # Negative in quadrants 2 and 3, and in 1 and 2.
     sine = (1.0 - float(turns & 2)) * (c if is_odd else s)
