@@ -10,6 +10,7 @@ from adeye.evaluation.verdict import Verdict
 from adeye.report.words import (
     SYMBOLS,
     binding_sentence,
+    counted,
     margin_text,
     number,
     quantity,
@@ -128,6 +129,7 @@ def filters() -> dict[str, Any]:
         "badge": badge,
         "binding": binding_sentence,
         "margin": margin_text,
+        "counted": counted,
         "number": number,
         "quantity": quantity,
         "unit": unit_text,
@@ -174,7 +176,7 @@ def _matrix_cell(
         margin=margin_text(cell)
         if cell is not None and cell.verdict in {Verdict.PASS, Verdict.FAIL}
         else "",
-        exercised="" if cell is None else f"{cell.exercised:,}/{cell.runs:,}",
+        exercised="" if cell is None else f"{counted(cell.exercised)}/{counted(cell.runs)}",
         hint=hint,
         run="" if cell is None or cell.worst_run is None else cell.worst_run,
     )
@@ -187,9 +189,11 @@ def _detail(
     if cell is None:
         lines.append(("Runs", "no result is recorded here"))
     else:
-        counts = [f"{number:,} {verdict_word(verdict)}" for verdict, number in cell.counts.items()]
-        lines.append(("Runs", f"{cell.runs:,}: " + (", ".join(counts) or "none")))
-        lines.append(("Exercised", f"{cell.exercised:,} of {cell.runs:,}"))
+        counts = [
+            f"{counted(runs)} {verdict_word(verdict)}" for verdict, runs in cell.counts.items()
+        ]
+        lines.append(("Runs", f"{counted(cell.runs)}: " + (", ".join(counts) or "none")))
+        lines.append(("Exercised", f"{counted(cell.exercised)} of {counted(cell.runs)}"))
         if cell.margin is not None:
             text = quantity(cell.margin.value, cell.margin.unit, signed=True)
             if cell.margin.robustness is not None:

@@ -77,6 +77,15 @@ def number(value: float, *, signed: bool = False) -> str:
     return sign + digits
 
 
+def counted(things: int) -> str:
+    """Write a count so that a large one can be read.
+
+    >>> counted(228), counted(1_000_000)
+    ('228', '1,000,000')
+    """
+    return f"{things:,}"
+
+
 def quantity(value: float, unit: str, *, signed: bool = False) -> str:
     """Write a number with its unit.
 

@@ -9,6 +9,7 @@ from adeye.report.words import (
     MEANINGS,
     SYMBOLS,
     binding_sentence,
+    counted,
     margin_text,
     number,
     quantity,
@@ -114,3 +115,12 @@ def test_truth_has_no_margin_to_speak_of(value: float, text: str) -> None:
         command="c",
     )
     assert margin_text(cell) == text
+
+
+def test_counts_are_grouped_by_thousands() -> None:
+    assert [counted(things) for things in (0, 999, 1000, 1_000_000)] == [
+        "0",
+        "999",
+        "1,000",
+        "1,000,000",
+    ]
