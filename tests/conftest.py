@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests import motorway
 from tests.project import Executed, Project, run_cases
@@ -18,6 +19,12 @@ if TYPE_CHECKING:
     from adeye.trace import Trace
 
 MakeProject = Callable[..., Project]
+
+# How fast a machine is decides no test.
+settings.register_profile(
+    "any_machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("any_machine")
 
 
 @pytest.fixture

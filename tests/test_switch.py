@@ -223,7 +223,7 @@ def test_made_switch_is_the_priority_switch() -> None:
 ROW = st.tuples(*[st.sampled_from([OK, DEGRADED, REQUESTS_AUTHORITY, FAULT, SILENT])] * 3)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     rows=st.lists(ROW, min_size=1, max_size=12),
     latch=st.booleans(),

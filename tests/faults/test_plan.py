@@ -193,7 +193,7 @@ def test_no_fault_is_the_identity() -> None:
     assert plan.on_commands([nominal], active)[0] is nominal
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     at=st.floats(0.0, 2.0),
     duration=st.sampled_from(["0 s", None]),

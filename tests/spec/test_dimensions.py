@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.errors import ExpressionError
@@ -116,7 +116,6 @@ def test_long_chain_needs_no_recursion() -> None:
     assert dimension("+".join(["gap"] * 400)) is Dimension.LENGTH
 
 
-@settings(deadline=None)
 @given(
     left=st.sampled_from(sorted(DIMS.keys() - {"open"})),
     right=st.sampled_from(sorted(DIMS.keys() - {"open"})),

@@ -345,7 +345,7 @@ PIECES = [
 ]
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(st.text(max_size=40) | st.lists(st.sampled_from(PIECES), max_size=20).map("".join))
 def test_any_text_is_a_document_or_an_input_error_with_its_place(text: str) -> None:
     try:
@@ -360,7 +360,7 @@ def test_any_text_is_a_document_or_an_input_error_with_its_place(text: str) -> N
     assert place.column >= 1
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.binary(max_size=60))
 def test_any_bytes_are_a_document_or_an_input_error(
     tmp_path_factory: pytest.TempPathFactory, content: bytes
