@@ -7,7 +7,7 @@ must not depend on the other runs of its batch.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from pydantic import BaseModel, ConfigDict
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
         Scene,
         SceneContext,
     )
-    from adeye.spec.architecture import Sensor, Switch, Vehicle
+    from adeye.spec.architecture import Switch, Vehicle
+    from adeye.spec.sensors import Sensor
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -49,6 +50,8 @@ class SensorContext:
         every: Ticks between two samples.
         latency: Ticks from sample to delivery.
         owner: Owner number of its random stream.
+        jitter: Most ticks that a sample comes later than its latency.
+        others: (B) spec records of the other sensors of the architecture, by id.
     """
 
     sensor_id: str
@@ -57,6 +60,8 @@ class SensorContext:
     every: int
     latency: int
     owner: int
+    jitter: int = 0
+    others: Mapping[str, Sequence[Sensor]] = field(default_factory=dict)
 
 
 class SensorModel(Protocol):

@@ -186,7 +186,7 @@ def _absorb(name: str, values: NDArray[Any], rows: Ints, lanes: NDArray[np.uint6
 
 def _context_of(context: SceneContext, runs: Ints) -> SceneContext:
     """Keep the sizes, roads, surroundings and seeds of some runs."""
-    road, around = context.road, context.surroundings
+    road = context.road
     return replace(
         context,
         object_sizes=context.object_sizes[runs],
@@ -200,11 +200,5 @@ def _context_of(context: SceneContext, runs: Ints) -> SceneContext:
             shoulder=road.shoulder[runs],
             speed_limit=road.speed_limit[runs],
         ),
-        surroundings=replace(
-            around,
-            rain=around.rain[runs],
-            fog_visibility=around.fog_visibility[runs],
-            friction=around.friction[runs],
-            night=around.night[runs],
-        ),
+        surroundings=context.surroundings.of(runs),
     )

@@ -56,7 +56,9 @@ def context() -> SceneContext:
         object_reflectivity=np.arange(RUNS * OBJECTS * 1.0).reshape(RUNS, OBJECTS),
         ego_size=np.arange(RUNS * 3.0).reshape(RUNS, 3),
         road=RoadMap(np.arange(RUNS * 5.0).reshape(RUNS, 1, 5), each, 2, each, each),
-        surroundings=Surroundings(each, each, each, np.array([False, True])),
+        surroundings=Surroundings(
+            each, each, each, np.array([False, True]), each + 1.0, each + 2.0, each + 3.0
+        ),
         stream_seeds=np.arange(RUNS, dtype=np.uint64),
         event_ids=("brakes",),
     )

@@ -10,13 +10,14 @@ from adeye.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.channels.factory import make_channel, plugin_channel
 from adeye.errors import SpecError
 from adeye.registry import Part, load_part, plugins_digest, require, validate_parameters
-from adeye.sensors.rig import BUILT_IN as BUILT_IN_SENSORS
-from adeye.spec.architecture import Architecture, PluginChannel, PluginSensor
+from adeye.spec.channels import PluginChannel
 from adeye.spec.quantity import IDENTIFIER
+from adeye.spec.sensors import PluginSensor
 from adeye.units import shown
 
 if TYPE_CHECKING:
     from adeye.ports import ControlChannel
+    from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded
 
 
@@ -51,8 +52,7 @@ def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> 
     plugins: list[Part] = []
     monitors: list[str] = []
     for name, sensor in loaded.spec.sensors.items():
-        if sensor.kind not in BUILT_IN_SENSORS:
-            assert isinstance(sensor, PluginSensor)
+        if isinstance(sensor, PluginSensor):
             plugins.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
     for name, channel in loaded.spec.channels.items():
         if channel.kind in BUILT_IN_CHANNELS:

@@ -18,7 +18,7 @@ from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import inlined
 from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
 from adeye.signals import parameter_record, spec_columns
-from adeye.spec.architecture import NominalParameters, SafetyParameters
+from adeye.spec.channels import NominalParameters, SafetyParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
@@ -83,7 +84,7 @@ def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
         else:
             seen[link] = _blanked(measurements[link])
     if protect:
-        seen = {name: _locked_measurement(item) for name, item in seen.items()}
+        seen = {name: item.map(_locked) for name, item in seen.items()}
         heard = {name: _locked_command(item) for name, item in heard.items()}
         shown = shown and Authority(_locked(shown.channel), _locked(shown.reason))
         running = _locked(running)
@@ -91,15 +92,7 @@ def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
 
 
 def _blanked(measurement: Measurement) -> Measurement:
-    return Measurement(
-        measurement.stamp,
-        measurement.fresh,
-        measurement.alive,
-        measurement.mask,
-        measurement.detections,
-        _no_source(measurement.source.shape),
-        measurement.estimate,
-    )
+    return replace(measurement, source=_no_source(measurement.source.shape), hits=None)
 
 
 @lru_cache(maxsize=8)
@@ -108,19 +101,6 @@ def _no_source(shape: tuple[int, ...]) -> Ints:
     blank = np.full(shape, -1, dtype=np.int64)
     blank.flags.writeable = False
     return blank
-
-
-def _locked_measurement(measurement: Measurement) -> Measurement:
-    estimate = measurement.estimate
-    return Measurement(
-        _locked(measurement.stamp),
-        _locked(measurement.fresh),
-        _locked(measurement.alive),
-        _locked(measurement.mask),
-        _locked(measurement.detections),
-        _locked(measurement.source),
-        None if estimate is None else _locked(estimate),
-    )
 
 
 def _locked_command(command: ControlCommand) -> ControlCommand:

@@ -31,11 +31,12 @@ from adeye.channels.tracks import (
     TRACK_VAR_Y,
     TRACK_VX,
     TRACK_VY,
-    TRACK_WIDTH,
     TRACK_X,
     TRACK_Y,
     associate,
+    behind_face,
     carry_by,
+    learn_size,
     may_begin,
     room_for_track,
 )
@@ -53,7 +54,7 @@ from adeye.signals import (
     Ints,
 )
 
-SENSOR_KINDS: Final = ("ground_truth", "lidar", "radar", "camera")
+SENSOR_KINDS: Final = ("ground_truth", "lidar", "radar", "camera", "ultrasonic")
 """Kinds that have a row in the table of assumed noise; every other sensor takes the camera's."""
 
 # Standard deviations that a channel assumes; sensors do not tell it theirs. Along the line of
@@ -66,6 +67,7 @@ _NOISE: Final = np.array(
         [0.15, 0.0, 0.10, 0.002, 0.0],
         [0.50, 0.0, 0.20, 0.010, 0.25],
         [0.30, 3e-4, 0.10, 0.003, 0.0],
+        [0.10, 0.0, 0.50, 0.100, 0.0],
     ]
 )
 _FREEDOM_X: Final = 10.0
@@ -312,6 +314,8 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
         kind: Index into ``SENSOR_KINDS``.
         age: Time since the sample [s].
     """
+    if detection[DETECTION_LENGTH] <= 0.0:
+        x += behind_face(x, track[TRACK_LENGTH], detection[DETECTION_WIDTH])
     dx, dy = x - mount_x, y - mount_y
     distance = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
@@ -336,8 +340,7 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     track[TRACK_Y], track[TRACK_VY] = at_y, vy
     track[TRACK_VAR_X], track[TRACK_COV_X], track[TRACK_VAR_VX] = var_x, cov_x, var_vx
     track[TRACK_VAR_Y], track[TRACK_COV_Y], track[TRACK_VAR_VY] = var_y, cov_y, var_vy
-    track[TRACK_LENGTH] = detection[DETECTION_LENGTH]
-    track[TRACK_WIDTH] = detection[DETECTION_WIDTH]
+    learn_size(track, detection[DETECTION_LENGTH], detection[DETECTION_WIDTH])
     if track[TRACK_CLASS] < 0.0:
         track[TRACK_CLASS] = detection[DETECTION_CLASS]
     track[TRACK_HITS] += 1.0

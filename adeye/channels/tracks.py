@@ -8,7 +8,7 @@ from typing import Final
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED, POSE_YAW_RATE
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
-from adeye.signals import DETECTION_CLASS, Floats, Ints
+from adeye.signals import DETECTION_CLASS, DETECTION_LENGTH, DETECTION_WIDTH, Floats, Ints
 
 TRACKS: Final = 8
 """Tracks that a channel keeps."""
@@ -45,6 +45,15 @@ BLOCKED: Final = -2
 
 _GATE_GROWTH: Final = 0.08
 """Growth of the gate along the line of sight with distance, for cameras. Our choice."""
+
+_CAR_LENGTH: Final = 4.5
+_SHORT: Final = 0.6
+_NARROW: Final = 1.0
+"""Length that an object is taken to have where sensors do not tell [m]: that of a car, unless it is
+seen to be narrower than any."""
+
+_CAR_WIDTH: Final = 1.8
+"""Width that an object is taken to have where sensors do not tell [m]."""
 
 _BEHIND: Final = 15.0
 _ASIDE: Final = 20.0
@@ -191,9 +200,11 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
     chosen, least = -1, 1.0
     for row in range(count):
         dx = places[row, 0] - x
-        if abs(dx) > reach or owner[row] != FREE:
+        if abs(dx) > reach + track[TRACK_LENGTH] or owner[row] != FREE:
             continue
         dy = places[row, 1] - y
+        if detections[row, DETECTION_LENGTH] <= 0.0:
+            dx += behind_face(x, track[TRACK_LENGTH], detections[row, DETECTION_WIDTH])
         along, across = ux * dx + uy * dy, ux * dy - uy * dx
         # NaN compares false, so a detection that is no number fits nothing.
         if not (abs(along) < longest and abs(across) < gate):
@@ -206,6 +217,38 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
         if along * along + across * across < least:
             chosen, least = row, along * along + across * across
     return chosen, least
+
+
+@inlined
+def behind_face(x: float, length: float, width: float) -> float:
+    """Return how far the centre of a box lies beyond its nearest face, along x [m].
+
+    Args:
+        x: Of the face [m]; behind the ego the centre is further behind.
+        length: Of the track [m], 0 while it is unknown.
+        width: Of the detection [m], 0 if it is unknown.
+    """
+    depth = length if length > 0.0 else assumed_length(width)
+    return 0.5 * depth if x >= 0.0 else -0.5 * depth
+
+
+@inlined
+def assumed_length(width: float) -> float:
+    """Return the length that an object of a width is taken to have [m]; of a car if unknown (0)."""
+    return _SHORT if 0.0 < width < _NARROW else _CAR_LENGTH
+
+
+@inlined
+def learn_size(track: Floats, length: float, width: float) -> None:
+    """Take over the size of a detection, as far as it tells it; what is unknown is assumed."""
+    if length > 0.0:
+        track[TRACK_LENGTH] = length
+    elif track[TRACK_LENGTH] <= 0.0:
+        track[TRACK_LENGTH] = assumed_length(width)
+    if width > 0.0:
+        track[TRACK_WIDTH] = width
+    elif track[TRACK_WIDTH] <= 0.0:
+        track[TRACK_WIDTH] = _CAR_WIDTH
 
 
 @inlined

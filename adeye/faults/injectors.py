@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from adeye.channels.failures import silenced
-from adeye.signals import Bools, ControlCommand, Measurement
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, ControlCommand, Measurement
 
 
 @dataclass(slots=True)
@@ -28,7 +33,7 @@ class DropOut:
         if not active.any():
             self._last = measurement
             return measurement
-        faulty = _copy(measurement)
+        faulty = measurement.copy()
         faulty.fresh[active] = False
         faulty.alive[active] = False
         faulty.mask[active] = False
@@ -39,6 +44,12 @@ class DropOut:
         faulty.stamp[active] = self._last.stamp[active]
         if faulty.estimate is not None and self._last.estimate is not None:
             faulty.estimate[active] = self._last.estimate[active]
+        if faulty.points is not None:
+            faulty.points[active] = 0.0
+        if faulty.hits is not None:
+            faulty.hits[active] = -1
+        if faulty.values is not None:
+            faulty.values[active] = np.nan
         # In runs without the fault this is their own newest sample, in the others the old one.
         self._last = faulty
         return faulty
@@ -69,22 +80,9 @@ class Silence:
         return self._last
 
 
-def _copy(measurement: Measurement) -> Measurement:
-    estimate = measurement.estimate
-    return Measurement(
-        measurement.stamp.copy(),
-        measurement.fresh.copy(),
-        measurement.alive.copy(),
-        measurement.mask.copy(),
-        measurement.detections.copy(),
-        measurement.source.copy(),
-        None if estimate is None else estimate.copy(),
-    )
-
-
 def _nothing(measurement: Measurement) -> Measurement:
     """What a sensor delivers before its first sample."""
-    nothing = _copy(measurement)
+    nothing = measurement.copy()
     nothing.stamp[:] = -1.0
     if nothing.estimate is not None:
         nothing.estimate[:] = 0.0

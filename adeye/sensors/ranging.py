@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.ports import SensorContext
-    from adeye.spec.architecture import Camera, Lidar, Radar
+    from adeye.spec.sensors import Camera, Lidar, Radar
 
 CAMERA, RADAR, LIDAR = 0, 1, 2
 _KINDS = {"camera": CAMERA, "radar": RADAR, "lidar": LIDAR}

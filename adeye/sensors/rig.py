@@ -12,15 +12,16 @@ from adeye.registry import load_part
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
 from adeye.sensors.ranging import RangingSensor
 from adeye.spec.clock import period_ticks, ticks
+from adeye.spec.sensors import model_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from adeye.signals import Floats, Measurement, Scene, SceneContext
     from adeye.sweep.case import TestCase
 
-BUILT_IN: Final[Mapping[str, Callable[[SensorContext], SensorModel]]] = {
+BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
     "camera": RangingSensor,
     "radar": RangingSensor,
     "lidar": RangingSensor,
@@ -50,9 +51,16 @@ class Rig:
                 every=period_ticks(first.rate, scene.step, f"sensors.{name}.rate"),
                 latency=ticks(first.latency, scene.step, f"sensors.{name}.latency"),
                 owner=owner_id(f"sensor/{name}"),
+                jitter=ticks(first.jitter, scene.step, f"sensors.{name}.jitter"),
+                others={
+                    other: [case.architecture.sensors[other] for case in cases]
+                    for other in cases[0].architecture.sensors
+                    if other != name
+                },
             )
-            if first.kind in BUILT_IN:
-                self._sensors[name] = BUILT_IN[first.kind](context)
+            model = model_name(first)
+            if model in BUILT_IN:
+                self._sensors[name] = BUILT_IN[model](context)
             else:
                 self._sensors[name] = load_part(first.kind, base_dir).build(context)
 

@@ -6,20 +6,18 @@ replaced. Compiled stages work on one run's slice; the column numbers below are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-
-_Spec = TypeVar("_Spec")
 
 # Columns of an ego state row.
 EGO_COLUMNS: Final = ("x", "y", "heading", "speed", "acceleration", "steering_angle", "yaw_rate")
@@ -33,7 +31,9 @@ OBJECT_X, OBJECT_Y, OBJECT_HEADING, OBJECT_SPEED, OBJECT_ACCELERATION = range(5)
 PLACE_COLUMNS: Final = ("s", "d", "road_heading", "curvature", "lane", "offset")
 PLACE_S, PLACE_D, PLACE_HEADING, PLACE_CURVATURE, PLACE_LANE, PLACE_OFFSET = range(6)
 
-# Columns of a detection row, in the vehicle frame of the sample's time.
+# Columns of a detection row, in the vehicle frame of the sample's time. Place and size are those of
+# a box; a length of 0 says that the depth is unknown and the place is that of the nearest face, a
+# width of 0 that nothing is known of the width, a class of -1 that nothing is known of the class.
 DETECTION_COLUMNS: Final = ("x", "y", "range_rate", "has_range_rate", "length", "width", "class")
 (
     DETECTION_X,
@@ -48,6 +48,20 @@ DETECTION_COLUMNS: Final = ("x", "y", "range_rate", "has_range_rate", "length", 
 # Columns of an ego estimate, as localisation and ground truth give it.
 ESTIMATE_COLUMNS: Final = (*EGO_COLUMNS, *PLACE_COLUMNS)
 ESTIMATE_PLACE: Final = len(EGO_COLUMNS)
+
+# Columns of what a satellite receiver gives: place of the ego's box centre in the map and velocity
+# over ground [m], [m/s].
+GNSS_COLUMNS: Final = ("x", "y", "velocity_x", "velocity_y")
+GNSS_X, GNSS_Y, GNSS_VELOCITY_X, GNSS_VELOCITY_Y = range(4)
+
+# Columns of what an inertial unit gives, in the vehicle frame [m/s²], [rad/s].
+IMU_COLUMNS: Final = ("acceleration_x", "acceleration_y", "yaw_rate")
+IMU_ACCELERATION_X, IMU_ACCELERATION_Y, IMU_YAW_RATE = range(3)
+
+# Columns of a return of a lidar's beam; a range of 0 says that there is none. Bearing and elevation
+# are those of the beam in the vehicle frame about the sensor's place.
+POINT_COLUMNS: Final = ("range", "bearing", "elevation")
+POINT_RANGE, POINT_BEARING, POINT_ELEVATION = range(3)
 
 # Columns of a track row, in the vehicle frame of the channel's tick.
 TRACK_COLUMNS: Final = ("x", "y", "vx", "vy", "length", "width")
@@ -84,6 +98,11 @@ NO_CHANNEL: Final = -1
 """Authority when no channel can act: the ego coasts."""
 
 
+ILLUMINANCE: Final = {"day": 2e4, "dusk": 100.0, "lit_night": 10.0, "night": 0.1}
+"""Horizontal illuminance of each illumination [lx]: an overcast day, soon after sunset, a lit road
+(class C3 of EN 13201 asks for 15 lx, M classes for less), a night with some moon."""
+
+
 @dataclass(frozen=True, slots=True)
 class RoadMap:
     """The road of each run, as channels know it from the map.
@@ -112,12 +131,35 @@ class Surroundings:
         fog_visibility: [m].
         friction: Tyre-road friction coefficient.
         night: Whether it is dark.
+        illuminance: Of a horizontal surface by sun, sky and street lights [lx].
+        sun_elevation: Of the sun above the horizon [rad], NaN where nobody looks into it.
+        sun_azimuth: Where the sun stands, counter-clockwise from the map's x axis [rad].
     """
 
     rain: Floats
     fog_visibility: Floats
     friction: Floats
     night: Bools
+    illuminance: Floats
+    sun_elevation: Floats
+    sun_azimuth: Floats
+
+    @classmethod
+    def clear(cls, runs: int) -> Surroundings:
+        """Return a dry, overcast day without fog."""
+        return cls(
+            rain=np.zeros(runs),
+            fog_visibility=np.full(runs, 1e5),
+            friction=np.ones(runs),
+            night=np.zeros(runs, dtype=np.bool_),
+            illuminance=np.full(runs, ILLUMINANCE["day"]),
+            sun_elevation=np.full(runs, np.nan),
+            sun_azimuth=np.zeros(runs),
+        )
+
+    def of(self, runs: Any) -> Surroundings:
+        """Keep the conditions of some runs, chosen by a slice or by their numbers."""
+        return Surroundings(*(getattr(self, field.name)[runs] for field in fields(self)))
 
 
 @dataclass(slots=True)
@@ -218,6 +260,10 @@ class Measurement:
         detections: (B, M, 7), see ``DETECTION_COLUMNS``.
         source: (B, M) object behind each detection, -1 for none.
         estimate: (B, 13) ego estimate, see ``ESTIMATE_COLUMNS``; None if it gives none.
+        points: (B, P, 3) returns of a lidar's beams, see ``POINT_COLUMNS``; None of other sensors.
+        hits: (B, P) object behind each return, -1 for none; for the recorder only.
+        values: (B, V) what a sensor of the ego's motion gives, ``GNSS_COLUMNS`` or
+            ``IMU_COLUMNS``; NaN rows while it gives nothing.
     """
 
     stamp: Floats
@@ -227,6 +273,24 @@ class Measurement:
     detections: Floats
     source: Ints
     estimate: Floats | None = None
+    points: Floats | None = None
+    hits: Ints | None = None
+    values: Floats | None = None
+
+    def copy(self) -> Measurement:
+        """Copy the arrays, so that a later change leaves this measurement as it was."""
+        return self.map(lambda array: array.copy())
+
+    def map(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Measurement:
+        """Return a measurement made of changed arrays."""
+        changed: dict[str, Any] = {}
+        for name in _MEASUREMENT:
+            item = getattr(self, name)
+            changed[name] = None if item is None else change(item)
+        return Measurement(**changed)
+
+
+_MEASUREMENT: Final = tuple(field.name for field in fields(Measurement))
 
 
 @dataclass(slots=True)
@@ -298,43 +362,3 @@ class Observation:
     commands: Mapping[str, ControlCommand]
     authority: Authority | None
     running: Bools
-
-
-def spec_columns(
-    specs: Sequence[_Spec], read: Callable[[_Spec], Mapping[str, float]]
-) -> dict[str, Floats]:
-    """Read numbers from the spec of every run.
-
-    Most runs of a batch share one object, which is read once: a validated spec is slow to read.
-
-    Args:
-        specs: (B) spec of each run; at least one.
-        read: Gives the numbers of a spec by name, of each the same names.
-
-    Returns:
-        (B,) columns by name.
-    """
-    distinct = {id(spec): spec for spec in specs}
-    place = {key: index for index, key in enumerate(distinct)}
-    of_run = np.array([place[id(spec)] for spec in specs])
-    rows = [read(spec) for spec in distinct.values()]
-    return {
-        name: np.array([row[name] for row in rows], dtype=np.float64)[of_run] for name in rows[0]
-    }
-
-
-def parameter_record(fields: Mapping[str, Any]) -> NDArray[np.void]:
-    """Pack one value or column per field into a structured array of float64, one record a run.
-
-    Args:
-        fields: Scalars or (B,) columns by name; at least one is a column.
-
-    Returns:
-        (B,) structured array; compiled stages read ``record["name"]``.
-    """
-    columns = {name: np.asarray(value, dtype=np.float64) for name, value in fields.items()}
-    runs = max((column.shape[0] for column in columns.values() if column.ndim), default=1)
-    packed = np.zeros(runs, dtype=[(name, np.float64) for name in columns])
-    for name, column in columns.items():
-        packed[name] = column
-    return packed

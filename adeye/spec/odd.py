@@ -23,7 +23,7 @@ from adeye.spec.quantity import (
     Speed,
     Text,
 )
-from adeye.spec.scenario import ActorKind, Value
+from adeye.spec.scenario import ActorKind, Illumination, Value
 
 
 class LaneLimits(Record):
@@ -72,7 +72,7 @@ class EnvironmentalConditions(Record):
     rain: RainLimits | None = None
     fog: FogLimits | None = None
     friction: FrictionLimits | None = None
-    illumination: Many[Literal["day", "night"]] = ("day", "night")
+    illumination: Many[Illumination] = ("day", "dusk", "lit_night", "night")
 
 
 class SpeedLimits(Record):

@@ -350,7 +350,8 @@ def _member(schema: Any, part: str | int, definitions: Mapping[str, Any]) -> Any
         return _member(definitions.get(name, {}), part, definitions)
     chosen = schema.get("discriminator", {}).get("mapping", {}).get(part)
     if chosen is not None:
-        return {"$ref": chosen}
+        # A member that is a union itself stands there whole.
+        return chosen if isinstance(chosen, dict) else {"$ref": chosen}
     for option in schema.get("anyOf", []):
         if option.get("$ref", "").rsplit("/", 1)[-1] == part:
             return option

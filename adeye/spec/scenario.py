@@ -33,7 +33,8 @@ from adeye.units import Dimension, shown
 
 ActorKind = Literal["car", "van", "truck", "bus", "motorcycle", "cyclist", "pedestrian"]
 ObjectKind = Literal["parked_truck", "parked_car", "barrier", "building"]
-Illumination = Literal["day", "night"]
+Illumination = Literal["day", "dusk", "lit_night", "night"]
+"""Daylight, twilight, night with street lighting, night without."""
 
 Value = str | int | float
 """A parameter value as written: a quantity with its unit, or a plain number."""
@@ -130,6 +131,10 @@ class Environment(Record):
     fog_visibility: LengthFormula
     friction: NumberFormula
     illumination: Illumination = "day"
+    sun_elevation: AngleFormula | None = None
+    """Of the sun above the horizon; without it nobody looks into the sun."""
+    sun_azimuth: AngleFormula | None = None
+    """Where the sun stands in the map, counter-clockwise from its x axis; default 0."""
 
 
 class Goal(Record):

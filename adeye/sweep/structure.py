@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from adeye.identity import digest
 from adeye.spec.scenario import LogicalScenario
+from adeye.spec.sensors import model_name
 from adeye.sweep.overrides import MOST_VARIANTS
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def _of_scenario(scenario: LogicalScenario) -> Any:
 
 def _of_architecture(architecture: Architecture) -> Any:
     sensors = {
-        name: [sensor.kind, sensor.rate, sensor.latency, _free(sensor)]
+        name: [model_name(sensor), sensor.rate, sensor.latency, sensor.jitter, _free(sensor)]
         for name, sensor in architecture.sensors.items()
     }
     channels = {
@@ -130,6 +131,14 @@ def _of_architecture(architecture: Architecture) -> Any:
 
 
 def _free(part: Any) -> str:
-    """Parameters of a plug-in are opaque, so they are structure."""
+    """What shapes the arrays of a part; parameters of a plug-in are opaque, so they are, too."""
+    shaped = {name: _shape(getattr(part, name)) for name in getattr(part, "STRUCTURE", ())}
     parameters = getattr(part, "parameters", None)
-    return json.dumps(parameters, sort_keys=True) if isinstance(parameters, dict) else ""
+    if isinstance(parameters, dict):
+        shaped["parameters"] = parameters
+    return json.dumps(shaped, sort_keys=True) if shaped else ""
+
+
+def _shape(value: Any) -> Any:
+    """A number shapes by its value, named records by their names."""
+    return list(value) if isinstance(value, dict) else value

@@ -29,7 +29,7 @@ from adeye.testing.scenes import ego_estimate, straight_road
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from adeye.spec.architecture import Sensor
+    from adeye.spec.sensors import Sensor
 
 RUNS: Final = 3
 TICKS: Final = 24
@@ -154,9 +154,6 @@ def _demand_equal(one: Sequence[Measurement], other: Sequence[Measurement], rule
 
 def three_objects() -> SceneContext:
     """Return the context of three runs with a lead, a neighbour and a wall."""
-    weather = Surroundings(
-        np.zeros(RUNS), np.full(RUNS, 10_000.0), np.ones(RUNS), np.zeros(RUNS, dtype=np.bool_)
-    )
     return SceneContext(
         step=STEP,
         object_ids=("lead", "neighbour", "wall"),
@@ -166,7 +163,7 @@ def three_objects() -> SceneContext:
         object_reflectivity=np.full((RUNS, 3), 0.5),
         ego_size=np.tile([4.5, 1.8, 1.5], (RUNS, 1)),
         road=straight_road(RUNS),
-        surroundings=weather,
+        surroundings=Surroundings.clear(RUNS),
         stream_seeds=np.arange(11, 11 + RUNS, dtype=np.uint64),
         event_ids=(),
     )
@@ -203,7 +200,7 @@ def scene_of(context: SceneContext, tick: int) -> Scene:
 
 def _one_context(context: SceneContext, run: int) -> SceneContext:
     part = slice(run, run + 1)
-    road, weather = context.road, context.surroundings
+    road = context.road
     return replace(
         context,
         object_sizes=context.object_sizes[part],
@@ -216,12 +213,7 @@ def _one_context(context: SceneContext, run: int) -> SceneContext:
             road.shoulder[part],
             road.speed_limit[part],
         ),
-        surroundings=Surroundings(
-            weather.rain[part],
-            weather.fog_visibility[part],
-            weather.friction[part],
-            weather.night[part],
-        ),
+        surroundings=context.surroundings.of(part),
         stream_seeds=context.stream_seeds[part],
     )
 

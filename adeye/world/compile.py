@@ -14,6 +14,7 @@ from adeye.kernel.jit import compiled
 from adeye.kernel.manoeuvre import ACTOR_WIDTH, place_actor
 from adeye.kernel.road import local, offset_curvature, position
 from adeye.signals import (
+    ILLUMINANCE,
     Bools,
     Floats,
     RoadMap,
@@ -146,8 +147,11 @@ def _ego_desired_speed(formulas: Formulas) -> Floats:
 
 def _surroundings(formulas: Formulas) -> Surroundings:
     night = np.zeros(formulas.runs, dtype=np.bool_)
+    illuminance = np.zeros(formulas.runs)
     for scenario, rows, _ in formulas.parts:
-        night[rows] = scenario.environment.illumination == "night"
+        light = scenario.environment.illumination
+        night[rows] = light in {"lit_night", "night"}
+        illuminance[rows] = ILLUMINANCE[light]
     return Surroundings(
         rain=formulas.limited(
             "environment.rain", lambda s: s.environment.rain, above=BELOW_ZERO, unit="m/s"
@@ -159,6 +163,14 @@ def _surroundings(formulas: Formulas) -> Surroundings:
             "environment.friction", lambda s: s.environment.friction, above=0.0, unit=""
         ),
         night=night,
+        illuminance=illuminance,
+        sun_elevation=formulas.values(
+            "environment.sun_elevation",
+            lambda s: s.environment.sun_elevation,
+        ),
+        sun_azimuth=formulas.values(
+            "environment.sun_azimuth", lambda s: s.environment.sun_azimuth, 0.0
+        ),
     )
 
 

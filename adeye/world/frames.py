@@ -16,7 +16,7 @@ from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, Floats
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adeye.spec.architecture import Mount
+    from adeye.spec.sensors import Mount
 
 MAP: Final = "map"
 EGO: Final = "ego"
@@ -144,7 +144,7 @@ def vehicle_frames(ego: Floats, mounts: Mapping[str, Mount]) -> FrameTree:
         ego: Ego states (..., 7), see ``signals.EGO_COLUMNS``.
         mounts: Pose of each sensor in the vehicle.
 
-    >>> from adeye.spec.architecture import Mount
+    >>> from adeye.spec.sensors import Mount
     >>> ego = np.array([100.0, 5.0, np.pi / 2, 20.0, 0.0, 0.0, 0.0])
     >>> tree = vehicle_frames(ego, {"front": Mount.model_validate({"x": "2 m"})})
     >>> tree.transform(np.array([10.0, 0.0, 0.0]), source="front", target="map").round(9)

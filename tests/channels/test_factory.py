@@ -7,7 +7,7 @@ from adeye.channels import make_channel
 from adeye.channels.factory import BUILT_IN
 from adeye.errors import SpecError
 from adeye.signals import OK, SILENT, Observation
-from adeye.spec.architecture import NominalParameters, SafetyParameters
+from adeye.spec.channels import NominalParameters, SafetyParameters
 from adeye.testing import channel_context, check_channel
 
 SCALAR = """

@@ -7,17 +7,19 @@ from adeye.channels.tracks import (
     FREE,
     TRACK_CLASS,
     TRACK_HITS,
+    TRACK_LENGTH,
     TRACK_STATE,
     TRACK_X,
     TRACK_Y,
     TRACKS,
     associate,
+    behind_face,
     carried_by,
     carry_by,
     may_begin,
     room_for_track,
 )
-from adeye.signals import Floats, Ints
+from adeye.signals import DETECTION_LENGTH, Floats, Ints
 
 GATE = 4.0
 
@@ -32,6 +34,7 @@ def tracks_at(*places: tuple[float, float], kind: float = 0.0) -> Floats:
 def owners(tracks: Floats, *places: tuple[float, float], kind: float = 0.0) -> Ints:
     owner = np.full(len(places), FREE, dtype=np.int64)
     detections = np.zeros((len(places), 7))
+    detections[:, DETECTION_LENGTH] = 4.5
     detections[:, 6] = kind
     associate(tracks, TRACKS, detections, np.array(places), owner, len(places), 0.0, GATE)
     return owner
@@ -115,3 +118,32 @@ def test_no_track_begins_where_nothing_can_come_into_the_path(place: tuple[float
 @pytest.mark.parametrize("place", [(-10.0, 0.0), (60.0, 40.0)])
 def test_track_begins_beside_and_far_ahead(place: tuple[float, float]) -> None:
     assert may_begin(*place)
+
+
+def test_face_of_a_truck_fits_its_track_though_its_centre_is_far() -> None:
+    tracks = tracks_at((20.0, 0.0))
+    tracks[0, TRACK_LENGTH] = 12.0
+    places = np.array([[14.0, 0.0]])
+    detections = np.zeros((1, 7))
+    owner = np.full(1, FREE, dtype=np.int64)
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE)
+    assert owner.tolist() == [0]
+    detections[:, DETECTION_LENGTH] = 4.5
+    owner[:] = FREE
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE)
+    assert owner.tolist() == [FREE]
+
+
+@pytest.mark.parametrize(
+    ("x", "length", "width", "depth"),
+    [
+        (10.0, 12.0, 0.0, 6.0),
+        (-10.0, 12.0, 0.0, -6.0),
+        (10.0, 0.0, 0.0, 2.25),
+        (10.0, 0.0, 0.6, 0.3),
+    ],
+)
+def test_centre_lies_half_the_known_or_assumed_length_behind_the_face(
+    x: float, length: float, width: float, depth: float
+) -> None:
+    assert behind_face(x, length, width) == pytest.approx(depth)

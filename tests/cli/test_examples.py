@@ -14,7 +14,7 @@ from adeye.cli.new import write_example
 from adeye.evaluation.metrics.registry import METRICS, register_metric
 from adeye.registry import Part, load_part, require, validate_parameters
 from adeye.signals import EGO_SPEED
-from adeye.spec.architecture import PluginSensor
+from adeye.spec.sensors import PluginSensor
 from adeye.testing import check_channel, check_sensor, passenger_car
 
 Write = Callable[[str], Part]

@@ -168,7 +168,7 @@ class HandMade:
             object_reflectivity=np.full(self.sizes.shape[:2], 0.3),
             ego_size=np.tile([4.0, 2.0, 1.5], (runs, 1)),
             road=RoadMap(segments, 3.5 * column, 3, 2.0 * column, 36.0 * column),
-            surroundings=Surroundings(0 * column, 1e4 * column, column, column < 0),
+            surroundings=Surroundings.clear(runs),
             stream_seeds=np.zeros(runs, dtype=np.uint64),
             event_ids=self.events,
         )

@@ -9,7 +9,7 @@ import pytest
 from adeye.channels.factory import BUILT_IN
 from adeye.cli.examples import EXAMPLES
 from adeye.ports import ControlChannel
-from adeye.spec.architecture import NominalParameters, SafetyParameters
+from adeye.spec.channels import NominalParameters, SafetyParameters
 from adeye.testing import ScriptedChannel, check_channel
 
 pytestmark = pytest.mark.requirements

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye.spec.architecture import Radar
+from adeye.spec.sensors import Radar
 from tests.project import CANDIDATE, MINI, Project, run_cases
 
 if TYPE_CHECKING:

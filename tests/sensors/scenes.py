@@ -48,9 +48,7 @@ def scene_context(
         step: Master clock [s].
         weather: Fields of ``Surroundings``, the same for every run.
     """
-    clear = Surroundings(
-        np.zeros(runs), np.full(runs, 1e9), np.ones(runs), np.zeros(runs, dtype=np.bool_)
-    )
+    clear = replace(Surroundings.clear(runs), fog_visibility=np.full(runs, 1e9))
     classes = [OBJECT_CLASSES.index(kind) for kind in kinds or ["car"] * len(sizes)]
     return SceneContext(
         step=step,

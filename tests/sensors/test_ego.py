@@ -20,7 +20,7 @@ from adeye.signals import (
     Floats,
     SceneContext,
 )
-from adeye.spec.architecture import GroundTruth, Localisation
+from adeye.spec.sensors import GroundTruth, Localisation
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
 
 EGO = (100.0, 5.25, 0.0, 20.0, -1.0, 0.01, 0.02)

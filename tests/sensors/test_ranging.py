@@ -18,7 +18,7 @@ from adeye.signals import (
     Scene,
     SceneContext,
 )
-from adeye.spec.architecture import Camera, Lidar, Radar
+from adeye.spec.sensors import Camera, Lidar, Radar
 from tests.sensors.scenes import CAR, TRUCK, places, scene, scene_context, seen, sensor_context
 
 KINDS: dict[str, Any] = {"camera": Camera, "radar": Radar, "lidar": Lidar}

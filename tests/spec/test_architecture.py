@@ -9,9 +9,11 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.spec.architecture import Architecture, Camera, PluginChannel, PluginSensor
+from adeye.spec.architecture import Architecture
+from adeye.spec.channels import PluginChannel
 from adeye.spec.document import load_document
 from adeye.spec.quantity import SI
+from adeye.spec.sensors import Camera, PluginSensor
 
 SHIPPED = sorted((Path(__file__).parents[2] / "odd" / "architectures").glob("*.yaml"))
 CONTENT: dict[str, Any] = load_document(

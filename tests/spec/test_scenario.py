@@ -49,7 +49,7 @@ def test_shipped_scenario_reads_back_from_its_stored_form(path: Path) -> None:
         (("world", "road", "lane_width"), "3.5 s", "is a time, not a length"),
         (("world", "road", "lane_width"), 3.5, "is a plain number, not a length"),
         (("environment", "rain"), "7 mm", "is a length, not a rain rate|is a length, not a speed"),
-        (("environment", "illumination"), "dusk", "'day' or 'night'"),
+        (("environment", "illumination"), "noon", "'day', 'dusk'"),
         (("actors", "cutter", "start", "gap"), None, "ahead_of and gap go together"),
         (("actors", "cutter", "start", "s"), "200 m", "give either s or ahead_of with gap"),
         (("actors", "cutter", "start", "lane"), None, "give a lane, or an offset"),

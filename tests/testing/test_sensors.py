@@ -6,7 +6,7 @@ import pytest
 from adeye.ports import SensorContext
 from adeye.sensors.rig import BUILT_IN
 from adeye.signals import Measurement, Scene
-from adeye.spec.architecture import Camera, GroundTruth, Lidar, Localisation, Radar, Sensor
+from adeye.spec.sensors import Camera, GroundTruth, Lidar, Localisation, Radar, Sensor
 from adeye.testing import check_sensor
 
 TRUTH = GroundTruth.model_validate({"kind": "ground_truth", "rate": "20 Hz"})

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from adeye.spec.architecture import Mount
+from adeye.spec.sensors import Mount
 from adeye.world.frames import FrameTree, Pose, vehicle_frames
 
 

@@ -33,7 +33,7 @@ from adeye.signals import (
     Observation,
     spec_columns,
 )
-from adeye.spec.architecture import NominalParameters
+from adeye.spec.channels import NominalParameters
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext

@@ -36,7 +36,7 @@ from adeye.signals import (
     Observation,
     spec_columns,
 )
-from adeye.spec.architecture import SafetyParameters
+from adeye.spec.channels import SafetyParameters
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext

@@ -7,7 +7,7 @@ import pytest
 from adeye.channels.links import observe
 from adeye.channels.nominal import NominalChannel
 from adeye.signals import DEGRADED, FAULT, OK, Measurement
-from adeye.spec.architecture import NominalParameters
+from adeye.spec.channels import NominalParameters
 from adeye.testing import Drive, World, channel_context, check_channel, drive
 from adeye.testing.scenes import ego_estimate, object_measurement, pose_measurement, straight_road
 

@@ -5,7 +5,7 @@ from adeye.channels.links import observe
 from adeye.channels.safety import SafetyChannel
 from adeye.channels.safety.channel import ticks_within
 from adeye.signals import DEGRADED, OK
-from adeye.spec.architecture import SafetyParameters
+from adeye.spec.channels import SafetyParameters
 from adeye.testing import channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road
 

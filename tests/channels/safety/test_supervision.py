@@ -18,7 +18,8 @@ from adeye.signals import (
     SILENT,
     ControlCommand,
 )
-from adeye.spec.architecture import NominalParameters, SafetyParameters, Switch
+from adeye.spec.architecture import Switch
+from adeye.spec.channels import NominalParameters, SafetyParameters
 from adeye.testing import Drive, ScriptedChannel, World, channel_context, drive
 from adeye.testing.driving import Hook
 

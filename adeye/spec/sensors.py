@@ -1,0 +1,310 @@
+"""The sensors that an architecture may name, by kind and fidelity.
+
+A camera, radar or lidar comes in two fidelities. ``object`` reports boxes within range and field of
+view that geometry leaves visible; it is cheap enough for millions of runs. ``physical`` makes what
+the device makes (pixels, returns, signal strength) and detects objects in that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Final, Literal
+
+from pydantic import BeforeValidator, Field, StringConstraints
+
+from adeye.spec.quantity import (
+    PLUGIN,
+    Acceleration,
+    Angle,
+    AngularRate,
+    ById,
+    Duration,
+    Frequency,
+    Identifier,
+    Length,
+    Number,
+    Record,
+    Speed,
+)
+
+PositiveLength = Annotated[Length, Field(gt=0.0)]
+NonNegativeLength = Annotated[Length, Field(ge=0.0)]
+PositiveDuration = Annotated[Duration, Field(gt=0.0)]
+NonNegativeDuration = Annotated[Duration, Field(ge=0.0)]
+PositiveFrequency = Annotated[Frequency, Field(gt=0.0)]
+NonNegativeAngle = Annotated[Angle, Field(ge=0.0)]
+PositiveAngle = Annotated[Angle, Field(gt=0.0)]
+NonNegativeSpeed = Annotated[Speed, Field(ge=0.0)]
+NonNegativeNumber = Annotated[Number, Field(ge=0.0)]
+FieldOfView = Annotated[Angle, Field(gt=0.0, le=6.283185307179587)]
+NarrowFieldOfView = Annotated[Angle, Field(gt=0.0, le=2.8)]
+"""Of a camera with a flat image: below 160 degrees."""
+Share = Annotated[Number, Field(ge=0.0, le=1.0)]
+
+PluginPath = Annotated[str, StringConstraints(pattern=PLUGIN)]
+"""An entry point: ``module:Class`` or ``./file.py:Class``."""
+
+
+class Mount(Record):
+    """Pose of a sensor in the vehicle frame: x forward, y left of the box centre, z up.
+
+    Angles as in ISO 8855: yaw to the left is positive, then pitch with the nose down is positive.
+    """
+
+    x: Length = 0.0
+    y: Length = 0.0
+    z: Length = 0.0
+    yaw: Angle = 0.0
+    pitch: Annotated[Angle, Field(ge=-1.0, le=1.0)] = 0.0
+    """Of physical cameras and lidars; the others are drawn in plan view and do not look at it."""
+
+
+class SensorRecord(Record):
+    """What every sensor has."""
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ()
+    """Fields beside kind, rate, latency and jitter that shape its arrays: equal inside a batch."""
+
+    rate: PositiveFrequency
+    latency: NonNegativeDuration = 0.0
+    jitter: NonNegativeDuration = 0.0
+    """A sample comes up to this much later than its latency, drawn anew for each [s]."""
+    realises: Identifier | None = None
+    cost: NonNegativeNumber = 0.0
+    text: str = ""
+
+
+class _Ranging(SensorRecord):
+    fidelity: Literal["object"] = "object"
+    mount: Mount
+    field_of_view: FieldOfView
+    range: PositiveLength
+    min_visible: Share = 0.5
+    """Smallest unoccluded share of an object's angular extent that is detected."""
+
+
+class Camera(_Ranging):
+    """Object-level camera: bearing is sharp, distance error grows with the distance squared."""
+
+    kind: Literal["camera"]
+    bearing_noise: NonNegativeAngle = 0.0
+    distance_noise: Share = 0.0
+    """Standard deviation of the distance at full range, as a share of the range."""
+    night_range: Share = 1.0
+    """Share of the range that is left at night."""
+
+
+class Radar(_Ranging):
+    """Object-level radar: measures the range rate; rain does not shorten its range here."""
+
+    kind: Literal["radar"]
+    range_noise: NonNegativeLength = 0.0
+    bearing_noise: NonNegativeAngle = 0.0
+    range_rate_noise: NonNegativeSpeed = 0.0
+
+
+class Lidar(_Ranging):
+    """Object-level lidar: its range follows the rain and the target's reflectivity."""
+
+    kind: Literal["lidar"]
+    reference_reflectivity: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.9
+    """Reflectivity at which the clear-weather range is specified."""
+    range_noise: NonNegativeLength = 0.0
+    bearing_noise: NonNegativeAngle = 0.0
+
+
+class Patch(Record):
+    """A rectangle of an image, in pixels; column 0 is at the left, row 0 at the top."""
+
+    column: Annotated[int, Field(ge=0)] = 0
+    row: Annotated[int, Field(ge=0)] = 0
+    columns: Annotated[int, Field(ge=0)]
+    rows: Annotated[int, Field(ge=0)]
+    transmission: Share = 0.0
+    """Share of the contrast that passes: 0 for dead pixels, more for dirt."""
+    noise: NonNegativeNumber = 0.0
+    """Standard deviation of Gaussian noise on the contrast of its pixels."""
+
+
+class PhysicalCamera(SensorRecord):
+    """Camera with an image: boxes are projected onto pixels, nearest first, and detected there."""
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ("columns", "rows", "patches")
+
+    kind: Literal["camera"]
+    fidelity: Literal["physical"]
+    mount: Mount
+    field_of_view: NarrowFieldOfView
+    """Horizontal; pixels are square."""
+    columns: Annotated[int, Field(ge=8, le=1024)] = 160
+    rows: Annotated[int, Field(ge=4, le=512)] = 60
+    min_pixel_height: Annotated[int, Field(ge=1, le=64)] = 2
+    """Least rows of an object that the detector accepts."""
+    contrast_threshold: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.05
+    """Contrast from which a pixel shows its object by day."""
+    noise: NonNegativeNumber = 0.0
+    """Standard deviation of Gaussian noise on the contrast of every pixel."""
+    transmission: Share = 1.0
+    """Of the whole lens: 0 for a blackout."""
+    patches: ById[Patch] = {}
+
+
+class PhysicalLidar(SensorRecord):
+    """Lidar with beams: a return per beam that is strong enough, clustered by the perception."""
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ("beams", "layers")
+
+    kind: Literal["lidar"]
+    fidelity: Literal["physical"]
+    mount: Mount
+    field_of_view: FieldOfView
+    beams: Annotated[int, Field(ge=2, le=4096)] = 900
+    """Per layer, evenly over the field of view."""
+    layers: Annotated[int, Field(ge=1, le=64)] = 1
+    vertical_field_of_view: Annotated[Angle, Field(ge=0.0, le=1.5)] = 0.0
+    """From the lowest to the highest layer, about the mount's pitch."""
+    range: PositiveLength
+    """In clear air at the reference reflectivity [m]."""
+    reference_reflectivity: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.9
+    range_noise: NonNegativeLength = 0.0
+    bearing_noise: NonNegativeAngle = 0.0
+    drop_out: Share = 0.0
+    """Share of returns that are lost at random, on top of the weather."""
+    cluster_distance: PositiveLength = 1.0
+    """Returns no further apart belong to one object."""
+    min_points: Annotated[int, Field(ge=1, le=1000)] = 2
+    """Least returns of an object."""
+
+
+class PhysicalRadar(SensorRecord):
+    """Radar that detects by signal strength in cells of range, angle and range rate."""
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ()
+
+    kind: Literal["radar"]
+    fidelity: Literal["physical"]
+    mount: Mount
+    field_of_view: FieldOfView
+    range: PositiveLength
+    """Where a target of the reference cross section is detected half of the time [m]."""
+    reference_cross_section: Annotated[Number, Field(gt=0.0)] = 10.0
+    """Radar cross section at which the range is specified [m²]."""
+    false_alarm_rate: Annotated[Number, Field(gt=0.0, lt=0.5)] = 1e-6
+    """Probability that noise alone crosses the threshold in one cell."""
+    range_resolution: PositiveLength = 0.5
+    bearing_resolution: PositiveAngle = 0.03
+    range_rate_resolution: Annotated[Speed, Field(gt=0.0)] = 0.2
+    clutter: NonNegativeNumber = 0.0
+    """Mean number of clutter detections in a sample."""
+
+
+class Ultrasonic(SensorRecord):
+    """Ultrasonic sensor: the nearest echo in its cone, beyond a blind zone."""
+
+    kind: Literal["ultrasonic"]
+    mount: Mount
+    field_of_view: NarrowFieldOfView
+    range: PositiveLength
+    blind_zone: NonNegativeLength = 0.2
+    """Nearer echoes are lost while the membrane still rings [m]."""
+    range_noise: NonNegativeLength = 0.0
+    cross_talk: bool = False
+    """Whether it also hears the echoes of the other ultrasonic sensors that fire with it."""
+
+
+class Outage(Record):
+    """When a receiver has no fix."""
+
+    begin: NonNegativeDuration
+    duration: NonNegativeDuration
+
+
+class Gnss(SensorRecord):
+    """Satellite receiver: position, course and speed over ground."""
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ("outages",)
+
+    kind: Literal["gnss"]
+    mount: Mount = Mount()
+    position_noise: NonNegativeLength = 0.0
+    """White, in each axis [m]."""
+    bias: NonNegativeLength = 0.0
+    """Standard deviation of the slowly changing bias, in each axis [m]."""
+    bias_time: PositiveDuration = 100.0
+    """Correlation time of the bias [s]."""
+    speed_noise: NonNegativeSpeed = 0.0
+    """White, of each component of the velocity [m/s]."""
+    outages: ById[Outage] = {}
+
+
+class Imu(SensorRecord):
+    """Inertial measurement unit: longitudinal and lateral acceleration, yaw rate."""
+
+    kind: Literal["imu"]
+    mount: Mount = Mount()
+    acceleration_noise: Annotated[Acceleration, Field(ge=0.0)] = 0.0
+    """White, of a sample [m/s²]."""
+    acceleration_bias: Annotated[Acceleration, Field(ge=0.0)] = 0.0
+    """Standard deviation of the slowly changing bias [m/s²]."""
+    yaw_rate_noise: Annotated[AngularRate, Field(ge=0.0)] = 0.0
+    """White, of a sample [rad/s]."""
+    yaw_rate_bias: Annotated[AngularRate, Field(ge=0.0)] = 0.0
+    """Standard deviation of the slowly changing bias [rad/s]."""
+    bias_time: PositiveDuration = 100.0
+    """Correlation time of both biases [s]."""
+
+
+class Localisation(SensorRecord):
+    """Ego pose in the map and the vehicle's own motion sensors."""
+
+    kind: Literal["localisation"]
+    lateral_noise: NonNegativeLength = 0.0
+    heading_noise: NonNegativeAngle = 0.0
+    speed_noise: NonNegativeSpeed = 0.0
+
+
+class GroundTruth(SensorRecord):
+    """The scene as it is: every object and the ego's own state, without error."""
+
+    kind: Literal["ground_truth"]
+
+
+class PluginSensor(SensorRecord):
+    """A sensor from outside the package."""
+
+    kind: PluginPath
+    mount: Mount = Mount()
+    parameters: dict[str, Any] = {}
+
+
+FIDELITIES: Final = ("camera", "radar", "lidar")
+"""Kinds that come in several fidelities."""
+
+
+def _with_fidelity(value: Any) -> Any:
+    """Write out the fidelity that a record without one means, which chooses its model."""
+    if isinstance(value, Mapping) and value.get("kind") in FIDELITIES and "fidelity" not in value:
+        return {**value, "fidelity": "object"}
+    return value
+
+
+BuiltInSensor = Annotated[
+    Annotated[Camera | PhysicalCamera, Field(discriminator="fidelity")]
+    | Annotated[Radar | PhysicalRadar, Field(discriminator="fidelity")]
+    | Annotated[Lidar | PhysicalLidar, Field(discriminator="fidelity")]
+    | Ultrasonic
+    | Gnss
+    | Imu
+    | Localisation
+    | GroundTruth,
+    Field(discriminator="kind"),
+    BeforeValidator(_with_fidelity),
+]
+Sensor = BuiltInSensor | PluginSensor
+
+
+def model_name(sensor: SensorRecord) -> str:
+    """Name what makes a sensor's samples: its kind, with the fidelity unless it is ``object``."""
+    kind: str = getattr(sensor, "kind", "")
+    fidelity = getattr(sensor, "fidelity", "object")
+    return kind if fidelity == "object" else f"{kind}/{fidelity}"

@@ -1,0 +1,71 @@
+from typing import Any
+
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from adeye.spec.quantity import SI
+from adeye.spec.sensors import (
+    Camera,
+    Gnss,
+    Imu,
+    Lidar,
+    PhysicalCamera,
+    PhysicalLidar,
+    PhysicalRadar,
+    PluginSensor,
+    Radar,
+    Sensor,
+    SensorRecord,
+    Ultrasonic,
+    model_name,
+)
+
+SENSOR: TypeAdapter[SensorRecord] = TypeAdapter(Sensor)
+SEEING: dict[str, Any] = {"rate": "10 Hz", "mount": {"x": "1 m"}, "field_of_view": "60 deg"}
+KINDS: list[tuple[dict[str, Any], type[SensorRecord], str]] = [
+    ({"kind": "camera", "range": "80 m"}, Camera, "camera"),
+    ({"kind": "camera", "fidelity": "object", "range": "80 m"}, Camera, "camera"),
+    ({"kind": "camera", "fidelity": "physical"}, PhysicalCamera, "camera/physical"),
+    ({"kind": "radar", "range": "80 m"}, Radar, "radar"),
+    ({"kind": "radar", "fidelity": "physical", "range": "80 m"}, PhysicalRadar, "radar/physical"),
+    ({"kind": "lidar", "range": "80 m"}, Lidar, "lidar"),
+    ({"kind": "lidar", "fidelity": "physical", "range": "80 m"}, PhysicalLidar, "lidar/physical"),
+    ({"kind": "ultrasonic", "range": "5 m"}, Ultrasonic, "ultrasonic"),
+]
+
+
+@pytest.mark.parametrize(("content", "model", "name"), KINDS)
+def test_kind_and_fidelity_choose_the_model(
+    content: dict[str, Any], model: type[SensorRecord], name: str
+) -> None:
+    sensor = SENSOR.validate_python(SEEING | content)
+    assert type(sensor) is model
+    assert model_name(sensor) == name
+    assert SENSOR.validate_python(sensor.model_dump(mode="json"), context=SI) == sensor
+
+
+@pytest.mark.parametrize(("kind", "model"), [("gnss", Gnss), ("imu", Imu)])
+def test_sensors_of_the_own_motion_need_a_rate_only(kind: str, model: type[SensorRecord]) -> None:
+    assert type(SENSOR.validate_python({"kind": kind, "rate": "20 Hz"})) is model
+
+
+def test_plugin_is_named_by_its_entry_point() -> None:
+    sensor = SENSOR.validate_python({"kind": "pack.sonar:Sonar", "rate": "20 Hz"})
+    assert isinstance(sensor, PluginSensor)
+    assert model_name(sensor) == "pack.sonar:Sonar"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"kind": "camera", "fidelity": "exact", "range": "80 m"},
+        {"kind": "camera", "fidelity": "physical", "range": "80 m"},
+        {"kind": "camera", "fidelity": "physical", "field_of_view": "170 deg"},
+        {"kind": "lidar", "fidelity": "physical", "range": "80 m", "beams": 1},
+        {"kind": "radar", "fidelity": "physical", "range": "80 m", "false_alarm_rate": 0.0},
+        {"kind": "ultrasonic", "range": "5 m", "fidelity": "object"},
+    ],
+)
+def test_what_a_model_does_not_have_is_refused(content: dict[str, Any]) -> None:
+    with pytest.raises(ValidationError):
+        SENSOR.validate_python(SEEING | content)
