@@ -22,6 +22,7 @@ from adeye.channels.tracks import (
 from adeye.signals import DETECTION_LENGTH, Floats, Ints
 
 GATE = 4.0
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 def tracks_at(*places: tuple[float, float], kind: float = 0.0) -> Floats:
@@ -36,7 +37,7 @@ def owners(tracks: Floats, *places: tuple[float, float], kind: float = 0.0) -> I
     detections = np.zeros((len(places), 7))
     detections[:, DETECTION_LENGTH] = 4.5
     detections[:, 6] = kind
-    associate(tracks, TRACKS, detections, np.array(places), owner, len(places), 0.0, GATE)
+    associate(tracks, TRACKS, detections, np.array(places), owner, len(places), 0.0, GATE, ORIGIN)
     return owner
 
 
@@ -100,7 +101,7 @@ def test_competition_takes_nothing_from_a_track_that_was_served_before_it() -> N
 def test_row_without_a_detection_belongs_to_nobody() -> None:
     places = np.array([[20.0, 0.0], [21.0, 0.0]])
     owner = np.array([BLOCKED, FREE])
-    associate(tracks_at((20.0, 0.0)), TRACKS, np.zeros((2, 7)), places, owner, 2, 0.0, GATE)
+    associate(tracks_at((20.0, 0.0)), TRACKS, np.zeros((2, 7)), places, owner, 2, 0.0, GATE, ORIGIN)
     assert owner.tolist() == [BLOCKED, 0]
 
 
@@ -126,11 +127,11 @@ def test_face_of_a_truck_fits_its_track_though_its_centre_is_far() -> None:
     places = np.array([[14.0, 0.0]])
     detections = np.zeros((1, 7))
     owner = np.full(1, FREE, dtype=np.int64)
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE)
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
     assert owner.tolist() == [0]
     detections[:, DETECTION_LENGTH] = 4.5
     owner[:] = FREE
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE)
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
     assert owner.tolist() == [FREE]
 
 

@@ -78,7 +78,7 @@ class Broken:
         ("far", "in order of distance"),
         ("random", "equal inputs"),
         ("batch", "other runs of its batch"),
-        ("shape", "mask has shape"),
+        ("shape", "detections has shape"),
         ("gaps", "packed"),
         ("twice", "detected twice"),
         ("alters", "alters ego"),
