@@ -61,6 +61,12 @@ _RATE_SLACK: Final = 3.0
 """Gate of the range rate: standard deviations of the track's velocity, and on top [m/s]. Wide, so
 that it parts what stands from what drives and nothing else. Our choice."""
 
+_POINT_SIGMAS: Final = 3.0
+_POINT_SLACK: Final = 1.0
+_POINT_NOISE: Final = 0.25
+"""Gate along the line of sight for what has a range rate and no class, which may be clutter:
+standard deviations of the place, on top [m], and variance of the detection [m²]. Our choice."""
+
 _CAR_LENGTH: Final = 4.5
 _SHORT: Final = 0.6
 _NARROW: Final = 1.0
@@ -235,18 +241,32 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         along, across = along / longest, across / gate
         cost = along * along + across * across
-        if cost < least and _moves_alike(track, detections[row], places[row], origin):
+        if cost < least and _moves_alike(
+            track, detections[row], places[row], origin, along * longest
+        ):
             chosen, least = row, cost
     return chosen, least
 
 
 @inlined
 def _moves_alike(
-    track: Floats, detection: Floats, place: Floats, origin: tuple[float, float, float]
+    track: Floats,
+    detection: Floats,
+    place: Floats,
+    origin: tuple[float, float, float],
+    along: float,
 ) -> bool:
     """Tell whether a detection has the range rate of a track, as far as both are known.
 
-    Otherwise a standing thing at the roadside would stop the vehicle that drives past it.
+    Otherwise a standing thing at the roadside would stop the vehicle that drives past it. What has
+    no class may be clutter, so it must also be where the track is sure to be.
+
+    Args:
+        track: (TRACK_STATE,).
+        detection: (7,).
+        place: (2,) of it in the present vehicle frame [m].
+        origin: See ``associate``.
+        along: How far it is from the track along the line of sight [m].
     """
     if not detection[DETECTION_HAS_RANGE_RATE] > 0.0:
         return True
@@ -255,6 +275,10 @@ def _moves_alike(
     if not distance > 0.0:
         return True
     ux, uy = dx / distance, dy / distance
+    if detection[DETECTION_CLASS] < 0.0:
+        spread = ux * ux * track[TRACK_VAR_X] + uy * uy * track[TRACK_VAR_Y] + _POINT_NOISE
+        if not abs(along) <= _POINT_SIGMAS * math.sqrt(spread) + _POINT_SLACK:
+            return False
     variance = ux * ux * track[TRACK_VAR_VX] + uy * uy * track[TRACK_VAR_VY]
     error = detection[DETECTION_RANGE_RATE] + ux * origin[2]
     error -= ux * track[TRACK_VX] + uy * track[TRACK_VY]

@@ -244,8 +244,8 @@ def add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> int:
     """Add false alarms and clutter to the detections of objects.
 
-    A false alarm lies in any cell. Clutter stands still in the world, at any range and bearing; it
-    is weak, so what lies in the cell of an object is part of that object's echo.
+    A false alarm lies in any cell, whatever its range. Clutter is spread over the area in view and
+    stands still in the world; it is weak, so in the cell of an object it is part of that echo.
 
     Args:
         parameters: Record of the sensor.
@@ -288,6 +288,7 @@ def add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
     for event in range(things):
         first = FIRST_CLUTTER + 4 * (event + 1)
         _scatter(parameters, seed, owner, number, first, echoes[ghost])
+        echoes[ghost, ECHO_RANGE] = math.sqrt(parameters["range"] * echoes[ghost, ECHO_RANGE])
         s, c = sin_cos(echoes[ghost, ECHO_BEARING])
         rate = sigma * normal(seed, owner, number, first + 2)
         rate -= velocity[0] * c + velocity[1] * s
@@ -301,7 +302,7 @@ def add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
 def _scatter(
     parameters: Any, seed: np.uint64, owner: np.uint64, number: int, first: int, echo: Floats
 ) -> None:
-    """Draw range and bearing of a ghost, every cell as likely as every other."""
+    """Draw range and bearing of a ghost, each as likely as every other."""
     echo[ECHO_RANGE] = parameters["range"] * uniform(seed, owner, number, first)
     aside = 2.0 * uniform(seed, owner, number, first + 1) - 1.0
     echo[ECHO_BEARING] = parameters["half_view"] * aside

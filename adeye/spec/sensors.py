@@ -206,8 +206,8 @@ class PhysicalRadar(SensorRecord):
     """Greater ones are folded into the span from minus this to this: they are ambiguous."""
     elevation_beam: Annotated[Angle, Field(gt=0.0, le=1.5)] = 0.17
     """Vertical width of the beam [rad], which decides how much rain is in a cell."""
-    clutter: Annotated[Number, Field(ge=0.0, le=MOST_CLUTTER)] = 0.0
-    """Mean number of detections of things at the roadside in a sample."""
+    clutter: Annotated[Number, Field(ge=0.0, le=MOST_CLUTTER)] = 0.2
+    """Mean number of detections of standing things at the roadside in a sample."""
 
     @property
     def cells(self) -> float:
