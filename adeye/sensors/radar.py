@@ -100,7 +100,7 @@ class RadarSensor:
             }
         )
         self._objects = len(scene.object_ids)
-        ghosts = int((columns["most_alarms"] + columns["most_clutter"]).max())
+        ghosts = int(columns["most_ghosts"].max())
         self._rows = self._objects + ghosts
         self._cross_sections = cross_sections(scene.object_classes)
         self._pieces: Floats = np.zeros((self._objects, 2))
@@ -149,7 +149,8 @@ def _numbers(spec: PhysicalRadar) -> dict[str, float]:
     sine, cosine = sin_cos(half) if angle < math.pi else (0.0, 0.0)
     square = spec.range * spec.range
     signal = signal_for(0.5, spec.false_alarm_rate)
-    alarms = spec.false_alarm_rate * spec.cells
+    # Two Poisson distributed numbers add up to one, of which each event is of either kind.
+    ghosts = spec.false_alarm_rate * spec.cells + spec.clutter
     return {
         "x": spec.mount.x,
         "y": spec.mount.y,
@@ -166,12 +167,10 @@ def _numbers(spec: PhysicalRadar) -> dict[str, float]:
         "range_rate_resolution": spec.range_rate_resolution,
         "max_range_rate": spec.max_range_rate,
         "cell_volume": spec.range_resolution * spec.bearing_resolution * spec.elevation_beam,
-        "alarms": alarms,
-        "no_alarm": exp(-alarms),
-        "most_alarms": most_events(alarms),
-        "clutter": spec.clutter,
-        "no_clutter": exp(-spec.clutter),
-        "most_clutter": most_events(spec.clutter),
+        "ghosts": ghosts,
+        "no_ghost": exp(-ghosts),
+        "most_ghosts": most_events(ghosts),
+        "clutter_share": spec.clutter / ghosts,
     }
 
 

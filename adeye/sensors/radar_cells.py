@@ -31,8 +31,7 @@ ECHO_WIDTH: Final = 6
 DRAWS: Final = 3
 """Random numbers per object and sample: fluctuation; range and bearing; range rate."""
 
-FIRST_ALARM: Final = 1 << 24
-FIRST_CLUTTER: Final = 1 << 25
+FIRST_GHOST: Final = 1 << 24
 """Where the random numbers of false alarms and clutter begin: behind those of every object, so that
 another object leaves them as they were."""
 
@@ -261,56 +260,35 @@ def add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
     Returns:
         Number of detections.
     """
-    ghost = objects
+    ghosts = count_events(
+        parameters["ghosts"],
+        parameters["no_ghost"],
+        parameters["most_ghosts"],
+        uniform(seed, owner, number, FIRST_GHOST),
+    )
     most = parameters["max_range_rate"]
-    alarms = count_events(
-        parameters["alarms"],
-        parameters["no_alarm"],
-        parameters["most_alarms"],
-        uniform(seed, owner, number, FIRST_ALARM),
-    )
-    for event in range(alarms):
-        first = FIRST_ALARM + 4 * (event + 1)
-        _scatter(parameters, seed, owner, number, first, echoes[ghost])
-        chance = uniform(seed, owner, number, first + 2)
-        echoes[ghost, ECHO_RATE] = most * (2.0 * chance - 1.0)
-        count = _take_ghost(parameters, ghost, count, echoes, order)
-        ghost += 1
-    if not parameters["clutter"] > 0.0:
-        return count
-    things = count_events(
-        parameters["clutter"],
-        parameters["no_clutter"],
-        parameters["most_clutter"],
-        uniform(seed, owner, number, FIRST_CLUTTER),
-    )
-    sigma = parameters["range_rate_resolution"] / math.sqrt(2.0 * parameters["threshold"])
-    for event in range(things):
-        first = FIRST_CLUTTER + 4 * (event + 1)
-        _scatter(parameters, seed, owner, number, first, echoes[ghost])
-        echoes[ghost, ECHO_RANGE] = math.sqrt(parameters["range"] * echoes[ghost, ECHO_RANGE])
-        s, c = sin_cos(echoes[ghost, ECHO_BEARING])
-        rate = sigma * normal(seed, owner, number, first + 2)
-        rate -= velocity[0] * c + velocity[1] * s
-        echoes[ghost, ECHO_RATE] = folded(rate, most)
-        count = _take_ghost(parameters, ghost, count, echoes, order)
-        ghost += 1
+    for event in range(ghosts):
+        first = FIRST_GHOST + 4 * (event + 1)
+        ghost = echoes[objects + event]
+        ghost[ECHO_RANGE] = parameters["range"] * uniform(seed, owner, number, first)
+        aside = 2.0 * uniform(seed, owner, number, first + 1) - 1.0
+        ghost[ECHO_BEARING] = parameters["half_view"] * aside
+        if uniform(seed, owner, number, first + 2) < parameters["clutter_share"]:
+            ghost[ECHO_RANGE] = math.sqrt(parameters["range"] * ghost[ECHO_RANGE])
+            s, c = sin_cos(ghost[ECHO_BEARING])
+            sigma = parameters["range_rate_resolution"] / math.sqrt(2.0 * parameters["threshold"])
+            rate = sigma * normal(seed, owner, number, first + 3)
+            rate -= velocity[0] * c + velocity[1] * s
+            ghost[ECHO_RATE] = folded(rate, most)
+        else:
+            ghost[ECHO_RATE] = most * (2.0 * uniform(seed, owner, number, first + 3) - 1.0)
+        count = _take_ghost(parameters, objects + event, count, echoes, order)
     return count
 
 
 @inlined
-def _scatter(
-    parameters: Any, seed: np.uint64, owner: np.uint64, number: int, first: int, echo: Floats
-) -> None:
-    """Draw range and bearing of a ghost, each as likely as every other."""
-    echo[ECHO_RANGE] = parameters["range"] * uniform(seed, owner, number, first)
-    aside = 2.0 * uniform(seed, owner, number, first + 1) - 1.0
-    echo[ECHO_BEARING] = parameters["half_view"] * aside
-
-
-@inlined
 def _take_ghost(parameters: Any, ghost: int, count: int, echoes: Floats, order: Ints) -> int:
-    """Insert a ghost unless an object is in its cell; return the number of detections."""
+    """Insert a ghost unless its cell has a detection; return the number of detections."""
     for row in range(count):
         if same_cell(parameters, echoes[order[row]], echoes[ghost]):
             return count
