@@ -72,7 +72,8 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
         stop: Run behind the last.
         records: (B,) with ``period``: since the previous call [s], ``coast``: how long a confirmed
             track lives without a detection [s], ``gate``: largest distance between a track and its
-            detection [m], ``confirm_hits``: detections that confirm a track.
+            detection [m], ``confirm_hits``: detections that confirm a track,
+            ``confirm_window``: samples among which these must be, 0 for any.
         time: [s].
         running: (B,) runs that have not ended; the others are left alone.
         segments: (B, K, 5) reference line of the road.
@@ -111,6 +112,7 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
                 _update(
                     records[run],
                     time,
+                    sensor,
                     kinds[sensor],
                     mounts[run, sensor],
                     stamp[run],
@@ -154,6 +156,7 @@ def _note_motion(note: Floats, age: float, motion: tuple[float, float, float, fl
 def _update(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     time: float,
+    sensor: int,
     kind: int,
     mount: Floats,
     stamp: float,
@@ -188,6 +191,7 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
         stamp,
         age,
         record["gate"],
+        (record["confirm_hits"], record["confirm_window"], float(sensor)),
         places,
         owner,
     )

@@ -13,10 +13,12 @@ from typing import Final
 
 import numpy as np
 
+from adeye.channels.confirmation import CONFIRM_SENSOR, count_hit, count_misses
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED
 from adeye.channels.tracks import (
     BLOCKED,
     FREE,
+    TRACK_BEGUN_BY,
     TRACK_BRAKING,
     TRACK_CLASS,
     TRACK_COV_X,
@@ -211,6 +213,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     stamp: float,
     age: float,
     gate: float,
+    confirm: tuple[float, float, float],
     places: Floats,
     owner: Ints,
 ) -> int:
@@ -229,6 +232,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         stamp: Time of the sample [s].
         age: Time since the sample [s].
         gate: Largest distance between a track and its detection [m].
+        confirm: What confirms a track, see ``confirmation.CONFIRM_HITS``.
         places: (M, 2) scratch.
         owner: (M,) scratch.
 
@@ -245,10 +249,12 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
                 motion, detections[row, DETECTION_X], detections[row, DETECTION_Y]
             )
     if count == 0:
+        count_misses(tracks, end, confirm)
         return end
     mount_x, mount_y = carry_by(motion, mount_x, mount_y)
-    associate(tracks, end, detections, places, owner, count, age, gate)
     speed = max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age)
+    origin = (mount_x, mount_y, speed)
+    associate(tracks, end, detections, places, owner, count, age, gate, origin)
     room, most, is_known = -1, 0.0, False
     for row in range(count):
         x, y = places[row, 0], places[row, 1]
@@ -267,11 +273,14 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
             place = room
             end = max(end, place + 1)
             _begin(tracks[place], detections[row, DETECTION_CLASS], x, y)
+            tracks[place, TRACK_BEGUN_BY] = confirm[CONFIRM_SENSOR]
         is_known = False
         track = tracks[place]
         _correct(track, detections[row], x, y, mount_x, mount_y, speed, kind, age)
         # When it arrived, not when it was made: a late sensor has not lost the object.
         track[TRACK_SEEN] = stamp + age
+        count_hit(track, confirm)
+    count_misses(tracks, end, confirm)
     return end
 
 
@@ -343,7 +352,6 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     learn_size(track, detection[DETECTION_LENGTH], detection[DETECTION_WIDTH])
     if track[TRACK_CLASS] < 0.0:
         track[TRACK_CLASS] = detection[DETECTION_CLASS]
-    track[TRACK_HITS] += 1.0
 
 
 @inlined

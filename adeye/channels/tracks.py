@@ -8,7 +8,15 @@ from typing import Final
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED, POSE_YAW_RATE
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
-from adeye.signals import DETECTION_CLASS, DETECTION_LENGTH, DETECTION_WIDTH, Floats, Ints
+from adeye.signals import (
+    DETECTION_CLASS,
+    DETECTION_HAS_RANGE_RATE,
+    DETECTION_LENGTH,
+    DETECTION_RANGE_RATE,
+    DETECTION_WIDTH,
+    Floats,
+    Ints,
+)
 
 TRACKS: Final = 8
 """Tracks that a channel keeps."""
@@ -34,8 +42,10 @@ TRACKS: Final = 8
     TRACK_LAST_VX,  # speed along x at the previous tick [m/s]
     TRACK_NEAREST,  # while detections are shared out: the nearest free one, -1 for none
     TRACK_COST,  # how far away it is, 1 at the gate
-) = range(19)
-TRACK_STATE: Final = 19
+    TRACK_BEGUN_BY,  # number of the sensor that began it
+    TRACK_HISTORY,  # of its first samples, a bit each: 1 for a hit, the newest lowest
+) = range(21)
+TRACK_STATE: Final = 21
 
 FREE: Final = -1
 """Owner of a detection that belongs to no track yet."""
@@ -45,6 +55,17 @@ BLOCKED: Final = -2
 
 _GATE_GROWTH: Final = 0.08
 """Growth of the gate along the line of sight with distance, for cameras. Our choice."""
+
+_RATE_SIGMAS: Final = 5.0
+_RATE_SLACK: Final = 3.0
+"""Gate of the range rate: standard deviations of the track's velocity, and on top [m/s]. Wide, so
+that it parts what stands from what drives and nothing else. Our choice."""
+
+_POINT_SIGMAS: Final = 3.0
+_POINT_SLACK: Final = 1.0
+_POINT_NOISE: Final = 0.25
+"""Gate along the line of sight for what has a range rate and no class, which may be clutter:
+standard deviations of the place, on top [m], and variance of the detection [m²]. Our choice."""
 
 _CAR_LENGTH: Final = 4.5
 _SHORT: Final = 0.6
@@ -104,6 +125,7 @@ def associate(  # noqa: PLR0913, PLR0917 - a kernel
     count: int,
     age: float,
     gate: float,
+    origin: tuple[float, float, float],
 ) -> None:
     """Give each track the detection that is nearest to it, the nearest pair first.
 
@@ -116,15 +138,17 @@ def associate(  # noqa: PLR0913, PLR0917 - a kernel
         count: Rows of detections from here on are empty.
         age: Time since the sample [s].
         gate: Largest distance between a track and its detection [m].
+        origin: Place of the sensor in the present vehicle frame [m], and speed of the ego at the
+            sample's time [m/s].
     """
     for place in range(end):
         if tracks[place, TRACK_HITS] > 0.0:
             track = tracks[place]
             track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
-                track, detections, places, owner, count, age, gate
+                track, detections, places, owner, count, age, gate, origin
             )
     if not _take_nearest(tracks, end, owner):
-        _share_out(tracks, end, detections, places, owner, count, age, gate)
+        _share_out(tracks, end, detections, places, owner, count, age, gate, origin)
 
 
 @inlined
@@ -137,6 +161,7 @@ def _share_out(  # noqa: PLR0913, PLR0917 - a kernel
     count: int,
     age: float,
     gate: float,
+    origin: tuple[float, float, float],
 ) -> None:
     """Join the nearest pair; who wanted the same detection looks for another; and so on."""
     while True:
@@ -156,7 +181,7 @@ def _share_out(  # noqa: PLR0913, PLR0917 - a kernel
             if tracks[place, TRACK_HITS] > 0.0 and tracks[place, TRACK_NEAREST] == taken:
                 track = tracks[place]
                 track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
-                    track, detections, places, owner, count, age, gate
+                    track, detections, places, owner, count, age, gate, origin
                 )
 
 
@@ -187,6 +212,7 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
     count: int,
     age: float,
     gate: float,
+    origin: tuple[float, float, float],
 ) -> tuple[int, float]:
     """Return the nearest detection that is free, inside the gate and of the track's class."""
     x = track[TRACK_X] - age * track[TRACK_VX]
@@ -214,9 +240,49 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
         ):
             continue
         along, across = along / longest, across / gate
-        if along * along + across * across < least:
-            chosen, least = row, along * along + across * across
+        cost = along * along + across * across
+        if cost < least and _moves_alike(
+            track, detections[row], places[row], origin, along * longest
+        ):
+            chosen, least = row, cost
     return chosen, least
+
+
+@inlined
+def _moves_alike(
+    track: Floats,
+    detection: Floats,
+    place: Floats,
+    origin: tuple[float, float, float],
+    along: float,
+) -> bool:
+    """Tell whether a detection has the range rate of a track, as far as both are known.
+
+    Otherwise a standing thing at the roadside would stop the vehicle that drives past it. What has
+    no class may be clutter, so it must also be where the track is sure to be.
+
+    Args:
+        track: (TRACK_STATE,).
+        detection: (7,).
+        place: (2,) of it in the present vehicle frame [m].
+        origin: See ``associate``.
+        along: How far it is from the track along the line of sight [m].
+    """
+    if not detection[DETECTION_HAS_RANGE_RATE] > 0.0:
+        return True
+    dx, dy = place[0] - origin[0], place[1] - origin[1]
+    distance = math.sqrt(dx * dx + dy * dy)
+    if not distance > 0.0:
+        return True
+    ux, uy = dx / distance, dy / distance
+    if detection[DETECTION_CLASS] < 0.0:
+        spread = ux * ux * track[TRACK_VAR_X] + uy * uy * track[TRACK_VAR_Y] + _POINT_NOISE
+        if not abs(along) <= _POINT_SIGMAS * math.sqrt(spread) + _POINT_SLACK:
+            return False
+    variance = ux * ux * track[TRACK_VAR_VX] + uy * uy * track[TRACK_VAR_VY]
+    error = detection[DETECTION_RANGE_RATE] + ux * origin[2]
+    error -= ux * track[TRACK_VX] + uy * track[TRACK_VY]
+    return bool(abs(error) <= _RATE_SIGMAS * math.sqrt(variance) + _RATE_SLACK)
 
 
 @inlined

@@ -10,7 +10,9 @@ from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext, SensorModel
 from adeye.registry import load_part
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
+from adeye.sensors.radar import RadarSensor
 from adeye.sensors.ranging import RangingSensor
+from adeye.sensors.ultrasonic import UltrasonicSensor
 from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import model_name
 
@@ -24,7 +26,9 @@ if TYPE_CHECKING:
 BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
     "camera": RangingSensor,
     "radar": RangingSensor,
+    "radar/physical": RadarSensor,
     "lidar": RangingSensor,
+    "ultrasonic": UltrasonicSensor,
     "localisation": LocalisationSensor,
     "ground_truth": GroundTruthSensor,
 }

@@ -249,8 +249,9 @@ class SceneContext:
 class Measurement:
     """The newest sample that a sensor has delivered, for B runs and up to M detections.
 
-    Detections are packed in order of increasing distance, so a place in the list tells nothing
-    about which object it is; ``source`` does, for the recorder only.
+    M is what the sensor may report, at every tick the same: fewer than there are objects, or more,
+    for what is not there. Detections are packed in order of increasing distance, so a place in the
+    list tells nothing about which object it is; ``source`` does, for the recorder only.
 
     Attributes:
         stamp: (B,) time of the sample [s], -1 before the first.

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from adeye.spec.misplaced import misplaced
 from adeye.spec.quantity import Acceleration, Duration, Identifier, Many, Number, Record
 from adeye.spec.sensors import (
     NonNegativeDuration,
@@ -33,6 +34,10 @@ class NominalParameters(Record):
     """Nominal channel: tracking, car following, lane keeping and emergency braking."""
 
     confirm_hits: Annotated[int, Field(ge=1, le=10)] = 3
+    """Detections that confirm a track: what has fewer is not reacted to."""
+    confirm_window: Annotated[int, Field(ge=0, le=30)] = 0
+    """Samples among which these detections must be, of the sensor that began the track; 0 for any
+    number. A track that is not confirmed is forgotten after 0.25 s without a detection anyway."""
     coast: NonNegativeDuration = 0.5
     """How long a confirmed track lives without a detection [s]."""
     gate: PositiveLength = 4.0
@@ -45,6 +50,16 @@ class NominalParameters(Record):
     """Required deceleration from which it brakes with the emergency deceleration."""
     lateral_margin: NonNegativeLength = 0.3
     """How much nearer than touching an object's side must come to count as in the path [m]."""
+
+    @model_validator(mode="after")
+    def _window_has_room(self) -> Self:
+        if 0 < self.confirm_window < self.confirm_hits:
+            text = (
+                f"{self.confirm_hits} detections never come in {self.confirm_window} samples; "
+                "at least as many samples are needed, or 0 for any number"
+            )
+            raise misplaced([(("confirm_window",), text)])
+        return self
 
 
 class SafetyParameters(Record):

@@ -8,10 +8,11 @@ the device makes (pixels, returns, signal strength) and detects objects in that.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
-from pydantic import BeforeValidator, Field, StringConstraints
+from pydantic import BeforeValidator, Field, StringConstraints, model_validator
 
+from adeye.spec.misplaced import misplaced
 from adeye.spec.quantity import (
     PLUGIN,
     Acceleration,
@@ -176,6 +177,10 @@ class PhysicalLidar(SensorRecord):
     """Least returns of an object."""
 
 
+MOST_CLUTTER: Final = 50.0
+"""Of the mean number of false alarms in a sample, and of that of clutter."""
+
+
 class PhysicalRadar(SensorRecord):
     """Radar that detects by signal strength in cells of range, angle and range rate."""
 
@@ -185,21 +190,47 @@ class PhysicalRadar(SensorRecord):
     fidelity: Literal["physical"]
     mount: Mount
     field_of_view: FieldOfView
+    edge_loss: NonNegativeNumber = 3.0
+    """What the antenna loses one way at the edge of the field of view [dB]; Gaussian in between."""
     range: PositiveLength
-    """Where a target of the reference cross section is detected half of the time [m]."""
+    """Where a target of the reference cross section is detected half of the time, straight ahead of
+    the sensor in clear air [m]."""
     reference_cross_section: Annotated[Number, Field(gt=0.0)] = 10.0
     """Radar cross section at which the range is specified [m²]."""
     false_alarm_rate: Annotated[Number, Field(gt=0.0, lt=0.5)] = 1e-6
-    """Probability that noise alone crosses the threshold in one cell."""
+    """Probability that noise alone crosses the threshold in one cell of range and range rate."""
     range_resolution: PositiveLength = 0.5
     bearing_resolution: PositiveAngle = 0.03
     range_rate_resolution: Annotated[Speed, Field(gt=0.0)] = 0.2
-    clutter: NonNegativeNumber = 0.0
-    """Mean number of clutter detections in a sample."""
+    max_range_rate: Annotated[Speed, Field(gt=0.0)] = 80.0
+    """Greater ones are folded into the span from minus this to this: they are ambiguous."""
+    elevation_beam: Annotated[Angle, Field(gt=0.0, le=1.5)] = 0.17
+    """Vertical width of the beam [rad], which decides how much rain is in a cell."""
+    clutter: Annotated[Number, Field(ge=0.0, le=MOST_CLUTTER)] = 0.2
+    """Mean number of detections of standing things at the roadside in a sample."""
+
+    @property
+    def cells(self) -> float:
+        """Number of cells of range and range rate in which noise may cross the threshold."""
+        ranges: float = self.range / self.range_resolution
+        rates: float = 2.0 * self.max_range_rate / self.range_rate_resolution
+        return max(1.0, ranges) * max(1.0, rates)
+
+    @model_validator(mode="after")
+    def _false_alarms_are_few(self) -> Self:
+        alarms = self.false_alarm_rate * self.cells
+        if alarms > MOST_CLUTTER:
+            text = (
+                f"{self.false_alarm_rate:g} in each of {self.cells:.0f} cells makes {alarms:.0f} "
+                f"false alarms a sample, at most {MOST_CLUTTER:.0f} are allowed; lower it or make "
+                "the cells of range and range rate larger"
+            )
+            raise misplaced([(("false_alarm_rate",), text)])
+        return self
 
 
 class Ultrasonic(SensorRecord):
-    """Ultrasonic sensor: the nearest echo in its cone, beyond a blind zone."""
+    """Ultrasonic sensor: the nearest echo in its cone, beyond a blind zone; bearing is unknown."""
 
     kind: Literal["ultrasonic"]
     mount: Mount

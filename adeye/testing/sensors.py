@@ -111,16 +111,21 @@ def _check_samples(
 
 
 def _check_form(scene: SceneContext, item: Measurement) -> None:
-    runs, count = scene.runs, len(scene.object_ids)
+    runs = scene.runs
+    # A sensor has as many rows as it may report: one, one an object, or more with false alarms.
+    rows = item.mask.shape[1:2]
+    _demand(holds=len(rows) == 1, rule=f"mask has shape {item.mask.shape}")
     for name, array, tail in (
         ("stamp", item.stamp, ()),
         ("fresh", item.fresh, ()),
         ("alive", item.alive, ()),
-        ("mask", item.mask, (count,)),
-        ("detections", item.detections, (count, len(DETECTION_COLUMNS))),
-        ("source", item.source, (count,)),
+        ("mask", item.mask, rows),
+        ("detections", item.detections, (*rows, len(DETECTION_COLUMNS))),
+        ("source", item.source, rows),
     ):
         _demand(holds=array.shape == (runs, *tail), rule=f"{name} has shape {array.shape}")
+    known = (item.source >= -1) & (item.source < len(scene.object_ids))
+    _demand(holds=bool(known.all()), rule="source names an object that is not there")
     if item.estimate is not None:
         fits = item.estimate.shape == (runs, len(ESTIMATE_COLUMNS))
         _demand(holds=fits, rule=f"estimate has shape {item.estimate.shape}")

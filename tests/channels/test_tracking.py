@@ -19,6 +19,7 @@ from adeye.signals import Floats
 
 STEP = 0.05
 EGO_SPEED = 20.0
+CONFIRM = (3.0, 0.0, 0.0)
 TRUTH, RADAR, CAMERA = (SENSOR_KINDS.index(kind) for kind in ("ground_truth", "radar", "camera"))
 
 
@@ -50,6 +51,7 @@ def update(
         stamp,
         age,
         4.0,
+        CONFIRM,
         np.zeros((size, 2)),
         np.zeros(size, dtype=np.int64),
     )
@@ -237,6 +239,7 @@ def test_row_without_a_detection_is_no_object() -> None:
         0.0,
         0.0,
         4.0,
+        CONFIRM,
         np.zeros((2, 2)),
         np.zeros(2, dtype=np.int64),
     )

@@ -9,6 +9,9 @@ from adeye.channels.tracks import (
     TRACK_HITS,
     TRACK_LENGTH,
     TRACK_STATE,
+    TRACK_VAR_VX,
+    TRACK_VAR_X,
+    TRACK_VX,
     TRACK_X,
     TRACK_Y,
     TRACKS,
@@ -19,9 +22,17 @@ from adeye.channels.tracks import (
     may_begin,
     room_for_track,
 )
-from adeye.signals import DETECTION_LENGTH, Floats, Ints
+from adeye.signals import (
+    DETECTION_CLASS,
+    DETECTION_HAS_RANGE_RATE,
+    DETECTION_LENGTH,
+    DETECTION_RANGE_RATE,
+    Floats,
+    Ints,
+)
 
 GATE = 4.0
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 def tracks_at(*places: tuple[float, float], kind: float = 0.0) -> Floats:
@@ -36,7 +47,7 @@ def owners(tracks: Floats, *places: tuple[float, float], kind: float = 0.0) -> I
     detections = np.zeros((len(places), 7))
     detections[:, DETECTION_LENGTH] = 4.5
     detections[:, 6] = kind
-    associate(tracks, TRACKS, detections, np.array(places), owner, len(places), 0.0, GATE)
+    associate(tracks, TRACKS, detections, np.array(places), owner, len(places), 0.0, GATE, ORIGIN)
     return owner
 
 
@@ -100,7 +111,7 @@ def test_competition_takes_nothing_from_a_track_that_was_served_before_it() -> N
 def test_row_without_a_detection_belongs_to_nobody() -> None:
     places = np.array([[20.0, 0.0], [21.0, 0.0]])
     owner = np.array([BLOCKED, FREE])
-    associate(tracks_at((20.0, 0.0)), TRACKS, np.zeros((2, 7)), places, owner, 2, 0.0, GATE)
+    associate(tracks_at((20.0, 0.0)), TRACKS, np.zeros((2, 7)), places, owner, 2, 0.0, GATE, ORIGIN)
     assert owner.tolist() == [BLOCKED, 0]
 
 
@@ -126,11 +137,11 @@ def test_face_of_a_truck_fits_its_track_though_its_centre_is_far() -> None:
     places = np.array([[14.0, 0.0]])
     detections = np.zeros((1, 7))
     owner = np.full(1, FREE, dtype=np.int64)
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE)
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
     assert owner.tolist() == [0]
     detections[:, DETECTION_LENGTH] = 4.5
     owner[:] = FREE
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE)
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
     assert owner.tolist() == [FREE]
 
 
@@ -147,3 +158,39 @@ def test_centre_lies_half_the_known_or_assumed_length_behind_the_face(
     x: float, length: float, width: float, depth: float
 ) -> None:
     assert behind_face(x, length, width) == pytest.approx(depth)
+
+
+def echo(x: float, y: float, rate: float, kind: float = -1.0) -> tuple[Floats, Floats, Ints]:
+    """One detection with a range rate: detections, places, owner."""
+    detections = np.zeros((1, 7))
+    detections[0, [DETECTION_LENGTH, DETECTION_RANGE_RATE]] = 4.5, rate
+    detections[0, [DETECTION_HAS_RANGE_RATE, DETECTION_CLASS]] = 1.0, kind
+    return detections, np.array([[x, y]]), np.full(1, FREE, dtype=np.int64)
+
+
+@pytest.mark.parametrize(("rate", "fits"), [(-10.0, True), (-13.5, True), (-30.0, False)])
+def test_standing_echo_does_not_update_the_track_of_a_vehicle_that_drives(
+    rate: float, *, fits: bool
+) -> None:
+    # The ego drives 30 m/s, the vehicle 20 m/s; -30 m/s is the rate of what stands.
+    tracks = tracks_at((40.0, 0.0))
+    tracks[0, TRACK_VX], tracks[0, TRACK_VAR_VX] = 20.0, 0.04
+    detections, places, owner = echo(41.0, 0.0, rate)
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, (2.0, 0.0, 30.0))
+    assert bool(owner[0] == 0) is fits
+
+
+@pytest.mark.parametrize(("kind", "fits"), [(-1.0, False), (0.0, True)])
+def test_echo_without_a_class_must_be_where_the_track_is_sure_to_be(
+    kind: float, *, fits: bool
+) -> None:
+    tracks = tracks_at((40.0, 0.0))
+    tracks[0, TRACK_VAR_X] = 0.04
+    detections, places, owner = echo(43.5, 0.0, 0.0, kind)
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
+    assert bool(owner[0] == 0) is fits
+    # Unless it is not sure of it.
+    tracks[0, TRACK_VAR_X] = 4.0
+    owner[:] = FREE
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
+    assert owner[0] == 0

@@ -169,3 +169,19 @@ def test_mounts_are_poses_of_the_sensors_that_have_one() -> None:
     found = mounts(cases({"front": CAMERA, "pose": POSE}, {"front": CAMERA, "pose": POSE}))
     assert list(found) == ["front"]
     assert found["front"] == pytest.approx(np.array([[1.5, 0.0, 0.0, np.radians(5.0)]] * 2))
+
+
+def test_ultrasonic_sensors_of_a_rig_hear_each_other_only_if_they_are_told_to() -> None:
+    def distance(cross_talk: bool) -> float:  # noqa: FBT001 - one word
+        parking = {"kind": "ultrasonic", "field_of_view": "60 deg", "range": "5 m", "rate": "20 Hz"}
+        sensors = {
+            "front": {**parking, "mount": {"x": "0 m"}, "cross_talk": cross_talk},
+            "further": {**parking, "mount": {"x": "2 m"}},
+        }
+        context = scene_context([CAR])
+        rig = Rig(cases(sensors), context, Path())
+        found = rig.sense(scene(context, [(4.0 + 0.5 * CAR[0], 0.0)]))["front"]
+        return float(found.detections[0, 0, 0])
+
+    assert distance(cross_talk=False) == pytest.approx(4.0)
+    assert distance(cross_talk=True) == pytest.approx(3.0)

@@ -69,3 +69,13 @@ def test_plugin_is_named_by_its_entry_point() -> None:
 def test_what_a_model_does_not_have_is_refused(content: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         SENSOR.validate_python(SEEING | content)
+
+
+def test_radar_that_would_see_more_false_alarms_than_objects_is_told_what_to_change() -> None:
+    fields = {"kind": "radar", "fidelity": "physical", "range": "150 m", **SEEING}
+    # 300 cells of range, 800 of range rate.
+    assert PhysicalRadar.model_validate(fields).cells == pytest.approx(240_000.0)
+    with pytest.raises(ValidationError, match=r"0\.001 in each of 240000 cells makes 240 false"):
+        SENSOR.validate_python({**fields, "false_alarm_rate": 1e-3})
+    coarse = {**fields, "false_alarm_rate": 1e-3, "range_resolution": "5 m"}
+    assert PhysicalRadar.model_validate(coarse).cells == pytest.approx(24_000.0)

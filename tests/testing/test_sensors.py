@@ -6,7 +6,17 @@ import pytest
 from adeye.ports import SensorContext
 from adeye.sensors.rig import BUILT_IN
 from adeye.signals import Measurement, Scene
-from adeye.spec.sensors import Camera, GroundTruth, Lidar, Localisation, Radar, Sensor
+from adeye.spec.sensors import (
+    Camera,
+    GroundTruth,
+    Lidar,
+    Localisation,
+    PhysicalRadar,
+    Radar,
+    Sensor,
+    Ultrasonic,
+    model_name,
+)
 from adeye.testing import check_sensor
 
 TRUTH = GroundTruth.model_validate({"kind": "ground_truth", "rate": "20 Hz"})
@@ -16,6 +26,15 @@ RANGING = {
     "field_of_view": "90 deg",
     "range": "150 m",
     "bearing_noise": "0.2 deg",
+}
+
+PHYSICAL_RADAR = {
+    "kind": "radar",
+    "fidelity": "physical",
+    "rate": "10 Hz",
+    "mount": {"x": "2 m"},
+    "field_of_view": "90 deg",
+    "range": "150 m",
 }
 
 
@@ -29,12 +48,24 @@ RANGING = {
         Camera.model_validate({"kind": "camera", **RANGING, "distance_noise": 0.05}),
         Radar.model_validate({"kind": "radar", **RANGING, "range_noise": "0.3 m"}),
         Lidar.model_validate({"kind": "lidar", **RANGING, "range_noise": "0.1 m"}),
+        PhysicalRadar.model_validate({**PHYSICAL_RADAR, "clutter": 3.0}),
+        PhysicalRadar.model_validate({**PHYSICAL_RADAR, "clutter": 0.0}),
+        Ultrasonic.model_validate(
+            {
+                "kind": "ultrasonic",
+                "rate": "10 Hz",
+                "mount": {"x": "2 m"},
+                "field_of_view": "60 deg",
+                "range": "40 m",
+                "range_noise": "1 cm",
+            }
+        ),
     ],
-    ids=lambda spec: str(spec.kind),
+    ids=model_name,
 )
 def test_built_in_sensors_conform(spec: Sensor) -> None:
-    check_sensor(BUILT_IN[spec.kind], spec)
-    check_sensor(BUILT_IN[spec.kind], spec, every=1, latency=0)
+    check_sensor(BUILT_IN[model_name(spec)], spec)
+    check_sensor(BUILT_IN[model_name(spec)], spec, every=1, latency=0)
 
 
 class Broken:
@@ -66,6 +97,8 @@ class Broken:
             seen.mask = np.array([[False, True, True]] * seen.mask.shape[0])
         if self.rule == "twice":
             seen.source = np.zeros_like(seen.source)
+        if self.rule == "nobody":
+            seen.source = np.full_like(seen.source, 3)
         if self.rule == "alters":
             scene.ego[:] = 0.0
         return seen
@@ -78,9 +111,10 @@ class Broken:
         ("far", "in order of distance"),
         ("random", "equal inputs"),
         ("batch", "other runs of its batch"),
-        ("shape", "mask has shape"),
+        ("shape", "detections has shape"),
         ("gaps", "packed"),
         ("twice", "detected twice"),
+        ("nobody", "names an object that is not there"),
         ("alters", "alters ego"),
     ],
 )

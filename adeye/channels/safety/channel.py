@@ -41,7 +41,7 @@ from adeye.spec.channels import SafetyParameters
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
 
-PERCEPTION: Final = {"coast": 0.3, "gate": 4.0, "confirm_hits": 2.0}
+PERCEPTION: Final = {"coast": 0.3, "gate": 4.0, "confirm_hits": 2.0, "confirm_window": 0.0}
 """Coasting [s], gate [m] and confirmation of the channel's own tracks. Two samples give a velocity,
 which is all that ground truth needs; shorter coasting than the nominal channel's, because a ghost
 would trigger a stop. Our choice."""
