@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from adeye.kernel.jit import compiled
+from adeye.kernel.geometry import wrap_to_pi
+from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal_pairs
 from adeye.sensors.bias import next_bias, share_kept, share_new
 from adeye.sensors.delivery import Delivery
 from adeye.sensors.gnss import no_values, rear_axles, with_values
 from adeye.signals import (
     EGO_ACCELERATION,
+    EGO_HEADING,
     EGO_SPEED,
     EGO_YAW_RATE,
     IMU_ACCELERATION_X,
@@ -38,10 +40,12 @@ bias along and across."""
 
 
 class ImuSensor:
-    """Acceleration along the vehicle's axes at the mount and yaw rate, at the time of the sample.
+    """Acceleration along the vehicle's axes at the mount and yaw rate, means since the last sample.
 
-    The road is level, so gravity does not enter. The unit is taken to be aligned with the vehicle:
-    the angles of its mount are not looked at.
+    Units integrate what they measure and hand out the increments, so nothing that happens between
+    two samples is lost (Groves 2013, section 4.3). Only the first sample is of a moment. The road
+    is level, so gravity does not enter. The unit is taken to be aligned with the vehicle: the
+    angles of its mount are not looked at.
     """
 
     def __init__(self, context: SensorContext) -> None:
@@ -58,7 +62,7 @@ class ImuSensor:
         )
         self._draws = tuple(np.zeros(runs) for _ in range(6))
         self._bias: Floats = np.zeros((runs, 3))
-        self._turning: Floats | None = None
+        self._before: Floats | None = None
         self._sample_number = 0
         self._empty = no_values(runs, len(context.scene.object_ids), len(IMU_COLUMNS))
         self._delivery = Delivery.of(context, self._empty)
@@ -67,7 +71,6 @@ class ImuSensor:
         """Sample if it is time to, and return the newest delivered sample."""
         if self._delivery.is_due(scene.tick):
             self._delivery.push(scene.tick, self._sample(scene))
-        self._turning = scene.ego[:, EGO_YAW_RATE].copy()
         return self._delivery.newest(scene.tick)
 
     def _sample(self, scene: Scene) -> Measurement:
@@ -79,16 +82,17 @@ class ImuSensor:
         values: Floats = np.empty((context.runs, len(IMU_COLUMNS)))
         _sample_batch(
             self._parameters,
-            context.step,
+            self._context.every * context.step,
             self._sample_number == 0,
             scene.running,
             scene.ego,
-            scene.ego[:, EGO_YAW_RATE].copy() if self._turning is None else self._turning,
+            scene.ego if self._before is None else self._before,
             self._draws,
             self._bias,
             values,
         )
         self._sample_number += 1
+        self._before = scene.ego.copy()
         return with_values(self._empty, scene.time, values)
 
 
@@ -110,11 +114,11 @@ def _numbers(spec: Imu, period: float) -> dict[str, float]:
 @compiled
 def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
-    step: float,
+    period: float,
     is_first: bool,  # noqa: FBT001 - a kernel
     running: Bools,
     ego: Floats,
-    turning: Floats,
+    before: Floats,
     draws: tuple[Floats, ...],
     bias: Floats,
     values: Floats,
@@ -123,11 +127,11 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
 
     Args:
         parameters: (B,) records.
-        step: Master clock [s].
+        period: Time since the last sample [s].
         is_first: Whether this is the first sample.
         running: (B,).
         ego: (B, 7) states.
-        turning: (B,) yaw rate a tick ago [rad/s].
+        before: (B, 7) states at the last sample.
         draws: Standard normal numbers (B,): noise along, across, of the yaw rate; bias of the yaw
             rate, along, across.
         bias: (B, 3) along, across [m/s²], of the yaw rate [rad/s]; in and out.
@@ -147,23 +151,35 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
         if not running[run]:
             row[:] = math.nan
             continue
-        rate = ego[run, EGO_YAW_RATE]
-        change = (rate - turning[run]) / step
-        # From the rear axle, which moves along the heading, to the mount: a rigid body.
-        ahead, aside = record["x"] + record["rear"], record["y"]
+        along, across, rate = _motion(record, before[run], ego[run], period, is_first)
         noise = record["acceleration_noise"]
-        row[IMU_ACCELERATION_X] = (
-            ego[run, EGO_ACCELERATION]
-            - change * aside
-            - rate * rate * ahead
-            + bias[run, 0]
-            + noise * draws[0][run]
-        )
-        row[IMU_ACCELERATION_Y] = (
-            rate * ego[run, EGO_SPEED]
-            + change * ahead
-            - rate * rate * aside
-            + bias[run, 1]
-            + noise * draws[1][run]
-        )
+        row[IMU_ACCELERATION_X] = along + bias[run, 0] + noise * draws[0][run]
+        row[IMU_ACCELERATION_Y] = across + bias[run, 1] + noise * draws[1][run]
         row[IMU_YAW_RATE] = rate + bias[run, 2] + record["yaw_rate_noise"] * draws[2][run]
+
+
+@inlined
+def _motion(
+    record: Any,
+    before: Floats,
+    ego: Floats,
+    period: float,
+    is_first: bool,  # noqa: FBT001 - a kernel
+) -> tuple[float, float, float]:
+    """Return mean acceleration of the mount along and across [m/s²] and mean yaw rate [rad/s].
+
+    The change of its velocity in axes that turn, and what their turning adds, by the trapezoid.
+    """
+    # The rear axle moves along the heading, the mount with it as of a rigid body.
+    ahead, aside = record["x"] + record["rear"], record["y"]
+    rate = ego[EGO_YAW_RATE]
+    along, across = ego[EGO_SPEED] - rate * aside, rate * ahead
+    if is_first:
+        return ego[EGO_ACCELERATION] - rate * across, rate * along, rate
+    old_rate = before[EGO_YAW_RATE]
+    old_along, old_across = before[EGO_SPEED] - old_rate * aside, old_rate * ahead
+    return (
+        (along - old_along) / period - 0.5 * (rate * across + old_rate * old_across),
+        (across - old_across) / period + 0.5 * (rate * along + old_rate * old_along),
+        wrap_to_pi(ego[EGO_HEADING] - before[EGO_HEADING]) / period,
+    )
