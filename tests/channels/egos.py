@@ -154,15 +154,16 @@ def estimate(  # noqa: PLR0913 - each is one thing that a test may want to set
     assert localiser is not None
     rows: list[tuple[Floats, ...]] = []
     frozen: dict[str, Any] = {}
+    shown = scene(context, [])
     for tick, state in enumerate(states):
-        shown = scene(context, [], tick=tick)
+        shown.tick, shown.time = tick, tick * step
         shown.ego[:] = state
         items = {name: sensor.sense(shown).copy() for name, sensor in sensors.items()}
         for index, (begin, end) in (blind or {}).items():
             name = ("gnss", "imu")[index]
             if begin <= tick < end:
                 items[name].values[:] = np.nan
-                items[name].stamp = frozen[name]
+                items[name].stamp = frozen[name].copy()
             frozen[name] = items[name].stamp
         if unit is None:
             sample, stamp = np.zeros((runs, 3)), np.full(runs, tick * step)
