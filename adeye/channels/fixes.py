@@ -3,11 +3,12 @@
 A fix is old when it arrives. So the filter stands at the time of the newest fix, with the inertial
 samples since then in a queue; the estimate is its state carried along the queue. A new fix moves
 the filter on to the time of the fix, sample by sample, corrects it there, and the estimate is
-carried along what is left of the queue: what a filter without latency would have computed.
+carried along what is left of the queue: what a filter without latency would have computed. A fix
+that is newer than all samples waits for one of its time; another one that comes meanwhile is lost.
 
 When fixes stay away the filter goes on by what the inertial unit says, and its covariance grows.
-When the inertial unit stays away the filter gives up and begins anew with the first fix after it
-has come back.
+When the inertial unit stays away there is no new estimate, and after ``MOST_HELD`` the filter gives
+up and begins anew with the first fix after the unit has come back.
 
 A sample of the inertial unit is the mean of the time before it, and moves the filter over that.
 """
@@ -52,16 +53,28 @@ LATEST_FIX: Final = 0.5
     NOW_HEADING,
     NOW_SPEED,
     SEEN,  # of the newest sample of the unit [s]
+    SEEN_RATE,  # its yaw rate [rad/s]
     FIX_TIME,  # of the newest fix that was looked at [s]
+    WAITING,  # of the fix that waits [s], -1 if none does
+    WAITING_FIX,  # the first of its four columns
+    _,
+    _,
+    _,
     FIRST,  # place of the oldest sample in the queue
     COUNT,  # samples in the queue
     INNOVATION,  # normalised, squared, of the newest fix that was used
-) = range(15)
+) = range(21)
 
 # Columns of a sample in the queue.
 SAMPLE_TIME, SAMPLE_ACCELERATION, SAMPLE_RATE = range(3)
 
-NOTHING: Final = (-1.0, math.nan, math.nan, -1.0, *[0.0] * 6, -1.0, -1.0, 0.0, 0.0, math.nan)
+NOTHING: Final = (
+    *(-1.0, math.nan, math.nan),
+    *(-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    *(-1.0, 0.0),
+    *(-1.0, -1.0, 0.0, 0.0, 0.0, 0.0),
+    *(0.0, 0.0, math.nan),
+)
 """What is kept before the first sample."""
 
 
@@ -86,16 +99,14 @@ def add_sample(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> None:
     """Put a sample into the queue and carry the estimate on to it."""
     rate = sample[IMU_YAW_RATE]
-    # From the mount to the rear axle; what a change of the rate adds off the middle is left out.
+    # From the mount to the rear axle. What a faster turn adds at the side sums up to a change of
+    # speed, so its noise does not sum up.
     acceleration = sample[IMU_ACCELERATION_X] + rate * rate * record["unit_x"]
     if time - row[SEEN] > record["most_held"]:
         _give_up(row)
-    row[SEEN] = time
-    if row[TIME] >= time:
-        # The filter has gone ahead of the unit, whose newest sample it goes on with.
-        row[ACCELERATION], row[RATE] = acceleration, rate
-        row[NOW_ACCELERATION], row[NOW_RATE] = acceleration, rate
-        return
+    else:
+        acceleration += record["unit_y"] * (rate - row[SEEN_RATE]) / (time - row[SEEN])
+    row[SEEN], row[SEEN_RATE] = time, rate
     if row[TIME] >= 0.0:
         _carry_now(state, row, time, acceleration, rate)
     if row[COUNT] > 0.0:
@@ -112,7 +123,7 @@ def add_sample(  # noqa: PLR0913, PLR0917 - a kernel
 @inlined
 def _give_up(row: Floats) -> None:
     """Forget the filter and the samples: what is known of the ego's motion has a hole."""
-    row[TIME] = row[NOW_TIME] = -1.0
+    row[TIME] = row[NOW_TIME] = row[WAITING] = -1.0
     row[COUNT] = 0.0
     row[ACCELERATION] = row[RATE] = math.nan
 
@@ -136,7 +147,7 @@ def _carry_now(state: Floats, row: Floats, time: float, acceleration: float, rat
 def _advance(
     record: Any, state: Floats, covariance: Floats, row: Floats, queue: Floats, until: float
 ) -> None:
-    """Move the filter on along the queue to a time [s]; beyond it the last sample goes on."""
+    """Move the filter on along the queue to a time [s], not after its last sample."""
     while row[COUNT] > 0.0:
         sample = queue[int(row[FIRST])]
         time = sample[SAMPLE_TIME]
@@ -146,8 +157,6 @@ def _advance(
             return
         row[FIRST] = (int(row[FIRST]) + 1) % queue.shape[0]
         row[COUNT] -= 1.0
-    if row[TIME] < until:
-        _step(record, state, covariance, row, until, row[ACCELERATION], row[RATE])
 
 
 @inlined
@@ -168,24 +177,33 @@ def _step(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def add_fix(  # noqa: PLR0913, PLR0917 - a kernel
+def add_fix(row: Floats, fix: Floats, time: float) -> None:
+    """Let a fix wait, unless another one does."""
+    row[FIX_TIME] = time
+    if row[WAITING] < 0.0:
+        row[WAITING] = time
+        for column in range(fix.shape[0]):
+            row[WAITING_FIX + column] = fix[column]
+
+
+@inlined
+def use_fix(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     segments: Floats,
     state: Floats,
     covariance: Floats,
     row: Floats,
     queue: Floats,
-    fix: Floats,
-    time: float,
     scratch: Floats,
 ) -> None:
-    """Move the filter on to the time of a fix, correct it, and carry the estimate on from there."""
-    row[FIX_TIME] = time
+    """Use the fix that waits: the filter at its time is corrected, the estimate goes on from there.
+
+    Without a fix in it, the filter is only moved on to its time.
+    """
+    time, fix = row[WAITING], row[WAITING_FIX : WAITING_FIX + 4]
+    row[WAITING] = -1.0
     if row[TIME] > time:
         # Older than all samples in the queue.
-        return
-    if time - row[SEEN] > record["most_held"]:
-        _give_up(row)
         return
     if row[TIME] >= 0.0:
         _advance(record, state, covariance, row, queue, time)

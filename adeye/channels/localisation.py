@@ -24,9 +24,11 @@ from adeye.channels.fixes import (
     NOW_Y,
     SEEN,
     TIME,
+    WAITING,
     add_fix,
     add_sample,
     is_number,
+    use_fix,
 )
 from adeye.channels.inertial import (
     ACCELERATION_BIAS,
@@ -93,7 +95,7 @@ class Localiser:
         stamp: (B,) its time [s], -1 before the first.
         states: (B, STATES) of the filters, at their time.
         covariances: (B, STATES, STATES) of these.
-        rows: (B, 15) what is kept beside them, see ``fixes``.
+        rows: (B, 21) what is kept beside them, see ``fixes``.
     """
 
     def __init__(self, context: ChannelContext, gnss: str, imu: str | None) -> None:
@@ -193,6 +195,7 @@ def _records(context: ChannelContext, gnss: str, imu: str | None) -> Any:
             "lever_y": antenna[:, 1],
             # Without a unit there is no place where the acceleration is measured.
             "unit_x": (place[:, 0] + rear) if imu is not None else np.zeros(context.runs),
+            "unit_y": place[:, 1],
             "rear": rear,
             "wheelbase": columns["wheelbase"],
             "lane_width": context.road.lane_width,
@@ -219,21 +222,13 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> None:
     for run in range(rows.shape[0]):
         record, state, covariance = records[run], states[run], covariances[run]
-        row, waiting = rows[run], queue[run]
+        row, samples = rows[run], queue[run]
         if sample_stamp[run] > row[SEEN] and is_number(sample[run]):
-            add_sample(record, state, covariance, row, waiting, sample[run], sample_stamp[run])
+            add_sample(record, state, covariance, row, samples, sample[run], sample_stamp[run])
         if fix_stamp[run] > row[FIX_TIME]:
-            add_fix(
-                record,
-                segments[run],
-                state,
-                covariance,
-                row,
-                waiting,
-                fix[run],
-                fix_stamp[run],
-                scratch,
-            )
+            add_fix(row, fix[run], fix_stamp[run])
+        if 0.0 <= row[WAITING] <= row[SEEN]:
+            use_fix(record, segments[run], state, covariance, row, samples, scratch)
         if row[TIME] >= 0.0 and row[NOW_TIME] > stamp[run]:
             age = row[NOW_TIME] - row[TIME]
             variance = lateral_variance(state, covariance, record["rear"], age)

@@ -117,7 +117,7 @@ def estimate(  # noqa: PLR0913 - each is one thing that a test may want to set
         blind: By number of the sensor (0 receiver, 1 unit): ticks from, to which it is dead.
     """
     context = scene_context([], runs=runs, step=step)
-    specs = {"gnss": receiver, **({} if unit is None else {"imu": unit})}
+    specs: dict[str, Gnss | Imu] = {"gnss": receiver, **({} if unit is None else {"imu": unit})}
     sensors: dict[str, Any] = {}
     for name, spec in specs.items():
         late = latency if name == "gnss" else unit_latency
