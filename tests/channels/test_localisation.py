@@ -21,9 +21,11 @@ from adeye.signals import (
     EGO_Y,
     EGO_YAW_RATE,
     ESTIMATE_PLACE,
+    STATUS_LABELS,
     Floats,
 )
 from adeye.spec.architecture import Architecture
+from adeye.spec.fault import Fault
 from adeye.testing.scenes import channel_context, ego_estimate, straight_road
 from tests.channels.egos import CAR, STEP, Estimated, drive, estimate, gnss, imu
 from tests.motorway import ARCHITECTURE, make_case, make_scenario, merged
@@ -248,3 +250,34 @@ def test_ego_keeps_its_lane_through_a_short_outage_only() -> None:
 
     assert through("2 s").max() < 0.3
     assert through("12 s").max() > 0.8
+
+
+def statuses(target: str) -> list[str]:
+    """Return the status of the channel at each tick of a run; the target is out from 3 s on."""
+    fault = Fault.model_validate(
+        {"id": "out", "target": target, "model": "drop_out", "onset": {"at": "3 s"}}
+    )
+    architecture = merged(ARCHITECTURE, {"channels": {"nominal": {"links": list(GOOD)}}})
+    case = replace(
+        make_case(make_scenario(horizon="15 s")),
+        architecture=Architecture.model_validate({**architecture, "sensors": GOOD}),
+        faults=(fault,),
+        fault_entry="out",
+    )
+    return [STATUS_LABELS[number] for number in run([case])["status"][0, :300, 0]]
+
+
+def test_channel_without_its_receiver_is_degraded_until_the_lane_is_in_doubt() -> None:
+    found = statuses("sensors.gnss")
+    assert found[10:60] == ["ok"] * 50
+    last = found.index("fault", 10)
+    assert found[60:last] == ["degraded"] * (last - 60)
+    assert 5.0 < (last - 60) * STEP < 12.0
+    assert found[last:] == ["fault"] * (300 - last)
+
+
+def test_channel_without_its_inertial_unit_has_no_pose_after_half_a_second() -> None:
+    # The last sample is of 2.95 s.
+    found = statuses("sensors.imu")
+    assert found[60:69] == ["degraded"] * 9
+    assert found[70:] == ["fault"] * 230
