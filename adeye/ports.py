@@ -52,6 +52,7 @@ class SensorContext:
         owner: Owner number of its random stream.
         jitter: Most ticks that a sample comes later than its latency.
         others: (B) spec records of the other sensors of the architecture, by id.
+        vehicles: (B) the vehicle record in each run; empty where nobody asks for it.
     """
 
     sensor_id: str
@@ -62,6 +63,7 @@ class SensorContext:
     owner: int
     jitter: int = 0
     others: Mapping[str, Sequence[Sensor]] = field(default_factory=dict)
+    vehicles: Sequence[Vehicle] = ()
 
 
 class SensorModel(Protocol):
@@ -89,6 +91,8 @@ class ChannelContext:
         period: Time between two of its ticks [s].
         shows_tracks: Whether somebody looks at ``ControlCommand.tracks``; otherwise a channel may
             leave them out, which saves time and changes nothing else.
+        data_sheets: What the data sheet of each linked ``gnss`` and ``imu`` says, by id: columns
+            (B,) by field, the rate and the deviations of noise and bias.
     """
 
     channel_id: str
@@ -102,6 +106,7 @@ class ChannelContext:
     step: float
     period: float
     shows_tracks: bool = True
+    data_sheets: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:

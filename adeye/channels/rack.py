@@ -8,7 +8,7 @@ from adeye.channels.clock import ClockedChannel
 from adeye.channels.factory import BUILT_IN, make_channel
 from adeye.channels.links import observe
 from adeye.ports import ChannelContext, ControlChannel
-from adeye.sensors.rig import mounts
+from adeye.sensors.rig import data_sheets, mounts
 from adeye.signals import Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.spec.clock import period_ticks, ticks
 from adeye.world.compile import ego_desired_speeds
@@ -42,6 +42,7 @@ class ChannelRack:
         """
         architecture = cases[0].architecture
         poses = mounts(cases)
+        sheets = data_sheets(cases)
         self._runs = len(cases)
         kinds = {name: sensor.kind for name, sensor in architecture.sensors.items()}
         desired = ego_desired_speeds(cases)
@@ -68,6 +69,7 @@ class ChannelRack:
                     period=every * scene.step,
                     # A plug-in sees no difference, so it cannot make one.
                     shows_tracks=drawn or spec.kind not in BUILT_IN,
+                    data_sheets={link: sheets[link] for link in spec.links if link in sheets},
                 )
             )
             self._links[name] = spec.links

@@ -92,6 +92,8 @@ class ScalarMeasurement:
         alive: Whether the sensor delivers at all.
         detections: (N, 7) of the objects that it sees, see ``signals.DETECTION_COLUMNS``.
         estimate: (13,) ego estimate, see ``signals.ESTIMATE_COLUMNS``, or None.
+        values: (V,) of a sensor of the ego's motion, see ``signals.GNSS_COLUMNS`` and
+            ``signals.IMU_COLUMNS``, or None.
     """
 
     stamp: float
@@ -99,6 +101,7 @@ class ScalarMeasurement:
     alive: bool
     detections: Floats
     estimate: Floats | None
+    values: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,6 +296,7 @@ def _observation(observation: Observation, run: int) -> ScalarObservation:
                 alive=bool(item.alive[run]),
                 detections=item.detections[run][item.mask[run]],
                 estimate=None if item.estimate is None else item.estimate[run].copy(),
+                values=None if item.values is None else item.values[run].copy(),
             )
             for name, item in observation.measurements.items()
         },

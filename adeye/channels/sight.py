@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.channels.localisation import Localiser
 from adeye.channels.tracking import SENSOR_KINDS
-from adeye.signals import DETECTION_COLUMNS, ESTIMATE_COLUMNS, Bools, Floats, Ints, Measurement
+from adeye.signals import (
+    DETECTION_COLUMNS,
+    ESTIMATE_COLUMNS,
+    IMU_COLUMNS,
+    Bools,
+    Floats,
+    Ints,
+    Measurement,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,7 +28,7 @@ LEAST_SLOTS: Final = 4
 """Sensors that there is room for at least. A step is compiled for a number of slots, which is this
 or the next power of two, so that a further sensor seldom costs a compilation."""
 
-_BLIND: Final = "localisation"
+_BLIND: Final = frozenset({"localisation", "gnss", "imu"})
 
 _FLOAT: Final = np.dtype(np.float64)
 _BOOL: Final = np.dtype(np.bool_)
@@ -38,8 +48,9 @@ class Sight:
         detections: (B, M, 7).
         alive: Whether each linked sensor delivers (B,), also one that detects nothing; true in the
             slots beyond.
-        estimate: (B, 13) of the first linked sensor that gives one.
-        estimate_stamp: (B,) its time [s]; -1 without such a sensor.
+        estimate: (B, 13) of the first linked sensor that gives one; without such a sensor, what the
+            channel makes of its satellite receiver and inertial unit.
+        estimate_stamp: (B,) its time [s]; -1 without any of them.
         places: (M, 2) scratch of the step, for the longest M.
         owner: (M,) scratch of the step.
     """
@@ -52,7 +63,7 @@ class Sight:
         """
         self._ids = tuple(link for link in context.links if link in context.sensors)
         # What knows the ego only has never seen anything, so nobody need look.
-        self._seeing = tuple(name for name in self._ids if context.sensors[name] != _BLIND)
+        self._seeing = tuple(name for name in self._ids if context.sensors[name] not in _BLIND)
         runs, sensors = context.runs, len(self._seeing)
         known = {kind: index for index, kind in enumerate(SENSOR_KINDS)}
         self.kinds: Ints = np.array(
@@ -80,12 +91,15 @@ class Sight:
         self.owner: Ints = np.zeros(0, dtype=np.int64)
         self.estimate: Floats = np.zeros((runs, len(ESTIMATE_COLUMNS)))
         self.estimate_stamp: Floats = np.full(runs, -1.0)
+        self.localiser = Localiser.of(context)
+        self._no_motion: Floats = np.zeros((runs, len(IMU_COLUMNS)))
 
-    def take(self, measurements: Mapping[str, Measurement]) -> None:
+    def take(self, measurements: Mapping[str, Measurement], time: float = math.nan) -> None:
         """Look at the measurements of a tick.
 
         Args:
             measurements: By sensor id.
+            time: Of the tick [s]; a channel with a receiver and no inertial unit needs it.
         """
         stamp, mask, detections = self._nothing
         seen = [measurements[name] for name in self._seeing]
@@ -108,7 +122,21 @@ class Sight:
             if item.estimate is not None:
                 self.estimate = _plain(item.estimate, _FLOAT)
                 self.estimate_stamp = _plain(item.stamp, _FLOAT)
-                break
+                return
+        if self.localiser is not None:
+            self._localise(self.localiser, measurements, time)
+
+    def _localise(
+        self, localiser: Localiser, measurements: Mapping[str, Measurement], time: float
+    ) -> None:
+        fix = measurements[localiser.gnss]
+        if localiser.imu is None:
+            sample, stamp = self._no_motion, np.full(self._no_motion.shape[0], time)
+        else:
+            unit = measurements[localiser.imu]
+            sample, stamp = _plain(unit.values, _FLOAT), _plain(unit.stamp, _FLOAT)
+        localiser.update(_plain(fix.values, _FLOAT), _plain(fix.stamp, _FLOAT), sample, stamp)
+        self.estimate, self.estimate_stamp = localiser.estimate, localiser.stamp
 
 
 def _plain(array: Any, kind: Any) -> Any:

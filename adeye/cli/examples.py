@@ -66,7 +66,7 @@ class $class_name:
         self.objects = len(context.scene.object_ids)
         self.ranges = [self.Parameters(**spec.parameters).range for spec in context.specs]
         first = no_measurement(self.scene.runs, self.objects, with_estimate=False)
-        self.delivery = Delivery(context.every, context.latency, first)
+        self.delivery = Delivery.of(context, first)
 
     def sense(self, scene: Scene) -> Measurement:
         """Return the newest delivered sample; noise comes from adeye.kernel.random only."""

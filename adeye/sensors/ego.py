@@ -61,7 +61,7 @@ class LocalisationSensor:
         runs = context.scene.runs
         self._draws = (np.zeros(runs), np.zeros(runs), np.zeros(runs), np.zeros(runs))
         self._empty = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
-        self._delivery = Delivery(context.every, context.latency, self._empty)
+        self._delivery = Delivery.of(context, self._empty)
 
     def sense(self, scene: Scene) -> Measurement:
         """Sample if it is time to, and return the newest delivered sample."""
@@ -100,7 +100,7 @@ class GroundTruthSensor:
         self._found: Floats = np.zeros((objects, 3))
         self._order: Ints = np.zeros(objects, dtype=np.int64)
         first = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
-        self._delivery = Delivery(context.every, context.latency, first)
+        self._delivery = Delivery.of(context, first)
 
     def sense(self, scene: Scene) -> Measurement:
         """Sample if it is time to, and return the newest delivered sample."""

@@ -89,7 +89,7 @@ class RangingSensor:
         self._order: Ints = np.zeros(self._objects, dtype=np.int64)
         self._sample_number = 0
         first = no_measurement(scene.runs, self._objects, with_estimate=False)
-        self._delivery = Delivery(context.every, context.latency, first)
+        self._delivery = Delivery.of(context, first)
 
     def sense(self, scene: Scene) -> Measurement:
         """Sample if it is time to, and return the newest delivered sample."""

@@ -10,9 +10,12 @@ from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext, SensorModel
 from adeye.registry import load_part
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
+from adeye.sensors.gnss import GnssSensor
+from adeye.sensors.imu import ImuSensor
 from adeye.sensors.radar import RadarSensor
 from adeye.sensors.ranging import RangingSensor
 from adeye.sensors.ultrasonic import UltrasonicSensor
+from adeye.signals import spec_columns
 from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import model_name
 
@@ -29,9 +32,24 @@ BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
     "radar/physical": RadarSensor,
     "lidar": RangingSensor,
     "ultrasonic": UltrasonicSensor,
+    "gnss": GnssSensor,
+    "imu": ImuSensor,
     "localisation": LocalisationSensor,
     "ground_truth": GroundTruthSensor,
 }
+
+DATA_SHEETS: Final[dict[str, tuple[str, ...]]] = {
+    "gnss": ("rate", "position_noise", "bias", "bias_time", "speed_noise"),
+    "imu": (
+        "rate",
+        "acceleration_noise",
+        "acceleration_bias",
+        "yaw_rate_noise",
+        "yaw_rate_bias",
+        "bias_time",
+    ),
+}
+"""What a channel may know of a sensor beforehand, by kind; outages are not among it."""
 
 
 class Rig:
@@ -61,6 +79,7 @@ class Rig:
                     for other in cases[0].architecture.sensors
                     if other != name
                 },
+                vehicles=[case.architecture.vehicle for case in cases],
             )
             model = model_name(first)
             if model in BUILT_IN:
@@ -82,3 +101,17 @@ def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:
             poses = [sensor.mount for sensor in sensors]
             found[name] = np.array([[pose.x, pose.y, pose.z, pose.yaw] for pose in poses])
     return found
+
+
+def data_sheets(cases: Sequence[TestCase]) -> dict[str, dict[str, Floats]]:
+    """Return rate and deviations of noise and bias (B,) of each ``gnss`` and ``imu``, by field."""
+    found: dict[str, dict[str, Floats]] = {}
+    for name, first in cases[0].architecture.sensors.items():
+        if first.kind in DATA_SHEETS:
+            sensors: list[Any] = [case.architecture.sensors[name] for case in cases]
+            found[name] = spec_columns(sensors, _data_sheet)
+    return found
+
+
+def _data_sheet(sensor: Any) -> dict[str, float]:
+    return {field: getattr(sensor, field) for field in DATA_SHEETS[sensor.kind]}

@@ -73,7 +73,7 @@ class UltrasonicSensor:
         self._fires: Bools = np.zeros(len(listed) + 1, dtype=np.bool_)
         self._sample_number = 0
         first = no_measurement(scene.runs, 1, with_estimate=False)
-        self._delivery = Delivery(context.every, context.latency, first)
+        self._delivery = Delivery.of(context, first)
 
     def sense(self, scene: Scene) -> Measurement:
         """Sample if it is time to, and return the newest delivered sample."""

@@ -49,12 +49,13 @@ DETECTION_COLUMNS: Final = ("x", "y", "range_rate", "has_range_rate", "length", 
 ESTIMATE_COLUMNS: Final = (*EGO_COLUMNS, *PLACE_COLUMNS)
 ESTIMATE_PLACE: Final = len(EGO_COLUMNS)
 
-# Columns of what a satellite receiver gives: place of the ego's box centre in the map and velocity
-# over ground [m], [m/s].
+# Columns of what a satellite receiver gives: place of its antenna in the map and the antenna's
+# velocity over ground [m], [m/s]; the lever arm to the ego is left to who uses them.
 GNSS_COLUMNS: Final = ("x", "y", "velocity_x", "velocity_y")
 GNSS_X, GNSS_Y, GNSS_VELOCITY_X, GNSS_VELOCITY_Y = range(4)
 
-# Columns of what an inertial unit gives, in the vehicle frame [m/s²], [rad/s].
+# Columns of what an inertial unit gives: acceleration of the place where it is mounted along the
+# axes of the vehicle frame, turning rate [m/s²], [rad/s].
 IMU_COLUMNS: Final = ("acceleration_x", "acceleration_y", "yaw_rate")
 IMU_ACCELERATION_X, IMU_ACCELERATION_Y, IMU_YAW_RATE = range(3)
 

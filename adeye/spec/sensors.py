@@ -244,14 +244,14 @@ class Ultrasonic(SensorRecord):
 
 
 class Outage(Record):
-    """When a receiver has no fix."""
+    """When a receiver has no fix: a tunnel, a street canyon. Its samples go on, without values."""
 
     begin: NonNegativeDuration
     duration: NonNegativeDuration
 
 
 class Gnss(SensorRecord):
-    """Satellite receiver: position, course and speed over ground."""
+    """Satellite receiver: place and velocity over ground of its antenna."""
 
     STRUCTURE: ClassVar[tuple[str, ...]] = ("outages",)
 
@@ -269,7 +269,7 @@ class Gnss(SensorRecord):
 
 
 class Imu(SensorRecord):
-    """Inertial measurement unit: longitudinal and lateral acceleration, yaw rate."""
+    """Inertial measurement unit: longitudinal and lateral acceleration of its place, yaw rate."""
 
     kind: Literal["imu"]
     mount: Mount = Mount()

@@ -31,6 +31,7 @@ def check_rates(architecture: Architecture, step: float) -> None:
     for name, sensor in architecture.sensors.items():
         period_ticks(sensor.rate, step, f"sensors.{name}.rate")
         ticks(sensor.latency, step, f"sensors.{name}.latency")
+        ticks(sensor.jitter, step, f"sensors.{name}.jitter")
     for name, channel in architecture.channels.items():
         period_ticks(channel.rate, step, f"channels.{name}.rate")
         ticks(channel.delay, step, f"channels.{name}.delay")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -24,7 +24,7 @@ from adeye.signals import (
     SceneContext,
     Surroundings,
 )
-from adeye.testing.scenes import ego_estimate, straight_road
+from adeye.testing.scenes import ego_estimate, passenger_car, straight_road
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -43,29 +43,48 @@ def check_sensor(
     *,
     every: int = 2,
     latency: int = 1,
+    jitter: int = 0,
 ) -> None:
     """Check that a sensor keeps the contract of ``ports.SensorModel``.
 
-    Samples come at its rate and after its latency, nearest first, finite, equal for equal inputs,
-    independent of the other runs of the batch; ground truth is not altered.
+    Samples come at its rate, after its latency and within its jitter, nearest first, finite, equal
+    for equal inputs, independent of the other runs of the batch; ground truth is not altered. Of
+    ``values`` a row is finite or all NaN, which is a sample without content.
 
     Args:
         factory: Makes the sensor from its context.
         spec: Its spec record, the same for every run.
         every: Ticks between two samples.
         latency: Ticks from sample to delivery.
+        jitter: Most ticks that a sample comes later than that.
 
     Raises:
         AssertionError: Names the first rule that it breaks.
     """
-    context = SensorContext("tested", [spec] * RUNS, three_objects(), every, latency, 17)
+    context = SensorContext(
+        "tested",
+        [spec] * RUNS,
+        three_objects(),
+        every,
+        latency,
+        17,
+        jitter,
+        vehicles=[passenger_car()] * RUNS,
+    )
     scenes = [scene_of(context.scene, tick) for tick in range(TICKS)]
     first = _play(factory(context), scenes)
     _check_samples(context, scenes, first)
     _demand_equal(first, _play(factory(context), scenes), "equal inputs, other measurements")
     for run in range(RUNS):
         alone = _play(
-            factory(replace(context, specs=[spec], scene=_one_context(context.scene, run))),
+            factory(
+                replace(
+                    context,
+                    specs=[spec],
+                    scene=_one_context(context.scene, run),
+                    vehicles=context.vehicles[:1],
+                )
+            ),
             [_one_scene(scene, run) for scene in scenes],
         )
         part = [_one_measurement(item, run) for item in first]
@@ -91,9 +110,13 @@ def _play(sensor: SensorModel, scenes: Sequence[Scene]) -> list[Measurement]:
 def _check_samples(
     context: SensorContext, scenes: Sequence[Scene], delivered: Sequence[Measurement]
 ) -> None:
+    for item in delivered:
+        _check_form(context.scene, item)
+    if context.jitter > 0:
+        _check_late(context, scenes, delivered)
+        return
     newest = np.full(context.scene.runs, -1.0)
     for scene, item in zip(scenes, delivered, strict=True):
-        _check_form(context.scene, item)
         due = scene.tick - context.latency
         is_new = due >= 0 and due % context.every == 0
         _demand(
@@ -108,6 +131,28 @@ def _check_samples(
             holds=not wrong.any(),
             rule=f"tick {scene.tick}: stamp {item.stamp}, the sample is of {newest}",
         )
+
+
+def _check_late(
+    context: SensorContext, scenes: Sequence[Scene], delivered: Sequence[Measurement]
+) -> None:
+    step, every = context.scene.step, context.every
+    newest: Floats = np.full(context.scene.runs, -1.0)
+    is_late = False
+    for scene, item in zip(scenes, delivered, strict=True):
+        place = f"tick {scene.tick}"
+        changed = np.abs(item.stamp - newest) > TOLERANCE
+        _demand(holds=bool((item.stamp >= newest).all()), rule=f"{place}: a sample overtakes")
+        same = np.array_equal(changed, item.fresh)
+        _demand(holds=same, rule=f"{place}: fresh is {item.fresh}, new is {changed}")
+        newest = item.stamp.copy()
+        made = np.where(newest < 0.0, -every, np.round(newest / step))
+        early = newest > (scene.tick - context.latency) * step + TOLERANCE
+        _demand(holds=not early.any(), rule=f"{place}: stamp {newest}, before the latency")
+        due = scene.tick - context.latency - context.jitter - made
+        _demand(holds=bool((due < every).all()), rule=f"{place}: stamp {newest}, after the jitter")
+        is_late |= bool((scene.tick - context.latency - made >= every).any())
+    _demand(holds=is_late, rule="no sample comes later than its latency: the jitter is not used")
 
 
 def _check_form(scene: SceneContext, item: Measurement) -> None:
@@ -130,6 +175,11 @@ def _check_form(scene: SceneContext, item: Measurement) -> None:
         fits = item.estimate.shape == (runs, len(ESTIMATE_COLUMNS))
         _demand(holds=fits, rule=f"estimate has shape {item.estimate.shape}")
         _demand(holds=bool(np.isfinite(item.estimate).all()), rule="the estimate is not finite")
+    if item.values is not None:
+        fits = item.values.ndim == 2 and item.values.shape[0] == runs
+        _demand(holds=fits, rule=f"values have shape {item.values.shape}")
+        whole = np.isfinite(item.values).all(axis=1) | np.isnan(item.values).all(axis=1)
+        _demand(holds=bool(whole.all()), rule="a row of values is neither finite nor all NaN")
     for run in range(runs):
         _check_detections(item.mask[run], item.detections[run], item.source[run])
 
@@ -148,7 +198,7 @@ def _check_detections(mask: Floats, detections: Floats, source: Floats) -> None:
 
 def _demand_equal(one: Sequence[Measurement], other: Sequence[Measurement], rule: str) -> None:
     for tick, (a, b) in enumerate(zip(one, other, strict=True)):
-        for name in ("stamp", "fresh", "alive", "mask", "detections", "source", "estimate"):
+        for name in (field.name for field in fields(Measurement)):
             left, right = getattr(a, name), getattr(b, name)
             if left is None or right is None:
                 _demand(holds=left is right, rule=f"{rule}: {name} at tick {tick}")
@@ -240,13 +290,4 @@ def _one_scene(scene: Scene, run: int) -> Scene:
 
 
 def _one_measurement(item: Measurement, run: int) -> Measurement:
-    part = slice(run, run + 1)
-    return Measurement(
-        item.stamp[part],
-        item.fresh[part],
-        item.alive[part],
-        item.mask[part],
-        item.detections[part],
-        item.source[part],
-        None if item.estimate is None else item.estimate[part],
-    )
+    return item.map(lambda array: array[run : run + 1])

@@ -1,12 +1,12 @@
 """Frames in a tree, map to ego to sensor: x forward, y left, heading counter-clockwise (ISO 8855).
 
-A pose is a place and a heading in the parent frame. Roll and pitch are not modelled, so a rotation
-is about the vertical axis only.
+A pose is a place in the parent frame with a rotation: the heading first, then the pitch about the
+turned y axis, nose down positive. Roll is not modelled. The ego stays level; sensors may pitch.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -31,12 +31,14 @@ class Pose:
         y: To the left in the parent (...) [m].
         z: Up (...) [m].
         heading: Counter-clockwise from the parent's x axis (...) [rad].
+        pitch: Of the x axis below the parent's horizontal plane (...) [rad].
     """
 
     x: Floats
     y: Floats
     z: Floats
     heading: Floats
+    pitch: Floats = field(default_factory=lambda: np.zeros(()))
 
     @classmethod
     def of_ego(cls, ego: Floats) -> Pose:
@@ -51,7 +53,7 @@ class Pose:
     @classmethod
     def of_mount(cls, mount: Mount) -> Pose:
         """Return a sensor's frame in the vehicle."""
-        values = (mount.x, mount.y, mount.z, mount.yaw)
+        values = (mount.x, mount.y, mount.z, mount.yaw, mount.pitch)
         return cls(*(np.asarray(value, dtype=np.float64) for value in values))
 
     def out(self, points: Floats) -> Floats:
@@ -61,7 +63,10 @@ class Pose:
             points: (..., 3) [m]; leading axes broadcast with the pose.
         """
         cos, sin = np.cos(self.heading), np.sin(self.heading)
-        x, y, z = points[..., 0], points[..., 1], points[..., 2]
+        down, level = np.sin(self.pitch), np.cos(self.pitch)
+        y = points[..., 1]
+        x = level * points[..., 0] + down * points[..., 2]
+        z = level * points[..., 2] - down * points[..., 0]
         turned = (self.x + cos * x - sin * y, self.y + sin * x + cos * y, self.z + z)
         return np.stack(np.broadcast_arrays(*turned), axis=-1)
 
@@ -72,8 +77,10 @@ class Pose:
             points: (..., 3) [m]; leading axes broadcast with the pose.
         """
         cos, sin = np.cos(self.heading), np.sin(self.heading)
+        down, level = np.sin(self.pitch), np.cos(self.pitch)
         x, y, z = points[..., 0] - self.x, points[..., 1] - self.y, points[..., 2] - self.z
-        turned = (cos * x + sin * y, -sin * x + cos * y, z)
+        ahead = cos * x + sin * y
+        turned = (level * ahead - down * z, -sin * x + cos * y, down * ahead + level * z)
         return np.stack(np.broadcast_arrays(*turned), axis=-1)
 
 
@@ -121,7 +128,11 @@ class FrameTree:
         return here
 
     def heading(self, angle: Floats, *, source: str, target: str) -> Floats:
-        """Express a direction of one frame in another, not wrapped [rad]."""
+        """Express a direction of one frame in another, not wrapped [rad].
+
+        Seen from above, so pitch does not enter. A direction with an elevation is the difference of
+        two points that went through ``transform``.
+        """
         here = angle
         for pose in self._chain(source):
             here = here + pose.heading

@@ -148,6 +148,7 @@ def test_object_sees_its_own_run_without_empty_rows() -> None:
         "front": object_measurement(ego, objects, 0.0, sight=100.0),
         "pose": pose_measurement(straight_road(RUNS), ego, 0.0),
     }
+    readings["front"].values = np.array([[1.0, 2.0], [3.0, 4.0]])
     authority = Authority(np.array([0, 1]), np.full(RUNS, REASON_DEFAULT))
     running = np.ones(RUNS, dtype=np.bool_)
     proposals = {"other": other.act(observation(0))}
@@ -158,6 +159,9 @@ def test_object_sees_its_own_run_without_empty_rows() -> None:
     estimate = seen[0].measurements["pose"].estimate
     assert estimate is not None
     assert estimate[8] == pytest.approx(5.25)
+    values = [item.measurements["front"].values for item in seen]
+    assert [None if row is None else row.tolist() for row in values] == [[1.0, 2.0], [3.0, 4.0]]
+    assert seen[0].measurements["pose"].values is None
 
 
 def test_conforms() -> None:

@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 
 from adeye.channels.sight import Sight
 from adeye.channels.tracking import SENSOR_KINDS
+from adeye.sensors.rig import DATA_SHEETS
 from adeye.signals import Measurement
 from adeye.testing import channel_context
 
@@ -19,15 +22,28 @@ def measurement(count: int, *, alive: bool = True, estimate: float | None = None
 
 
 def sight(*links: str) -> Sight:
-    kinds = {"front": "radar", "own": "./mine.py:Mine", "pose": "localisation"}
-    return Sight(
-        channel_context(
-            None,
-            links=links,
-            sensors={name: kinds[name] for name in links if name in kinds},
-            runs=2,
-        )
+    kinds = {
+        "front": "radar",
+        "own": "./mine.py:Mine",
+        "pose": "localisation",
+        "gnss": "gnss",
+        "imu": "imu",
+    }
+    context = channel_context(
+        None,
+        links=links,
+        sensors={name: kinds[name] for name in links if name in kinds},
+        runs=2,
     )
+    sheets = {kind: dict.fromkeys(fields, np.full(2, 0.1)) for kind, fields in DATA_SHEETS.items()}
+    sheets["gnss"]["bias"] = np.zeros(2)
+    return Sight(replace(context, data_sheets=sheets))
+
+
+def values(*numbers: float) -> Measurement:
+    made = measurement(0)
+    made.values = np.tile(numbers, (2, 1))
+    return made
 
 
 def test_sensor_of_unknown_kind_is_taken_for_a_camera() -> None:
@@ -103,3 +119,45 @@ def test_localisation_is_not_looked_through_for_objects() -> None:
     assert two.masks[0] is seen.mask
     assert two.estimate[0, 0] == 1.0
     assert not two.alive[0].any()
+
+
+FIX = (100.0, 5.0, 20.0, 0.0)
+
+
+def test_receiver_and_unit_stand_in_for_a_sensor_that_gives_an_estimate() -> None:
+    two = sight("gnss", "imu")
+    two.take({"gnss": values(*FIX), "imu": values(-1.0, 0.0, 0.0)}, 0.6)
+    # The box centre is where the antenna is; the time is that of the unit's sample.
+    assert np.abs(two.estimate[:, :4] - [100.0, 5.0, 0.0, 20.0]).max() < 1e-9
+    assert two.estimate_stamp.tolist() == [0.5, 0.5]
+    assert two.kinds.size == 0
+
+
+def test_receiver_alone_estimates_the_time_of_the_tick() -> None:
+    one = sight("gnss")
+    one.take({"gnss": values(*FIX)}, 0.6)
+    assert one.estimate_stamp.tolist() == [0.6, 0.6]
+    assert np.abs(one.estimate[:, 0] - 102.0).max() < 1e-9
+
+
+def test_receiver_alone_without_the_time_of_the_tick_gives_nothing() -> None:
+    one = sight("gnss")
+    one.take({"gnss": values(*FIX)})
+    assert one.estimate_stamp.tolist() == [-1.0, -1.0]
+
+
+def test_estimate_of_a_sensor_is_taken_before_that_of_the_channel() -> None:
+    three = sight("gnss", "imu", "own")
+    three.take(
+        {"gnss": values(*FIX), "imu": values(0.0, 0.0, 0.0), "own": measurement(0, estimate=7.0)},
+        0.6,
+    )
+    assert three.estimate[0, 0] == 7.0
+
+
+def test_without_receiver_nothing_is_estimated() -> None:
+    assert sight("pose", "gnss", "imu").localiser is None
+    one = sight("imu")
+    assert one.localiser is None
+    one.take({"imu": values(0.0, 0.0, 0.0)}, 0.6)
+    assert one.estimate_stamp.tolist() == [-1.0, -1.0]

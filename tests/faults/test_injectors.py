@@ -50,6 +50,16 @@ def test_dropped_out_sensor_keeps_its_last_sample_but_shows_nothing() -> None:
     assert given.stamp.tolist() == [1.1, 1.1]
 
 
+def test_dropped_out_receiver_has_no_values_and_leaves_those_of_other_runs() -> None:
+    fault = DropOut()
+    given = measurement(1.1)
+    given.values = np.ones((2, 4))
+    faulty = fault.apply(given, FIRST)
+    assert faulty.values is not None
+    assert np.isnan(faulty.values).tolist() == [[True] * 4, [False] * 4]
+    assert (given.values == 1.0).all()
+
+
 def test_stamp_stands_for_the_whole_drop_out_and_runs_on_after_it() -> None:
     fault = DropOut()
     fault.apply(measurement(1.0), NONE)

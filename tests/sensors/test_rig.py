@@ -1,6 +1,7 @@
 """The sensors of an architecture together: names, kinds, rates, independence."""
 
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -10,7 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.errors import SpecError
-from adeye.sensors.rig import Rig, mounts
+from adeye.sensors.rig import DATA_SHEETS, Rig, data_sheets, mounts
 from adeye.signals import Measurement, Scene
 from adeye.sweep.case import TestCase
 from tests.sensors.scenes import CAR, architecture, scene, scene_context
@@ -34,6 +35,9 @@ CAMERA = {
     "distance_noise": 0.02,
 }
 POSE = {"kind": "localisation", "rate": "20 Hz", "lateral_noise": "0.1 m"}
+GNSS = {"kind": "gnss", "rate": "10 Hz", "position_noise": "0.5 m", "bias": "0.5 m"}
+IMU = {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.1 deg/s"}
+LATE = {**RADAR, "jitter": "0.15 s"}
 
 PLUGIN = """
 from adeye.sensors.delivery import no_measurement
@@ -69,27 +73,14 @@ def at(context: Any, tick: int) -> Scene:
 
 
 def _copied(readings: dict[str, Measurement]) -> dict[str, Measurement]:
-    return {
-        name: Measurement(
-            item.stamp.copy(),
-            item.fresh.copy(),
-            item.alive.copy(),
-            item.mask.copy(),
-            item.detections.copy(),
-            item.source.copy(),
-            None if item.estimate is None else item.estimate.copy(),
-        )
-        for name, item in readings.items()
-    }
+    return {name: item.copy() for name, item in readings.items()}
 
 
 def same(one: Measurement, other: Measurement) -> bool:
-    arrays = ("stamp", "fresh", "alive", "mask", "detections", "source", "estimate")
-    return all(
-        getattr(one, name) is getattr(other, name)
-        or np.array_equal(getattr(one, name), getattr(other, name))
-        for name in arrays
-    )
+    pairs = [
+        (getattr(one, field.name), getattr(other, field.name)) for field in fields(Measurement)
+    ]
+    return all(a is b or np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in pairs)
 
 
 def test_every_sensor_has_a_reading_by_its_name() -> None:
@@ -107,11 +98,11 @@ def test_second_sensor_of_a_kind_is_a_second_name_with_noise_of_its_own() -> Non
         assert not np.array_equal(left.detections, right.detections)
 
 
-@pytest.mark.parametrize("added", [{"more": RADAR}, {"more": CAMERA}, {"more": POSE}])
+@pytest.mark.parametrize("added", [RADAR, CAMERA, POSE, GNSS, LATE])
 def test_another_sensor_leaves_every_other_measurement_bit_identical(added: Any) -> None:
-    base = {"front_radar": RADAR, "front_camera": CAMERA, "pose": POSE}
+    base = {"radar": RADAR, "camera": CAMERA, "pose": POSE, "gnss": GNSS, "late": LATE}
     # Neither its presence nor its place in the file matters.
-    for changed in ({**base, **added}, {**added, **base}):
+    for changed in ({**base, "more": added}, {"more": added, **base}):
         for before, after in zip(sense(base), sense(changed), strict=True):
             assert all(same(before[name], after[name]) for name in base)
 
@@ -185,3 +176,37 @@ def test_ultrasonic_sensors_of_a_rig_hear_each_other_only_if_they_are_told_to() 
 
     assert distance(cross_talk=False) == pytest.approx(4.0)
     assert distance(cross_talk=True) == pytest.approx(3.0)
+
+
+def test_jitter_is_in_ticks_of_the_master_clock() -> None:
+    late = {"front": {**CAMERA, "jitter": "0.1 s"}}
+    stamps = [float(readings["front"].stamp[0]) for readings in sense(late, ticks=40)]
+    on_time = [float(readings["front"].stamp[0]) for readings in sense({"front": CAMERA}, ticks=40)]
+    behind = np.array(on_time[4:]) - np.array(stamps[4:])
+    assert behind.min() == 0.0
+    # A sample each 0.1 s, at most as much late.
+    assert behind.max() == pytest.approx(0.1)
+    with pytest.raises(SpecError, match=r"sensors\.front\.jitter"):
+        sense({"front": {**CAMERA, "jitter": "0.07 s"}})
+
+
+def test_receiver_and_unit_know_where_the_rear_axle_is() -> None:
+    # The vehicle of the architecture has a wheelbase of 2.7 m.
+    context = scene_context([])
+    shown = scene(context, [], ego=(0.0, 0.0, 0.0, 20.0, 0.0, 0.0, 0.1))
+    readings = Rig(cases({"gnss": GNSS, "imu": IMU}), context, Path()).sense(shown)
+    fix, sample = readings["gnss"].values, readings["imu"].values
+    assert fix is not None
+    assert sample is not None
+    assert fix[0, 3] == pytest.approx(0.1 * 1.35)
+    assert sample[0, 0] == pytest.approx(-0.1 * 0.1 * 1.35)
+
+
+def test_data_sheets_tell_noise_and_bias_of_every_run_and_no_outage() -> None:
+    suite = {"gnss": GNSS, "imu": IMU, "front": RADAR}
+    worse = {**GNSS, "position_noise": "2 m"}
+    sheets = data_sheets(cases(suite, {**suite, "gnss": worse}))
+    assert sorted(sheets) == ["gnss", "imu"]
+    assert sheets["gnss"]["position_noise"].tolist() == [0.5, 2.0]
+    assert sheets["gnss"]["rate"].tolist() == [10.0, 10.0]
+    assert {kind: tuple(sheets[kind]) for kind in sheets} == DATA_SHEETS

@@ -32,3 +32,12 @@ def test_rate_that_does_not_divide_the_clock_is_told(load: Load) -> None:
     with pytest.raises(SpecError) as caught:
         check_rates(load().architectures["camera_radar"].spec, 0.04)
     assert guilty_path(caught.value) == ("sensors", "front_camera", "rate")
+
+
+def test_jitter_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
+    spec = load().architectures["camera_radar"].spec
+    radar = spec.sensors["front_radar"].model_copy(update={"jitter": 0.07})
+    late = spec.model_copy(update={"sensors": {**spec.sensors, "front_radar": radar}})
+    with pytest.raises(SpecError) as caught:
+        check_rates(late, 0.05)
+    assert guilty_path(caught.value) == ("sensors", "front_radar", "jitter")

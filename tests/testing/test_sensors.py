@@ -8,7 +8,9 @@ from adeye.sensors.rig import BUILT_IN
 from adeye.signals import Measurement, Scene
 from adeye.spec.sensors import (
     Camera,
+    Gnss,
     GroundTruth,
+    Imu,
     Lidar,
     Localisation,
     PhysicalRadar,
@@ -60,12 +62,29 @@ PHYSICAL_RADAR = {
                 "range_noise": "1 cm",
             }
         ),
+        Gnss.model_validate(
+            {
+                "kind": "gnss",
+                "rate": "10 Hz",
+                "mount": {"x": "0.5 m"},
+                "position_noise": "0.5 m",
+                "bias": "1 m",
+                "outages": {"tunnel": {"begin": "0.5 s", "duration": "0.3 s"}},
+            }
+        ),
+        Imu.model_validate(
+            {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.1 deg/s", "bias_time": "5 s"}
+        ),
     ],
     ids=model_name,
 )
 def test_built_in_sensors_conform(spec: Sensor) -> None:
     check_sensor(BUILT_IN[model_name(spec)], spec)
     check_sensor(BUILT_IN[model_name(spec)], spec, every=1, latency=0)
+    check_sensor(BUILT_IN[spec.kind], spec)
+    check_sensor(BUILT_IN[spec.kind], spec, every=1, latency=0)
+    check_sensor(BUILT_IN[spec.kind], spec, jitter=2)
+    check_sensor(BUILT_IN[spec.kind], spec, every=1, latency=0, jitter=3)
 
 
 class Broken:
@@ -121,3 +140,74 @@ class Broken:
 def test_broken_rule_is_named(rule: str, message: str) -> None:
     with pytest.raises(AssertionError, match=message):
         check_sensor(lambda context: Broken(context, rule), TRUTH)
+
+
+class Late:
+    """A ground truth whose delivery breaks a rule of jitter."""
+
+    def __init__(self, context: SensorContext, rule: str) -> None:
+        jitter = {"never": 0, "long": context.jitter + 4}.get(rule, context.jitter)
+        latency = context.latency - 1 if rule == "early" else context.latency
+        self.inner = BUILT_IN["ground_truth"](replace(context, jitter=jitter, latency=latency))
+        self.rule = rule
+        self.seen: list[Measurement] = []
+
+    def sense(self, scene: Scene) -> Measurement:
+        newest = self.inner.sense(scene).copy()
+        self.seen.append(newest)
+        if self.rule == "back" and scene.tick == 15:
+            newest = self.seen[8].copy()
+        if self.rule == "fresh":
+            newest.fresh[:] = True
+        return newest
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        ("never", "jitter is not used"),
+        ("long", "after the jitter"),
+        ("early", "before the latency"),
+        ("back", "overtakes"),
+        ("fresh", "fresh is"),
+    ],
+)
+def test_broken_rule_of_jitter_is_named(rule: str, message: str) -> None:
+    with pytest.raises(AssertionError, match=message):
+        check_sensor(lambda context: Late(context, rule), TRUTH, jitter=2)
+
+
+class Odd:
+    """A ground truth with values that break a rule."""
+
+    made = 0
+
+    def __init__(self, context: SensorContext, rule: str) -> None:
+        self.inner = BUILT_IN["ground_truth"](context)
+        Odd.made += 1
+        runs = context.scene.runs
+        self.values = {
+            "part": np.array([[np.nan, 1.0]] * runs),
+            "inf": np.full((runs, 2), np.inf),
+            "count": np.ones((7, 2)),
+            "random": np.full((runs, 2), float(Odd.made)),
+            "batch": np.full((runs, 2), float(runs)),
+        }[rule]
+
+    def sense(self, scene: Scene) -> Measurement:
+        return replace(self.inner.sense(scene), values=self.values)
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        ("part", "neither finite nor all NaN"),
+        ("inf", "neither finite nor all NaN"),
+        ("count", r"values have shape \(7, 2\)"),
+        ("random", "equal inputs.*values"),
+        ("batch", "other runs of its batch.*values"),
+    ],
+)
+def test_broken_rule_of_values_is_named(rule: str, message: str) -> None:
+    with pytest.raises(AssertionError, match=message):
+        check_sensor(lambda context: Odd(context, rule), TRUTH)

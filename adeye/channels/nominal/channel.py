@@ -76,7 +76,7 @@ class NominalChannel:
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
         sight = self._sight
-        sight.take(observation.measurements)
+        sight.take(observation.measurements, observation.time)
         _act(
             self._records,
             observation.time,

@@ -99,7 +99,7 @@ class SafetyChannel:
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
         sight = self._sight
-        sight.take(observation.measurements)
+        sight.take(observation.measurements, observation.time)
         for index, name in enumerate(self._supervised):
             heard = observation.commands[name]
             self._numbers[:, index, 0] = heard.acceleration

@@ -1,0 +1,212 @@
+"""A satellite receiver: place and velocity over ground of its antenna, with bias and outages."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled
+from adeye.kernel.random import normal_pairs
+from adeye.sensors.bias import next_bias, share_kept, share_new
+from adeye.sensors.delivery import Delivery, no_measurement
+from adeye.signals import (
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    EGO_YAW_RATE,
+    GNSS_COLUMNS,
+    GNSS_VELOCITY_X,
+    GNSS_VELOCITY_Y,
+    GNSS_X,
+    GNSS_Y,
+    Bools,
+    Floats,
+    Measurement,
+    Scene,
+    parameter_record,
+    spec_columns,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.ports import SensorContext
+    from adeye.spec.sensors import Gnss
+
+PLACE_DRAWS, VELOCITY_DRAWS, BIAS_DRAWS = 0, 1, 2
+"""Pairs of random numbers of a sample, for x and y each."""
+
+TOLERANCE = 1e-9
+"""Slack of comparisons of times [s]: multiples of the step are not exact."""
+
+
+class GnssSensor:
+    """Place and velocity of the antenna in the map, with white noise and a slowly changing bias.
+
+    In an outage the receiver goes on and delivers samples without a fix: their stamp is new, their
+    values are NaN. The bias goes on, too.
+    """
+
+    def __init__(self, context: SensorContext) -> None:
+        """Pack the parameters of every run."""
+        self._context = context
+        runs = context.scene.runs
+        specs = [cast("Gnss", spec) for spec in context.specs]
+        period = context.every * context.scene.step
+        self._parameters = parameter_record(
+            {
+                **spec_columns(specs, lambda spec: _numbers(spec, period)),
+                "rear": rear_axles(context),
+            }
+        )
+        self._outages = _outages(specs)
+        self._draws = tuple(np.zeros(runs) for _ in range(6))
+        self._bias: Floats = np.zeros((runs, 2))
+        self._sample_number = 0
+        self._empty = no_values(runs, len(context.scene.object_ids), len(GNSS_COLUMNS))
+        self._delivery = Delivery.of(context, self._empty)
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if it is time to, and return the newest delivered sample."""
+        if self._delivery.is_due(scene.tick):
+            self._delivery.push(scene.tick, self._sample(scene))
+        return self._delivery.newest(scene.tick)
+
+    def _sample(self, scene: Scene) -> Measurement:
+        seeds, owner = self._context.scene.stream_seeds, np.uint64(self._context.owner)
+        for pair in (PLACE_DRAWS, VELOCITY_DRAWS, BIAS_DRAWS):
+            first, second = self._draws[2 * pair : 2 * pair + 2]
+            normal_pairs(seeds, owner, self._sample_number, pair, first, second)
+        values: Floats = np.empty((seeds.shape[0], len(GNSS_COLUMNS)))
+        _sample_batch(
+            self._parameters,
+            self._outages,
+            scene.time,
+            self._sample_number == 0,
+            scene.running,
+            scene.ego,
+            self._draws,
+            self._bias,
+            values,
+        )
+        self._sample_number += 1
+        return with_values(self._empty, scene.time, values)
+
+
+def no_values(runs: int, objects: int, columns: int) -> Measurement:
+    """Return what a sensor of the ego's motion delivers before its first sample: NaN.
+
+    Args:
+        runs: B.
+        objects: M; it never detects one.
+        columns: V, how many values a sample has.
+    """
+    first = no_measurement(runs, objects, with_estimate=False)
+    first.values = np.full((runs, columns), np.nan)
+    return first
+
+
+def with_values(empty: Measurement, time: float, values: Floats) -> Measurement:
+    """Return a sample of values (B, V) made at a time [s]; it shares the empty detections."""
+    runs = values.shape[0]
+    return replace(
+        empty,
+        stamp=np.full(runs, time),
+        fresh=np.zeros(runs, dtype=np.bool_),
+        values=values,
+    )
+
+
+def rear_axles(context: SensorContext) -> Floats:
+    """Return how far the rear axle is behind the box centre (B,) [m]; 0 without vehicle records."""
+    if not context.vehicles:
+        return np.zeros(context.scene.runs)
+    return np.array([0.5 * vehicle.wheelbase for vehicle in context.vehicles])
+
+
+def _numbers(spec: Gnss, period: float) -> dict[str, float]:
+    """List what the compiled step reads of a receiver."""
+    kept = share_kept(period, spec.bias_time)
+    return {
+        "x": spec.mount.x,
+        "y": spec.mount.y,
+        "position_noise": spec.position_noise,
+        "speed_noise": spec.speed_noise,
+        "bias": spec.bias,
+        "kept": kept,
+        "new": share_new(kept),
+    }
+
+
+def _outages(specs: Sequence[Gnss]) -> Floats:
+    """Return begin and end of each outage (B, K, 2) [s]; all runs have the same number."""
+    rows = [
+        [(outage.begin, outage.begin + outage.duration) for outage in spec.outages.values()]
+        for spec in specs
+    ]
+    return np.array(rows, dtype=np.float64).reshape(len(specs), -1, 2)
+
+
+@compiled
+def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    outages: Floats,
+    time: float,
+    is_first: bool,  # noqa: FBT001 - a kernel
+    running: Bools,
+    ego: Floats,
+    draws: tuple[Floats, ...],
+    bias: Floats,
+    values: Floats,
+) -> None:
+    """Measure place and velocity of every antenna; NaN in an outage and where the run has ended.
+
+    Args:
+        parameters: (B,) records.
+        outages: (B, K, 2) begin and end [s].
+        time: [s].
+        is_first: Whether this is the first sample.
+        running: (B,).
+        ego: (B, 7) states.
+        draws: Standard normal numbers (B,): place x, y, velocity x, y, bias x, y.
+        bias: (B, 2) in and out [m].
+        values: (B, 4) out.
+    """
+    for run in range(ego.shape[0]):
+        record, state, row = parameters[run], ego[run], values[run]
+        for axis in range(2):
+            bias[run, axis] = next_bias(
+                bias[run, axis],
+                record["bias"],
+                record["kept"],
+                record["new"],
+                draws[4 + axis][run],
+                is_first,
+            )
+        if not running[run] or _is_out(outages[run], time):
+            row[:] = math.nan
+            continue
+        s, c = sin_cos(state[EGO_HEADING])
+        x, y = record["x"], record["y"]
+        # The box centre slips: only the rear axle moves along the heading.
+        ahead = state[EGO_SPEED] - state[EGO_YAW_RATE] * y
+        aside = state[EGO_YAW_RATE] * (x + record["rear"])
+        noise, speed_noise = record["position_noise"], record["speed_noise"]
+        row[GNSS_X] = state[EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]
+        row[GNSS_Y] = state[EGO_Y] + s * x + c * y + bias[run, 1] + noise * draws[1][run]
+        row[GNSS_VELOCITY_X] = c * ahead - s * aside + speed_noise * draws[2][run]
+        row[GNSS_VELOCITY_Y] = s * ahead + c * aside + speed_noise * draws[3][run]
+
+
+@compiled
+def _is_out(outages: Floats, time: float) -> bool:
+    """Tell whether a time [s] is in one of the outages (K, 2), which end before their end."""
+    for row in range(outages.shape[0]):
+        if outages[row, 0] - TOLERANCE <= time < outages[row, 1] - TOLERANCE:
+            return True
+    return False
