@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 WIDTH: Final = 560.0
 HEIGHT: Final = 300.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 64.0, 24.0, 18.0, 46.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 64.0, 24.0, 24.0, 46.0
 _TICKS: Final = 5
 _LINE: Final = 15.0
 _LETTER: Final = 7.0
@@ -150,8 +150,9 @@ def _dots(items: Sequence[Candidate], places: Sequence[tuple[float, float]]) -> 
     for item, (x, y) in zip(items, places, strict=True):
         length = _LETTER * len(item.id)
         is_left = x + length + 12.0 > WIDTH
-        begin = x - 10.0 - length if is_left else x + 10.0
-        label_y = _free(taken, begin, begin + length, y + 4.0)
+        begin = x - 8.0 - length if is_left else x + 8.0
+        # Above the dot, because the line of the front leaves it to the right.
+        label_y = _free(taken, begin, begin + length, y - 8.0)
         taken.append((begin, begin + length, label_y))
         cost = 0.0 if item.cost is None else item.cost.total
         state = "on the front" if item.is_on_front else f"dominated by {item.dominated_by}"
@@ -162,7 +163,7 @@ def _dots(items: Sequence[Candidate], places: Sequence[tuple[float, float]]) -> 
                 y=y,
                 style="front" if item.is_on_front else "behind",
                 is_gate=item.is_gate,
-                label_x=x - 10.0 if is_left else x + 10.0,
+                label_x=x - 8.0 if is_left else x + 8.0,
                 label_y=label_y,
                 anchor="end" if is_left else "start",
                 title=f"{item.id}: cost {cost:,g}, {counted(item.failing + item.undecided)} of "
@@ -184,6 +185,6 @@ def _free(
         clear = all(
             end < other[0] or begin > other[1] or abs(y - other[2]) >= _LINE for other in taken
         )
-        if clear and _TOP <= y <= HEIGHT - _BOTTOM + 4.0:
+        if clear and _LINE <= y <= HEIGHT - _BOTTOM + 4.0:
             return y
     return wanted
