@@ -213,7 +213,7 @@ def _print_differences(shown: Sequence[Difference]) -> None:
         "FSR", "Where", "Both pass", "Only A fails", "Only B fails", "Both fail", "Vacuous",
         "Undecided", "Failing, B less A",
     ]  # fmt: skip
-    inferred = ["Interval", "p", "p (Holm)"] if has_inference else []
+    inferred = ["Failing points, B less A", "p", "p (Holm)"] if has_inference else []
     margins = ["Mean margin, B less A", "Largest loss", "Worst run of B"]
     rows = []
     for item in shown:
@@ -246,7 +246,7 @@ def _inference_cells(item: Difference) -> list[str]:
     if said is None:
         return [NONE, NONE, NONE]
     interval = f"[{percent(said.interval.low)}, {percent(said.interval.high)}]"
-    return [interval, p_text(said.p), p_text(said.p_adjusted)]
+    return [f"{percent(said.difference)} {interval}", p_text(said.p), p_text(said.p_adjusted)]
 
 
 def percent(share: float) -> str:

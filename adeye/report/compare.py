@@ -21,7 +21,7 @@ from adeye.report.comparison import (
     MarginDifference,
     Pair,
 )
-from adeye.report.inference import RANDOM, MarginBootstrap, Matched, Units, infer
+from adeye.report.inference import RANDOM, MarginBootstrap, Matched, PointCounts, Units, infer
 from adeye.report.matching import Matching
 
 if TYPE_CHECKING:
@@ -38,8 +38,9 @@ _WORDS: Final = (*map(str, VERDICTS), "NOT_RUN")
 
 SAMPLE: Final = (
     "{scenarios}: points drawn uniformly between the ends of each axis. Intervals and p-values are "
-    "about that distribution, this simulation and these architectures; the drawn point is the "
-    "unit, intervals are not adjusted for their number, p-values are (Holm)."
+    "about that distribution, this simulation and these architectures. The drawn point is the "
+    "unit and fails if any of its runs does; an undecided one counts against a difference. "
+    "p-values are adjusted for their number (Holm), intervals are not."
 )
 GRID: Final = (
     "{scenarios}: chosen points, not a random sample. Counts, worst cases and differences are "
@@ -47,8 +48,8 @@ GRID: Final = (
 )
 SHARED: Final = (
     "Every count is over test cases that the compared architectures share: the same situation, "
-    "fault entry and replicate, with the same random numbers. VACUOUS never counts as PASS; what "
-    "is undecided is left out of differences and listed."
+    "fault entry and replicate, with the same random numbers. VACUOUS never counts as PASS, and "
+    "what is undecided neither as failed nor as held; both are listed."
 )
 
 
@@ -284,7 +285,7 @@ class _Comparer:
         found: list[Difference] = []
         for cluster in self._clusters():
             made: list[Difference] = []
-            counts: list[tuple[int, int, int, int]] = []
+            counts: list[PointCounts] = []
             words = self._compared.scenario.words
             is_drawn = all(self._designs[words[code]] == RANDOM for code in cluster.scenarios)
             for number, pair in enumerate(pairs):
@@ -295,11 +296,11 @@ class _Comparer:
                     if item is None:
                         continue
                     if units is not None:
-                        counts.append(units.counts(np.array(cluster.scenarios), fsr))
+                        counts.append(units.counts(cluster.scenarios, fsr))
                         interval = bootstrap.interval(
                             cluster.scenarios, number, fsr, self._options.confidence
                         )
-                        if item.margin is not None:
+                        if item.margin is not None and item.undecided == 0:
                             margin = item.margin.model_copy(update={"interval": interval})
                             item = item.model_copy(update={"margin": margin})
                     made.append(item)

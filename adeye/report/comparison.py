@@ -22,15 +22,18 @@ class Inference(Part):
     """What a random design allows to say about the distribution that it was drawn from."""
 
     units: Count
-    """Drawn points of which is known for both whether they failed; they are the sample."""
+    """Drawn points; they are the sample."""
     only_a_fails: Count
-    """Points with a run in which A failed, and none in which B did."""
+    """Points in which a run of A failed, and none of B."""
     only_b_fails: Count
+    undecided: Count
+    """Points with an undecided run, and no failed one, of either."""
     difference: float
-    """Share of failing points, B minus A."""
+    """Share of failing points, B minus A; an undecided one counts as no difference."""
     interval: Range
+    """It holds whatever the undecided points are."""
     p: Share
-    """Exact McNemar test, two-sided."""
+    """Exact McNemar test, two-sided, as if the undecided points spoke against a difference."""
     p_adjusted: Share
     """The same adjusted (Holm) over all FSRs and pairs of this cluster."""
 
@@ -46,7 +49,7 @@ class MarginDifference(Part):
     median: float
     """Of an even number the lower middle."""
     interval: Range | None = None
-    """Of the mean; only for a random design."""
+    """Of the mean; only for a random design, and where no pair is undecided."""
     least: float
     """The largest loss of B against A."""
     greatest: float

@@ -1,7 +1,8 @@
 """What may be said beyond the runs themselves: only where the design is a random sample.
 
 The unit is the drawn point, not the run: the runs of one point, with its faults and replicates,
-are no independent draws. A point fails if any of its runs does.
+are no independent draws. A point fails if any of its runs does. Whether a point is undecided may
+depend on what happened there, so it is not left out: it counts against what would be found.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.evaluation.pairing import FAILED, HELD, Groups, severities
+from adeye.evaluation.pairing import FAILED, UNDECIDED, Groups, severities
 from adeye.evaluation.statistics import (
     MIN_UNITS,
     RESOLUTION,
@@ -26,7 +27,6 @@ from adeye.report.comparison import Inference, Range
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from adeye.evaluation.statistics import Interval
     from adeye.signals import Floats, Ints
     from adeye.store.compared import Compared
 
@@ -57,11 +57,6 @@ class Matched:
     is_normalised: tuple[bool, ...]
 
 
-def range_of(interval: Interval) -> Range:
-    """Keep the ends of an interval."""
-    return Range(low=interval.low, high=interval.high)
-
-
 @dataclass(frozen=True, eq=False)
 class Units:
     """The drawn points of a pair and whether the FSRs failed there.
@@ -87,51 +82,80 @@ class Units:
             groups.worst(severities(compared.verdict[pair.rows_b])),
         )
 
-    def counts(self, scenarios: Ints, fsr: int) -> tuple[int, int, int, int]:
-        """Count the points of some scenarios in which both, only A, only B and neither failed."""
-        inside = np.isin(self.scenario, scenarios)
+    def counts(self, scenarios: Sequence[int], fsr: int) -> PointCounts:
+        """Count the points of some scenarios by who failed."""
+        inside = np.isin(self.scenario, scenarios) & (self.a[:, fsr] >= 0) & (self.b[:, fsr] >= 0)
         a, b = self.a[inside, fsr], self.b[inside, fsr]
-        decided = np.isin(a, (HELD, FAILED)) & np.isin(b, (HELD, FAILED))
-        a, b = a[decided] == FAILED, b[decided] == FAILED
-        return (
-            int((a & b).sum()),
-            int((a & ~b).sum()),
-            int((~a & b).sum()),
-            int((~a & ~b).sum()),
+        is_open = (a == UNDECIDED) | (b == UNDECIDED)
+        a, b = a[~is_open] == FAILED, b[~is_open] == FAILED
+        return PointCounts(
+            both=int((a & b).sum()),
+            only_a=int((a & ~b).sum()),
+            only_b=int((~a & b).sum()),
+            neither=int((~a & ~b).sum()),
+            undecided=int(is_open.sum()),
         )
 
 
-def infer(counts: Sequence[tuple[int, int, int, int]], confidence: float) -> list[Inference | None]:
+@dataclass(frozen=True, slots=True)
+class PointCounts:
+    """Drawn points by which of two architectures fails there."""
+
+    both: int
+    only_a: int
+    only_b: int
+    neither: int
+    undecided: int = 0
+
+    @property
+    def units(self) -> int:
+        """All points."""
+        return self.both + self.only_a + self.only_b + self.neither + self.undecided
+
+    @property
+    def p(self) -> float:
+        """McNemar's p if all that is undecided spoke for the side with fewer failures."""
+        few, many = sorted((self.only_a, self.only_b))
+        return mcnemar_p(min(many, few + self.undecided), many)
+
+    def range(self, confidence: float) -> Range:
+        """Interval that holds whatever the undecided points are."""
+        low = paired_difference(
+            self.both, self.only_a + self.undecided, self.only_b, self.neither, confidence
+        )
+        high = paired_difference(
+            self.both, self.only_a, self.only_b + self.undecided, self.neither, confidence
+        )
+        return Range(low=low.low, high=high.high)
+
+
+def infer(counts: Sequence[PointCounts], confidence: float) -> list[Inference | None]:
     """Test every FSR and pair of one cluster together.
 
     Args:
-        counts: Points in which both, only A, only B and neither failed, one entry a test.
+        counts: One entry a test.
         confidence: Of the intervals, which are not adjusted.
 
     Returns:
-        One for each entry; None where no point is decided.
+        One for each entry; None where no point is judged.
     """
-    tested = [item for item in counts if sum(item) > 0]
-    values = [mcnemar_p(item[1], item[2]) for item in tested]
-    adjusted = iter(zip(values, holm(values), strict=True))
-    found: list[Inference | None] = []
-    for item in counts:
-        if sum(item) == 0:
-            found.append(None)
-            continue
-        p, p_adjusted = next(adjusted)
-        found.append(
-            Inference(
-                units=sum(item),
-                only_a_fails=item[1],
-                only_b_fails=item[2],
-                difference=(item[2] - item[1]) / sum(item),
-                interval=range_of(paired_difference(*item, confidence)),
-                p=p,
-                p_adjusted=p_adjusted,
-            )
+    tested = [item for item in counts if item.units > 0]
+    adjusted = iter(holm([item.p for item in tested]))
+    return [
+        Inference(
+            units=item.units,
+            only_a_fails=item.only_a,
+            only_b_fails=item.only_b,
+            undecided=item.undecided,
+            difference=(item.only_b - item.only_a) / item.units,
+            interval=item.range(confidence),
+            p=item.p,
+            p_adjusted=next(adjusted),
         )
-    return found
+        if item.units > 0
+        else None
+        for item in counts
+    ]
 
 
 class MarginBootstrap:
@@ -195,4 +219,5 @@ class MarginBootstrap:
         sums = np.sum([self._sums[code][:, column] for code in scenarios], axis=0)
         observed = float(np.sum([item.sum() for item in values])) / units
         influence = np.concatenate([item - item.mean() for item in values if len(item)])
-        return range_of(bca(observed, sums / counts, influence, confidence))
+        found = bca(observed, sums / counts, influence, confidence)
+        return Range(low=found.low, high=found.high)

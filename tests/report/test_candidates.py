@@ -89,7 +89,8 @@ def test_leave_one_out_is_found_in_the_campaign(everything: Comparison) -> None:
             assert (item.rescued, item.harmed, item.cost) == (0, 0, 40.0)
 
 
-def test_dearer_copy_is_dominated_by_the_original(everything: Comparison) -> None:
+def test_dearer_copy_is_dominated_by_the_original(suites: Executed) -> None:
+    everything = compared(suites, architectures=("camera_radar", "twin", "spare"))
     original, twin = everything.candidate("camera_radar"), everything.candidate("twin")
     assert (twin.failing, twin.availability) == (original.failing, original.availability)
     assert twin.cost is not None
@@ -111,10 +112,16 @@ def test_epsilon_takes_a_small_advantage_away(suites: Executed) -> None:
 
 
 def test_objectives_are_those_asked_for(suites: Executed) -> None:
-    found = compared(suites, objectives=("margin", "cost"))
+    names = ("camera_radar", "twin", "no_radar")
+    found = compared(suites, architectures=names, objectives=("margin", "cost"))
     assert [item.name for item in found.objectives] == ["margin", "cost"]
     for item in found.candidates:
         assert item.values["margin"] == item.worst_margin
+
+
+def test_margin_of_a_violation_without_a_number_is_not_known(suites: Executed) -> None:
+    found = compared(suites, objectives=("margin", "cost"))
+    assert found.left_out == ("margin: not known for legacy_camera",)
 
 
 def test_objective_that_is_not_known_for_all_is_left_out_and_said(suites: Executed) -> None:
@@ -181,7 +188,7 @@ def test_first_sighting_is_the_time_of_the_detection_metric(suites: Executed) ->
             assert stored is not None
             metric = stored.metrics["first_detection_distance_m"]
             is_seen = metric.status == "value" and metric.value != 0.0
-            times.append(metric.time_s if is_seen else np.nan)
+            times.append(metric.time_s if is_seen and metric.time_s is not None else np.nan)
     earliest = np.where(np.isfinite(found.seen_s), found.seen_s, np.inf).min(axis=1)
     assert np.isfinite(times).any()
     assert np.array_equal(np.where(np.isinf(earliest), np.nan, earliest), times, equal_nan=True)

@@ -51,7 +51,7 @@ def test_everything_lies_in_the_box() -> None:
         assert 0.0 <= dot.x <= WIDTH
         assert 0.0 <= dot.y <= HEIGHT
         width = 7.0 * len(dot.name)
-        assert 0.0 <= dot.label_x - (width if dot.anchor == "end" else 0.0)
+        assert dot.label_x - (width if dot.anchor == "end" else 0.0) >= 0.0
         assert dot.label_x + (0.0 if dot.anchor == "end" else width) <= WIDTH
     for tick in (*front.rows, *front.columns):
         assert 0.0 <= tick.at <= WIDTH

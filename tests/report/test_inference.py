@@ -11,7 +11,7 @@ import pytest
 
 from adeye.evaluation.judgement import FAIL, INCONCLUSIVE, PASS, VACUOUS
 from adeye.evaluation.statistics import mcnemar_p
-from adeye.report.inference import MarginBootstrap, Matched, Units, infer
+from adeye.report.inference import MarginBootstrap, Matched, PointCounts, Units, infer
 from adeye.store.figures import Labels
 
 
@@ -36,12 +36,14 @@ def test_point_fails_if_any_of_its_runs_does() -> None:
         ("m",), (False,),
     )  # fmt: skip
     units = Units.of(compared, pair)
-    # Point 2 is undecided for A, so it is no unit.
-    assert units.counts(np.array([0]), 0) == (0, 1, 0, 1)
+    assert units.counts([0], 0) == PointCounts(both=0, only_a=1, only_b=0, neither=1, undecided=1)
+    assert units.counts([1], 0).units == 0
 
 
 def test_p_values_are_adjusted_over_all_that_is_tested_together() -> None:
-    found = infer([(0, 8, 1, 11), (0, 0, 0, 0), (0, 0, 6, 14)], 0.95)
+    found = infer(
+        [PointCounts(0, 8, 1, 11), PointCounts(0, 0, 0, 0), PointCounts(0, 0, 6, 14)], 0.95
+    )
     assert found[1] is None
     first, third = found[0], found[2]
     assert first is not None
@@ -51,6 +53,21 @@ def test_p_values_are_adjusted_over_all_that_is_tested_together() -> None:
     assert first.p_adjusted == pytest.approx(max(2.0 * third.p, first.p))
     assert first.difference == pytest.approx(-7 / 20)
     assert first.interval.low <= first.difference <= first.interval.high
+
+
+def test_undecided_points_speak_against_a_difference() -> None:
+    sure = PointCounts(0, 0, 8, 12)
+    for undecided in range(12):
+        item = PointCounts(0, 0, 8, 12 - undecided, undecided)
+        assert item.p == mcnemar_p(min(8, undecided), 8) >= sure.p
+        # Whatever they turn out to be, the interval of the truth lies inside.
+        outer = item.range(0.95)
+        for only_a in range(undecided + 1):
+            only_b = 8 + undecided - only_a
+            inner = PointCounts(0, only_a, only_b, 12 - undecided).range(0.95)
+            assert outer.low <= inner.low + 1e-12
+            assert inner.high <= outer.high + 1e-12
+    assert PointCounts(0, 0, 0, 0, 5).p == 1.0
 
 
 def test_grid_has_no_bootstrap() -> None:

@@ -61,7 +61,7 @@ def test_common_cases_are_those_of_everybody() -> None:
             ("b", 2, "none", {}),
             ("b", 1, "none", {}),
             ("c", 2, "none", {}),
-        )  # fmt: skip
+        )
     )
     found = {name: rows.tolist() for name, rows in matching.common(("a", "b", "c")).items()}
     assert found == {"a": [1], "b": [2], "c": [4]}

@@ -26,7 +26,7 @@ def test_verdicts_are_those_of_the_view(mini: Executed) -> None:
     found = run_query(
         mini.db,
         "SELECT ordinal, fsr, verdict, robustness_low, margin, unit FROM v_verdicts "
-        f"WHERE campaign = '{campaign}'",
+        "WHERE campaign = (SELECT id FROM campaign)",
     )
     assert len(compared) == len({row[0] for row in found.rows}) == mini.summary.planned
     assert len(found.rows) == int((compared.verdict != NOT_JUDGED).sum())
@@ -71,7 +71,7 @@ def test_channels_that_acted_are_those_of_the_timeline(mini: Executed) -> None:
     found = run_query(
         mini.db,
         "SELECT DISTINCT ordinal, subject FROM v_timeline "
-        f"WHERE kind = 'switch' AND campaign = '{campaign}'",
+        "WHERE kind = 'switch' AND campaign = (SELECT id FROM campaign)",
     )
     acted = {
         (place, name)
