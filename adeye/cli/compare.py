@@ -185,9 +185,10 @@ def _print_pair(comparison: Comparison, pair: Pair) -> None:
         item
         for item in comparison.differences
         if (item.a, item.b) == (pair.a, pair.b)
-        and (item.kind == _ALL or item.only_a_fails + item.only_b_fails + item.undecided > 0)
+        and (item.kind == _ALL or item.only_a_fails + item.only_b_fails > 0)
     ]
-    shown = [item for item in found if item.is_different or item.undecided]
+    shown = [item for item in found if item.is_different]
+    still = [item for item in found if item.kind == _ALL and not item.is_different]
     emit("")
     emit(
         clean(
@@ -198,11 +199,16 @@ def _print_pair(comparison: Comparison, pair: Pair) -> None:
     )
     if pair.not_comparable:
         emit(clean(f"Not applicable to one of them: {listed(pair.not_comparable)}."))
-    same = [item.fsr for item in found if item.kind == _ALL and item not in shown]
     if shown:
         _print_differences(shown)
+    same = [item.fsr for item in still if not item.undecided]
     if same:
         emit(clean(f"No difference at all: {listed(same)}."))
+    unknown = [f"{item.fsr} ({counted(item.undecided)})" for item in still if item.undecided]
+    if unknown:
+        emit(
+            clean(f"No difference in what is decided, but pairs are undecided: {listed(unknown)}.")
+        )
 
 
 def _print_differences(shown: Sequence[Difference]) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.evaluation.pairing import FAILED, UNDECIDED, Groups, severities
+from adeye.evaluation.pairing import Groups, severities
 from adeye.evaluation.statistics import (
     MIN_UNITS,
     RESOLUTION,
@@ -85,27 +85,30 @@ class Units:
     def counts(self, scenarios: Sequence[int], fsr: int) -> PointCounts:
         """Count the points of some scenarios by who failed."""
         inside = np.isin(self.scenario, scenarios) & (self.a[:, fsr] >= 0) & (self.b[:, fsr] >= 0)
-        a, b = self.a[inside, fsr], self.b[inside, fsr]
-        is_open = (a == UNDECIDED) | (b == UNDECIDED)
-        a, b = a[~is_open] == FAILED, b[~is_open] == FAILED
-        return PointCounts(
-            both=int((a & b).sum()),
-            only_a=int((a & ~b).sum()),
-            only_b=int((~a & b).sum()),
-            neither=int((~a & ~b).sum()),
-            undecided=int(is_open.sum()),
-        )
+        table = np.bincount(self.a[inside, fsr] * 3 + self.b[inside, fsr], minlength=9)
+        return PointCounts(*table.tolist())
 
 
 @dataclass(frozen=True, slots=True)
 class PointCounts:
-    """Drawn points by which of two architectures fails there."""
+    """Drawn points by what is known of A and of B: it held, is undecided, or failed there."""
 
-    both: int
-    only_a: int
-    only_b: int
-    neither: int
-    undecided: int = 0
+    neither: int = 0
+    held_open: int = 0
+    only_b: int = 0
+    open_held: int = 0
+    open_open: int = 0
+    open_failed: int = 0
+    only_a: int = 0
+    failed_open: int = 0
+    both: int = 0
+
+    @property
+    def undecided(self) -> int:
+        """Points of which it is not known for both whether they failed."""
+        return (
+            self.held_open + self.open_held + self.open_open + self.open_failed + self.failed_open
+        )
 
     @property
     def units(self) -> int:
@@ -113,18 +116,37 @@ class PointCounts:
         return self.both + self.only_a + self.only_b + self.neither + self.undecided
 
     @property
+    def most_a(self) -> int:
+        """Points in which only A failed, if every undecided one that can be is one of them."""
+        return self.only_a + self.failed_open + self.open_held + self.open_open
+
+    @property
+    def most_b(self) -> int:
+        """The same for B."""
+        return self.only_b + self.open_failed + self.held_open + self.open_open
+
+    @property
     def p(self) -> float:
         """McNemar's p if all that is undecided spoke for the side with fewer failures."""
-        few, many = sorted((self.only_a, self.only_b))
-        return mcnemar_p(min(many, few + self.undecided), many)
+        if self.only_a >= self.only_b:
+            return mcnemar_p(self.only_a, min(self.only_a, self.most_b))
+        return mcnemar_p(min(self.only_b, self.most_a), self.only_b)
 
     def range(self, confidence: float) -> Range:
         """Interval that holds whatever the undecided points are."""
         low = paired_difference(
-            self.both, self.only_a + self.undecided, self.only_b, self.neither, confidence
+            self.both + self.open_failed,
+            self.most_a,
+            self.only_b,
+            self.neither + self.held_open,
+            confidence,
         )
         high = paired_difference(
-            self.both, self.only_a, self.only_b + self.undecided, self.neither, confidence
+            self.both + self.failed_open,
+            self.only_a,
+            self.most_b,
+            self.neither + self.open_held,
+            confidence,
         )
         return Range(low=low.low, high=high.high)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
 from adeye.report.comparison import Cost
@@ -42,7 +44,7 @@ def test_one_without_a_cost_has_no_place() -> None:
 def test_all_in_one_place_keep_their_labels_apart() -> None:
     front = drawn(*((f"architecture_{number}", 100.0, 3) for number in range(6)))
     lines = sorted(dot.label_y for dot in front.dots)
-    assert all(after - before >= 14.0 for before, after in zip(lines, lines[1:], strict=False))
+    assert all(after - before >= 14.0 for before, after in itertools.pairwise(lines))
 
 
 def test_everything_lies_in_the_box() -> None:

@@ -36,13 +36,18 @@ def test_point_fails_if_any_of_its_runs_does() -> None:
         ("m",), (False,),
     )  # fmt: skip
     units = Units.of(compared, pair)
-    assert units.counts([0], 0) == PointCounts(both=0, only_a=1, only_b=0, neither=1, undecided=1)
+    assert units.counts([0], 0) == PointCounts(only_a=1, neither=1, open_held=1)
     assert units.counts([1], 0).units == 0
 
 
 def test_p_values_are_adjusted_over_all_that_is_tested_together() -> None:
     found = infer(
-        [PointCounts(0, 8, 1, 11), PointCounts(0, 0, 0, 0), PointCounts(0, 0, 6, 14)], 0.95
+        [
+            PointCounts(only_a=8, only_b=1, neither=11),
+            PointCounts(),
+            PointCounts(only_b=6, neither=14),
+        ],
+        0.95,
     )
     assert found[1] is None
     first, third = found[0], found[2]
@@ -56,18 +61,36 @@ def test_p_values_are_adjusted_over_all_that_is_tested_together() -> None:
 
 
 def test_undecided_points_speak_against_a_difference() -> None:
-    sure = PointCounts(0, 0, 8, 12)
     for undecided in range(12):
-        item = PointCounts(0, 0, 8, 12 - undecided, undecided)
-        assert item.p == mcnemar_p(min(8, undecided), 8) >= sure.p
-        # Whatever they turn out to be, the interval of the truth lies inside.
-        outer = item.range(0.95)
-        for only_a in range(undecided + 1):
-            only_b = 8 + undecided - only_a
-            inner = PointCounts(0, only_a, only_b, 12 - undecided).range(0.95)
-            assert outer.low <= inner.low + 1e-12
-            assert inner.high <= outer.high + 1e-12
-    assert PointCounts(0, 0, 0, 0, 5).p == 1.0
+        item = PointCounts(only_b=8, neither=12 - undecided, open_open=undecided)
+        assert item.p == mcnemar_p(min(8, undecided), 8) >= mcnemar_p(0, 8)
+    assert PointCounts(open_open=5).p == 1.0
+
+
+def test_point_in_which_one_failed_for_sure_speaks_only_as_it_can() -> None:
+    # A failed, and B is open: it may be that only A failed, never that only B did.
+    assert PointCounts(only_a=8, neither=9, failed_open=3).p == mcnemar_p(8, 0)
+    assert PointCounts(only_a=8, neither=9, held_open=3).p == mcnemar_p(8, 3)
+    assert PointCounts(only_b=8, neither=9, open_failed=3).p == mcnemar_p(0, 8)
+    assert PointCounts(only_b=8, neither=9, open_held=3).p == mcnemar_p(3, 8)
+
+
+@pytest.mark.parametrize(
+    ("what", "ends"),
+    [
+        ("held_open", ("neither", "only_b")),
+        ("open_held", ("neither", "only_a")),
+        ("open_failed", ("both", "only_b")),
+        ("failed_open", ("both", "only_a")),
+        ("open_open", ("neither", "both", "only_a", "only_b")),
+    ],
+)
+def test_interval_holds_whatever_the_undecided_points_are(what: str, ends: tuple[str, ...]) -> None:
+    known = {"both": 3, "only_a": 2, "only_b": 6, "neither": 9}
+    outer = PointCounts(**known, **{what: 4}).range(0.95)
+    extremes = [PointCounts(**{**known, end: known[end] + 4}).range(0.95) for end in ends]
+    assert outer.low == min(item.low for item in extremes)
+    assert outer.high == max(item.high for item in extremes)
 
 
 def test_grid_has_no_bootstrap() -> None:
