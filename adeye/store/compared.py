@@ -120,10 +120,7 @@ def read_compared(
         fault_entry=Labels.of(fault),
         situation=Labels.of(zip(cases.scenarios, situation, strict=True)).codes,
         point=Labels.of(zip(cases.scenarios, parameters, strict=True)).codes,
-        axes=encode_points(
-            {key: value for key, value in point.items() if key.startswith(_ARCHITECTURE_AXIS)}
-            for point in map(json.loads, cases.points)
-        ),
+        axes=encode_points(map(_own_axes, cases.points)),
         result=tuple(cases.results),
         is_done=is_done,
         fsrs=names,
@@ -138,6 +135,15 @@ def read_compared(
         has_object=is_done & happened.has_object[rows],
         sensors=tuple(happened.sensors),
     )
+
+
+def _own_axes(point: str) -> dict[str, float | str]:
+    """Keep the axes of the architecture of a swept point."""
+    # Most sweeps have none, and reading JSON takes longer than looking.
+    if f'"{_ARCHITECTURE_AXIS}' not in point:
+        return {}
+    axes = json.loads(point).items()
+    return {key: value for key, value in axes if key.startswith(_ARCHITECTURE_AXIS)}
 
 
 @dataclass(frozen=True)
@@ -210,7 +216,7 @@ class _Verdicts:
     def read(self, connection: Connection, numbers: Ints, fsrs: Mapping[str, str]) -> None:
         if not len(numbers):
             return
-        columns = {digest: column for column, digest in enumerate(fsrs.values())}
+        columns = _Codes({digest: column for column, digest in enumerate(fsrs.values())})
         codes = {str(word): code for code, word in enumerate(VERDICTS)}
         query = (
             "SELECT run_number, fsr_digest, verdict, robustness_low, margin, unit, signal "
@@ -219,22 +225,29 @@ class _Verdicts:
         for chunk in read_chunks(connection, query, int(numbers[0]), int(numbers[-1])):
             number, digest, verdict, robustness, margin, unit, signal = zip(*chunk, strict=True)
             rows = _rows(numbers, number)
-            column = np.array([columns.get(item, -1) for item in digest], dtype=np.int64)
+            column = _coded(columns, digest)
             kept = (rows >= 0) & (column >= 0)
-            rows, column = rows[kept], column[kept]
-            self.code[rows, column] = np.array([codes[item] for item in verdict])[kept]
+            places = rows[kept], column[kept]
+            self.code[places] = _coded(codes, verdict)[kept]
             for place, values in enumerate((robustness, margin)):
-                self.numbers[place, rows, column] = np.array(values, dtype=np.float64)[kept]
-            measured = np.array(
-                [
-                    -1 if item[0] is None else self._code(item)
-                    for item in zip(unit, signal, strict=True)
-                ]
-            )
-            self.measured[rows, column] = measured[kept]
+                self.numbers[place][places] = np.array(values, dtype=np.float64)[kept]
+            pairs = list(zip(unit, signal, strict=True))
+            for pair in dict.fromkeys(pairs):
+                if pair[0] is not None:
+                    self.signals.setdefault(pair, len(self.signals))
+            self.measured[places] = _coded(_Codes(self.signals), pairs)[kept]
 
-    def _code(self, signal: tuple[str, str]) -> int:
-        return self.signals.setdefault(signal, len(self.signals))
+
+class _Codes(dict[Any, int]):
+    """Codes of words; -1 for every other."""
+
+    def __missing__(self, _: object) -> int:
+        return -1
+
+
+def _coded(codes: Mapping[Any, int], words: Sequence[Any]) -> Ints:
+    """Give the code of each word."""
+    return np.fromiter(map(codes.__getitem__, words), dtype=np.int64, count=len(words))
 
 
 class _Happened:
@@ -264,17 +277,12 @@ class _Happened:
             rows = _rows(numbers, number)
             switched = (rows >= 0) & np.array(is_switch, dtype=np.bool_)
             found = (rows >= 0) & ~switched
-            names = np.array(
-                [
-                    known.setdefault(name, len(known))
-                    for known, name in zip(
-                        [self.channels if item else self.sensors for item in is_switch],
-                        subject,
-                        strict=True,
-                    )
-                ],
-                dtype=np.int64,
-            )
+            names = np.zeros(len(rows), dtype=np.int64)
+            for known, own in ((self.channels, switched), (self.sensors, found)):
+                words = [subject[place] for place in np.flatnonzero(own).tolist()]
+                for word in dict.fromkeys(words):
+                    known.setdefault(word, len(known))
+                names[own] = _coded(known, words)
             np.bitwise_or.at(self.acting, rows[switched], np.int64(1) << names[switched])
             seen.append((rows[found], names[found], np.array(time_s, dtype=np.float64)[found]))
         self.seen_s = np.full((len(self.acting), len(self.sensors)), np.nan)
