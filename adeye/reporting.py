@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adeye.campaign.reproduce import Execution, rerun
@@ -14,20 +16,22 @@ from adeye.report.build import (
     replay_events,
     run_verdicts,
 )
+from adeye.report.compare import CompareOptions, compare
 from adeye.report.drive import replay_of
 from adeye.report.files import write_atomically
-from adeye.report.html import write_html
+from adeye.report.html import render_comparison, write_html
 from adeye.report.json_report import render_json
 from adeye.report.junit import render_junit
 from adeye.report.parts import Label
 from adeye.report.plots import plots_of
+from adeye.spec.load import load_odd
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from pathlib import Path
 
+    from adeye.report.comparison import Comparison
     from adeye.report.model import Report
     from adeye.report.replay import Replay
     from adeye.store.rows import VerdictRecord
@@ -115,6 +119,65 @@ def find_campaign(repository: Repository, name: str | None) -> CampaignInfo:
     if found is None:
         raise UsageError("the database has no campaign", remedy="Run an ODD first.")
     return found
+
+
+def compare_campaign(
+    db: str | Path | None,
+    names: Sequence[str],
+    options: CompareOptions,
+    *,
+    html: Path | None = None,
+) -> Comparison:
+    """Compare architectures of a campaign and write the page if it is asked for.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        names: A campaign (an ODD's file or id, a number or the beginning of a digest), unless the
+            first is an architecture of the newest one; then the architectures.
+        options: How they are compared; its architectures are those of ``names``.
+        html: Page to write.
+
+    Raises:
+        InputError: There is no such campaign or architecture.
+        PlatformError: The file cannot be written.
+    """
+    with Repository.open(db, create=False) as repository:
+        campaign, architectures = _campaign_among(repository, names)
+        comparison = compare(repository, campaign, replace(options, architectures=architectures))
+    if html is not None:
+        write_atomically(render_comparison(comparison).encode(), html)
+    return comparison
+
+
+def _campaign_among(
+    repository: Repository, names: Sequence[str]
+) -> tuple[CampaignInfo, Sequence[str]]:
+    """Tell the campaign from the architectures that follow it."""
+    if not names:
+        return find_campaign(repository, None), ()
+    first, rest = names[0], names[1:]
+    if Path(first).suffix in {".yaml", ".yml"}:
+        found = repository.latest_campaign(load_odd(first).odd.spec.odd)
+        if found is None:
+            raise UsageError(
+                f"{first} has no campaign in the database", remedy=f"Run adeye run {first} first."
+            )
+        return found, rest
+    of_odd = repository.latest_campaign(first)
+    if of_odd is not None:
+        return of_odd, rest
+    if is_campaign_name(first):
+        return repository.find_campaign(first), rest
+    return find_campaign(repository, None), names
+
+
+def is_campaign_name(text: str) -> bool:
+    """Tell whether a word can be the number or digest of a campaign.
+
+    >>> is_campaign_name("3"), is_campaign_name("3f2a91"), is_campaign_name("camera_radar")
+    (True, True, False)
+    """
+    return text.isdecimal() or (len(text) >= 4 and set(text) <= set("0123456789abcdef"))
 
 
 class _Pen:

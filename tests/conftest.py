@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, settings
 
 from tests import motorway
 from tests.project import Executed, Project, run_cases
+from tests.suites import build_suites
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,6 +56,12 @@ def mini(tmp_path_factory: pytest.TempPathFactory) -> Executed:
     project = Project(tmp_path_factory.mktemp("mini") / "project")
     plan = project.plan()
     return Executed(project, plan, project.run(), project.db)
+
+
+@pytest.fixture(scope="session")
+def suites(tmp_path_factory: pytest.TempPathFactory) -> Executed:
+    """A campaign of five architectures to compare, executed; nobody writes to it."""
+    return build_suites(tmp_path_factory.mktemp("suites") / "project")
 
 
 @pytest.fixture(scope="session")

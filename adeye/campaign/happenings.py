@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adeye.evaluation.metrics.perception import measuring_sensors
 from adeye.signals import NO_CHANNEL, REASON_LABELS, STATUS_LABELS, Bools
 from adeye.store.block import EventBlock
 from adeye.store.columns import Dictionary, Texts
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from adeye.signals import Floats, Ints
     from adeye.trace import Trace
 
-_KINDS = ("channel", "contact", "fault", "monitor", "storyboard", "switch")
+_KINDS = ("channel", "contact", "fault", "monitor", "sensor", "storyboard", "switch")
 
 
 @dataclass
@@ -67,11 +68,16 @@ class _Found:
         )
 
 
-def happenings(trace: Trace) -> EventBlock:
+def happenings(trace: Trace, critical: Ints | None = None) -> EventBlock:
     """List the events of every run of a batch.
 
+    Args:
+        trace: The batch.
+        critical: (B,) object whose first detection by each sensor is an event; -1 for none.
+
     Returns:
-        Storyboard events, faults, channel states, monitors, handovers and contact.
+        Storyboard events, faults, channel states, monitors, handovers, contact and first
+        detections.
     """
     found = _Found()
     # Nothing is decided at the last row of a run.
@@ -86,6 +92,8 @@ def happenings(trace: Trace) -> EventBlock:
         _edges(trace, found, ("monitor", f"monitor {name}", name), words, active, decided)
     _handovers(trace, found, decided)
     _contact(trace, found)
+    if critical is not None:
+        _detections(trace, found, critical)
     return found.block()
 
 
@@ -175,3 +183,17 @@ def _contact(trace: Trace, found: _Found) -> None:
         speed = float(trace["impact_speed"][run, last[run]])
         text = f"contact with {name} at {speed:.2f} m/s"
         found.add("contact", name, text, np.array([run]), trace.time[last[run : run + 1]])
+
+
+def _detections(trace: Trace, found: _Found, critical: Ints) -> None:
+    """Find when each sensor that feeds a channel first detects the critical object."""
+    in_run = np.arange(trace.time.shape[0]) < trace.length[:, np.newaxis]
+    for item in np.unique(critical[critical >= 0]).tolist():
+        runs = np.flatnonzero(critical == item)
+        name = trace.layout.context.object_ids[item]
+        for index in measuring_sensors(trace.layout):
+            sensor = trace.layout.sensors[index]
+            seen = (trace["detected"][runs, :, index, item] != 0) & in_run[runs]
+            has_seen = seen.any(axis=1)
+            times = trace.time[seen.argmax(axis=1)[has_seen]]
+            found.add("sensor", sensor, f"{sensor} first detects {name}", runs[has_seen], times)

@@ -7,7 +7,7 @@ import platform
 import threading
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -40,6 +40,10 @@ if TYPE_CHECKING:
     from adeye.store.rows import EngineKey
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
+
+
+SEEN: Final = "first_detection_distance_m"
+"""Metric whose object is the one that matters when it is seen."""
 
 
 @dataclass(frozen=True)
@@ -245,7 +249,7 @@ def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey])
         machine_dependent=np.zeros(trace.runs, dtype=np.bool_),
         metrics=_metrics(trace, evaluation, METRIC_IDS),
         verdicts=_verdicts(evaluation.judged),
-        events=happenings(trace),
+        events=happenings(trace, np.asarray(evaluation.metrics[SEEN].actor, dtype=np.int64)),
         executed_by=Texts.same(f"{platform.node()}:{os.getpid()}", trace.runs),
         executed_at=(datetime.now(UTC),) * trace.runs,
         plugin_metrics=tuple(

@@ -7,6 +7,7 @@ from typing import Annotated, Final
 
 import typer
 
+from adeye.cli.compare import compare
 from adeye.cli.database import database_app
 from adeye.cli.doctor import doctor
 from adeye.cli.new import new_app
@@ -98,6 +99,14 @@ add(
     query,
     "adeye query failing-fsrs",
     "adeye query 'SELECT scenario, min_ttc_s FROM v_runs ORDER BY 2' --format csv",
+    panel=RESULTS,
+)
+add(
+    app,
+    compare,
+    "adeye compare",
+    "adeye compare odd/motorway_chauffeur.yaml --baseline legacy_camera",
+    "adeye compare 3 camera_radar legacy_camera --objectives failures,cost --epsilon cost=20",
     panel=RESULTS,
 )
 add(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.report.compare import overview
 from adeye.report.contents import (
     CampaignContent,
     architectures_of,
@@ -169,6 +170,7 @@ class ReportBuilder:
             factors=tuple(factors_of(content)),
             fsrs=tuple(fsr_of(content, item) for item in self.concept.requirements),
             cells=cells,
+            comparison=overview(self.repository, self.campaign, self.odd),
             worst_cases=worst,
             dead_axes=tuple(dead_axes(self.figures, self.odd, self._command)),
             metrics=tuple(summarise(self.figures, self._run_of, self.replay_command)),

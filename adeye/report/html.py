@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 from adeye.evaluation.verdict import Verdict
 from adeye.report.embed import pack_replay, script_text
 from adeye.report.files import write_atomically
+from adeye.report.front import draw_front
 from adeye.report.page import arrange, filters
 from adeye.report.words import MEANINGS
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from jinja2 import Environment
 
+    from adeye.report.comparison import Comparison
     from adeye.report.model import Report
 
 MAX_BYTES: Final = 10_000_000
@@ -39,7 +41,7 @@ SCRIPTS: Final = (
     "player.js",
     "page.js",
 )
-STYLES: Final = ("page.css", "tables.css", "player.css")
+STYLES: Final = ("page.css", "tables.css", "compare.css", "player.css")
 
 
 def render(report: Report, *, max_bytes: int = MAX_BYTES) -> str:
@@ -62,6 +64,22 @@ def render(report: Report, *, max_bytes: int = MAX_BYTES) -> str:
     while shown > 0 and sum(sizes[:shown]) > room:
         shown -= 1
     return _fill(report, tuple(packed[:shown]))
+
+
+def render_comparison(comparison: Comparison) -> str:
+    """Write a comparison as an HTML page of its own, the same for the same comparison."""
+    _, style = assets()
+    text: str = (
+        _environment()
+        .get_template("compare.html.j2")
+        .render(
+            comparison=comparison,
+            front=draw_front(comparison),
+            policy=_policy("", style),
+            style=style,
+        )
+    )
+    return text
 
 
 def write_html(report: Report, path: Path, *, max_bytes: int = MAX_BYTES) -> None:
@@ -92,6 +110,7 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
             script=script,
             style=style,
             details=script_text(page.details),
+            front=None if report.comparison is None else draw_front(report.comparison),
             replays=list(zip(shown, packed, strict=True)),
             left_out=report.replays[len(packed) :],
         )

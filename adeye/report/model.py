@@ -11,6 +11,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
+from adeye.report.comparison import Comparison
 from adeye.report.parts import Asil, Binding, Command, Count, Id, Label, Margin, Part
 from adeye.report.replay import Replay
 
@@ -246,6 +247,8 @@ class Report(Part):
     factors: tuple[Factors, ...] = ()
     fsrs: tuple[Fsr, ...]
     cells: tuple[Cell, ...]
+    comparison: Comparison | None = None
+    """Of campaigns with several architectures."""
     worst_cases: tuple[WorstCase, ...] = ()
     """Worst first."""
     dead_axes: tuple[DeadAxis, ...] = ()

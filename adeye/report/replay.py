@@ -122,7 +122,9 @@ class Event(Part):
     """Something that happened at one time."""
 
     time_s: float
-    kind: Literal["storyboard", "fault", "switch", "monitor", "channel", "contact", "verdict"]
+    kind: Literal[
+        "storyboard", "fault", "switch", "monitor", "channel", "contact", "sensor", "verdict"
+    ]
     text: str
 
 

@@ -148,7 +148,7 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
     ordinal, scenario, architecture = array("q"), _Encoder(), _Encoder()
     points, digests, tests = _PointEncoder(), list[str](), list[str]()
     # Row by row into codes: a million rows as objects would take a gigabyte.
-    for chunk in _chunks(connection, query, campaign_id):
+    for chunk in read_chunks(connection, query, campaign_id):
         for row in chunk:
             ordinal.append(row[0])
             scenario.add(row[1])
@@ -156,15 +156,15 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
             points.add(json.loads(row[3]))
             digests.append(row[4])
             tests.append(row[5])
-    fault, replicate = _found(
+    fault, replicate = read_columns(
         connection, "test_case", "digest", ("fault_entry", "replicate"), tests, object
     )
     tests.clear()
-    outcome, number = _found(
+    outcome, number = read_columns(
         connection, "run", "result_digest", ("outcome", "number"), digests, object
     )
     digests.clear()
-    metrics = _found(
+    metrics = read_columns(
         connection, "metric", "run_number", tables.METRIC_IDS, number.tolist(), np.float64
     )
     everything = Figures(
@@ -180,7 +180,7 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
     return everything.where(everything.outcome.codes >= 0)
 
 
-def _found(
+def read_columns(
     connection: Connection,
     table: str,
     key: str,
@@ -196,7 +196,7 @@ def _found(
     query = f"SELECT {', '.join((key, *names))} FROM {table}"  # noqa: S608 - own names
     # One object for equal values: every row of a database brings its own.
     same: dict[Any, Any] = {}
-    for chunk in _chunks(connection, query):
+    for chunk in read_chunks(connection, query):
         rows = np.array([first.get(row[0], -1) for row in chunk], dtype=np.int64)
         values: Any = np.array([row[1:] for row in chunk], dtype=kind)
         if kind is object:
@@ -240,7 +240,10 @@ def encode_points(points: Iterable[Mapping[str, Any]]) -> dict[str, Labels]:
     return encoder.columns()
 
 
-def _chunks(connection: Connection, query: str, *values: str) -> Iterator[list[tuple[Any, ...]]]:
+def read_chunks(
+    connection: Connection, query: str, *values: str | int
+) -> Iterator[list[tuple[Any, ...]]]:
+    """Read the rows of a query, many at a time."""
     # The cursor of the driver: a row object of SQLAlchemy costs more than the row.
     cursor: Any = connection.exec_driver_sql(query, values).cursor
     while chunk := cursor.fetchmany(_CHUNK):

@@ -20,6 +20,7 @@ from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any, Self
 
 from adeye.store import (
+    compared,
     content,
     figures,
     leasing,
@@ -52,12 +53,12 @@ from adeye.store.stored import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
     from pathlib import Path
-    from types import TracebackType
 
     from adeye.evaluation.verdict import Verdict
     from adeye.spec.concept import Concept
+    from adeye.store.compared import Compared
     from adeye.store.figures import Figures
     from adeye.store.planned import PlannedCases
     from adeye.store.rows import (
@@ -123,12 +124,7 @@ class Repository:
         """Return itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         """Close."""
         self.close()
 
@@ -240,13 +236,11 @@ class Repository:
             ValueError: A result or verdict is missing, or is not of this block.
         """
         with self._database.write() as connection:
-            columns = (
-                runs if isinstance(runs, RunBlock) else run_block(runs or (), tables.METRIC_IDS)
-            )
-            judged = (
-                verdicts if isinstance(verdicts, JudgedBlock) else JudgedBlock.of(verdicts or {})
-            )
-            return leasing.complete_block(connection, block, columns, judged)
+            if not isinstance(runs, RunBlock):
+                runs = run_block(runs or (), tables.METRIC_IDS)
+            if not isinstance(verdicts, JudgedBlock):
+                verdicts = JudgedBlock.of(verdicts or {})
+            return leasing.complete_block(connection, block, runs, verdicts)
 
     def work_state(self, campaign: str) -> WorkState:
         """Count the blocks of a campaign by state."""
@@ -374,6 +368,11 @@ class Repository:
         """Return every executed run of a campaign as columns."""
         with self._database.read() as connection:
             return figures.read_figures(connection, campaign)
+
+    def compared(self, campaign: str, architectures: Collection[str]) -> Compared:
+        """Return the planned cases of some architectures with all that compares them."""
+        with self._database.read() as connection:
+            return compared.read_compared(connection, campaign, architectures)
 
     def failed_among(self, campaign: str, ordinals: Sequence[int]) -> frozenset[int]:
         """Return those of a few hundred runs of a campaign that fail an FSR."""

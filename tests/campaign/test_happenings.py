@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign.happenings import events_of
+from adeye.campaign.happenings import events_of, happenings
 from adeye.store.rows import EventRecord
 from adeye.trace import ChannelEvent, Trace
 from tests.project import Executed, run_cases
@@ -117,3 +117,28 @@ def test_authority_of_nobody_is_named(trace: Trace) -> None:
     nobody[:, 0] = 0
     found = of_kind(changed(trace, authority=nobody), "switch")
     assert [(round(item.time_s, 9), item.subject) for item in found] == [(0.05, "none")]
+
+
+def test_first_detection_of_the_critical_object_is_an_event_of_each_sensor(trace: Trace) -> None:
+    cutter = trace.layout.context.object_ids.index("cutter")
+    names = trace.layout.sensors
+    found = happenings(trace, np.full(trace.runs, cutter))
+    rows = list(
+        zip(found.run.tolist(), found.kind.values(), found.subject.values(),
+            found.text.values(), found.time_s.tolist(), strict=True)
+    )  # fmt: skip
+    seen = [row for row in rows if row[1] == "sensor"]
+    assert {row[2] for row in seen} == {"front_camera", "front_radar"}
+    for run, _, sensor, text, time in seen:
+        assert text == f"{sensor} first detects cutter"
+        column = trace["detected"][run, :, names.index(sensor or ""), cutter]
+        assert trace.time[np.flatnonzero(column)[0]] == time
+
+
+def test_sensor_that_never_detects_and_run_without_an_object_have_no_such_event(
+    trace: Trace,
+) -> None:
+    none = np.full(trace.runs, -1)
+    blind = changed(trace, detected=np.zeros_like(trace["detected"][:1]))
+    for events in (happenings(trace, none), happenings(blind, np.zeros(1, dtype=np.int64))):
+        assert "sensor" not in events.kind.values()

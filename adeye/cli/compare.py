@@ -1,0 +1,305 @@
+"""``compare``: architectures of one campaign on the same test cases."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from adeye.cli.completion import complete_campaigns
+from adeye.cli.options import Db, Json
+from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, listed, short, wrote
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.report.comparison import Candidate, Comparison, Difference, Pair
+
+_ALL: Final = "all"
+
+Names = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[ODD|CAMPAIGN] [ARCHITECTURE]...",
+        help="An ODD's file or id, or a campaign by number or digest; default: the latest. "
+        "Then the architectures; default: all.",
+        autocompletion=complete_campaigns,
+    ),
+]
+Baseline = Annotated[
+    str | None,
+    typer.Option(
+        "--baseline",
+        metavar="NAME",
+        envvar="ADEYE_BASELINE",
+        help="Compare all others with this architecture, not every pair.",
+    ),
+]
+Confidence = Annotated[
+    float,
+    typer.Option(
+        "--confidence",
+        metavar="SHARE",
+        envvar="ADEYE_CONFIDENCE",
+        help="Coverage of intervals; only a random design has any.",
+    ),
+]
+Objectives = Annotated[
+    str,
+    typer.Option(
+        "--objectives",
+        metavar="NAMES",
+        envvar="ADEYE_OBJECTIVES",
+        help="What the Pareto front is made of: some of failures, margin, availability, cost; the "
+        "first decides between equals.",
+    ),
+]
+Epsilon = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--epsilon",
+        metavar="NAME=SIZE",
+        envvar="ADEYE_EPSILON",
+        help="Difference of an objective that does not count, such as cost=10; may be repeated.",
+    ),
+]
+HtmlFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--html", metavar="FILE", envvar="ADEYE_HTML", help="Write the comparison as an HTML page."
+    ),
+]
+
+
+def compare(
+    names: Names = None,
+    *,
+    baseline: Baseline = None,
+    confidence: Confidence = 0.95,
+    objectives: Objectives = "failures,availability,cost",
+    epsilon: Epsilon = None,
+    html: HtmlFile = None,
+    db: Db = None,
+    json: Json = False,
+) -> None:
+    """Compare the architectures of a campaign on the test cases that they share.
+
+    Nothing is executed. Which suite holds, at what cost, where the others fail, what each FSR
+    loses or gains, and which sensor saw the object first. Intervals and p-values are printed for a
+    random design only; a grid gets counts and worst cases.
+    """
+    from adeye.report.compare import CompareOptions
+    from adeye.reporting import compare_campaign
+
+    comparison = compare_campaign(
+        db,
+        names or (),
+        CompareOptions(
+            baseline=baseline,
+            confidence=confidence,
+            objectives=[word for word in map(str.strip, objectives.split(",")) if word],
+            epsilon=_sizes(epsilon or ()),
+        ),
+        html=html,
+    )
+    if json:
+        emit_json("compare", comparison.model_dump(mode="json"))
+    else:
+        print_comparison(comparison)
+    if html is not None:
+        wrote(html)
+
+
+def _sizes(texts: Sequence[str]) -> Mapping[str, float]:
+    from adeye.errors import UsageError
+
+    sizes = {}
+    for text in texts:
+        name, _, size = text.partition("=")
+        try:
+            sizes[name.strip()] = float(size)
+        except ValueError as error:
+            raise UsageError(
+                f"--epsilon {text!r} is not NAME=SIZE", remedy="Write cost=10."
+            ) from error
+    return sizes
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Print a comparison: the overview first, then what differs, then sensors."""
+    _print_overview(comparison)
+    for statement in comparison.statements:
+        emit(clean(statement))
+    for pair in comparison.pairs:
+        _print_pair(comparison, pair)
+    _print_sensors(comparison)
+
+
+def _print_overview(comparison: Comparison) -> None:
+    from adeye.report.words import counted, number
+
+    headers = [
+        "Architecture", "Cost", "Mandatory FSRs", "Failing cases", "Undecided", "Worst margin",
+        "No takeover", "Choice", "Not met",
+    ]  # fmt: skip
+    rows = [
+        [
+            item.id + (" (gate)" if item.is_gate else ""),
+            NONE if item.cost is None else f"{item.cost.total:,g}",
+            f"{item.mandatory - len(item.unmet)} of {item.mandatory}",
+            f"{counted(item.failing)} of {counted(item.cases)}",
+            counted(item.undecided),
+            NONE if item.worst_margin is None else number(item.worst_margin, signed=True),
+            NONE if item.availability is None else f"{100.0 * item.availability:.1f} %",
+            place_text(item),
+            listed(
+                f"{unmet.fsr} {unmet.verdict.value if unmet.verdict else 'not applicable'}"
+                for unmet in item.unmet
+            ),
+        ]
+        for item in comparison.candidates
+    ]
+    emit_table(headers, rows, right=headers[1:7])
+    if comparison.cheapest:
+        emit(f"Cheapest that meets every mandatory FSR: {clean(listed(comparison.cheapest))}.")
+    elif any(not item.unmet for item in comparison.candidates):
+        emit("Which one meets every mandatory FSR at least cost is not known: a cost is missing.")
+    else:
+        emit("No architecture meets every mandatory FSR.")
+    for text in comparison.left_out:
+        emit(clean(f"Objective left out: {text}."))
+
+
+def place_text(item: Candidate) -> str:
+    """Say whether an architecture is worth choosing."""
+    if item.is_on_front:
+        return "on the front"
+    return f"dominated by {item.dominated_by}" if item.dominated_by else NONE
+
+
+def _print_pair(comparison: Comparison, pair: Pair) -> None:
+    from adeye.report.words import counted
+
+    found = [
+        item
+        for item in comparison.differences
+        if (item.a, item.b) == (pair.a, pair.b)
+        and (item.kind == _ALL or item.only_a_fails + item.only_b_fails > 0)
+    ]
+    shown = [item for item in found if item.is_different]
+    still = [item for item in found if item.kind == _ALL and not item.is_different]
+    emit("")
+    emit(
+        clean(
+            f"A = {pair.a}, B = {pair.b}: {counted(pair.pairs)} pairs, "
+            f"{counted(pair.incomplete)} incomplete; without a partner {counted(pair.only_a)} of A "
+            f"and {counted(pair.only_b)} of B."
+        )
+    )
+    if pair.not_comparable:
+        emit(clean(f"Not applicable to one of them: {listed(pair.not_comparable)}."))
+    if shown:
+        _print_differences(shown)
+    same = [item.fsr for item in still if not item.undecided]
+    if same:
+        emit(clean(f"No difference at all: {listed(same)}."))
+    unknown = [f"{item.fsr} ({counted(item.undecided)})" for item in still if item.undecided]
+    if unknown:
+        emit(
+            clean(f"No difference in what is decided, but pairs are undecided: {listed(unknown)}.")
+        )
+
+
+def _print_differences(shown: Sequence[Difference]) -> None:
+    from adeye.report.words import counted, quantity
+
+    has_inference = any(item.inference is not None for item in shown)
+    headers = [
+        "FSR", "Where", "Both pass", "Only A fails", "Only B fails", "Both fail", "Vacuous",
+        "Undecided", "Failing, B less A",
+    ]  # fmt: skip
+    inferred = ["Failing points, B less A", "p", "p (Holm)"] if has_inference else []
+    margins = ["Mean margin, B less A", "Largest loss", "Worst run of B"]
+    rows = []
+    for item in shown:
+        cells: list[str] = [item.fsr, "all" if item.kind == _ALL else item.cluster]
+        counts = (
+            item.both_pass, item.only_a_fails, item.only_b_fails, item.both_fail, item.neutral,
+            item.undecided,
+        )  # fmt: skip
+        cells += [counted(count) for count in counts]
+        cells.append(NONE if item.difference is None else percent(item.difference))
+        if has_inference:
+            cells += _inference_cells(item)
+        margin = item.margin
+        if margin is None:
+            cells += [NONE, NONE, NONE]
+        else:
+            mean = quantity(margin.mean, margin.unit, signed=True)
+            mean += " (normalised)" if margin.is_normalised else ""
+            if margin.interval is not None:
+                low, high = margin.interval.low, margin.interval.high
+                mean += f" [{quantity(low, '1', signed=True)}, {quantity(high, '1', signed=True)}]"
+            loss = quantity(margin.least, margin.unit, signed=True)
+            cells += [mean, loss, short(margin.least_run_b)]
+        rows.append(cells)
+    emit_table(headers + inferred + margins, rows, right=(headers + inferred + margins)[2:-1])
+
+
+def _inference_cells(item: Difference) -> list[str]:
+    said = item.inference
+    if said is None:
+        return [NONE, NONE, NONE]
+    interval = f"[{percent(said.interval.low)}, {percent(said.interval.high)}]"
+    return [f"{percent(said.difference)} {interval}", p_text(said.p), p_text(said.p_adjusted)]
+
+
+def percent(share: float) -> str:
+    """Write a difference of shares.
+
+    >>> percent(0.125), percent(0.0)
+    ('+12.5 %', '0 %')
+    """
+    from adeye.report.words import MINUS
+
+    if share == 0.0:
+        return "0 %"
+    return f"{MINUS if share < 0.0 else '+'}{100.0 * abs(share):.1f} %"
+
+
+def p_text(p: float) -> str:
+    """Write a p-value; a small one never reads as 0.
+
+    >>> p_text(0.0390625), p_text(0.00001)
+    ('0.039', '< 0.001')
+    """
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def _print_sensors(comparison: Comparison) -> None:
+    from adeye.report.words import counted, quantity
+
+    if comparison.contributions:
+        headers = ["Sensor", "With", "Without", "Cost", "Pairs", "Rescued", "Harmed"]
+        rows = [
+            [
+                item.sensor, item.with_it, item.without_it, f"{item.cost:,g}",
+                counted(item.pairs), counted(item.rescued), counted(item.harmed),
+            ]
+            for item in comparison.contributions
+        ]  # fmt: skip
+        emit_table(headers, rows, title="What one sensor adds", right=headers[3:])
+    if comparison.sightings:
+        headers = ["Architecture", "Sensor", "First", "Same tick", "Only it", "Never", "Lead"]
+        sighted = [
+            [
+                item.architecture, item.sensor,
+                f"{counted(item.first)} of {counted(item.runs)}", counted(item.shared),
+                counted(item.only), counted(item.never),
+                NONE if item.lead_s is None else quantity(item.lead_s, "s"),
+            ]
+            for item in comparison.sightings
+        ]  # fmt: skip
+        title = "Which sensor detects the object that matters first"
+        emit_table(headers, sighted, title=title, right=headers[2:])

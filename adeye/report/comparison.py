@@ -1,0 +1,255 @@
+"""What a comparison of architectures says, as one typed record: tables, JSON and page show it."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from adeye.evaluation.verdict import Verdict
+from adeye.report.parts import Count, Id, Part
+
+ClusterKind = Literal["all", "scenario", "category"]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class Range(Part):
+    """A confidence interval."""
+
+    low: float
+    high: float
+
+
+class Inference(Part):
+    """What a random design allows to say about the distribution that it was drawn from."""
+
+    units: Count
+    """Drawn points; they are the sample."""
+    only_a_fails: Count
+    """Points in which a run of A failed, and none of B."""
+    only_b_fails: Count
+    undecided: Count
+    """Points with an undecided run, and no failed one, of either."""
+    difference: float
+    """Share of failing points, B minus A; an undecided one counts as no difference."""
+    interval: Range
+    """It holds whatever the undecided points are."""
+    p: Share
+    """Exact McNemar test, two-sided, as if the undecided points spoke against a difference."""
+    p_adjusted: Share
+    """The same adjusted (Holm) over all FSRs and pairs of this cluster."""
+
+
+class MarginDifference(Part):
+    """How the margin changes from A to B where both PASS or FAIL."""
+
+    unit: str
+    """Of the margin; "1" where it is normalised by the scale of its signal."""
+    is_normalised: bool
+    pairs: Annotated[int, Field(ge=1)]
+    mean: float
+    median: float
+    """Of an even number the lower middle."""
+    interval: Range | None = None
+    """Of the mean; only for a random design, and where no pair is undecided."""
+    least: float
+    """The largest loss of B against A."""
+    greatest: float
+    least_run_a: Id
+    """Result digest of the pair with the largest loss."""
+    least_run_b: Id
+
+
+class Difference(Part):
+    """One FSR for two architectures on the same test cases of a cluster."""
+
+    fsr: Id
+    a: Id
+    b: Id
+    kind: ClusterKind
+    cluster: str
+    """Scenario or category; empty for all."""
+    pairs: Count
+    both_pass: Count
+    only_a_fails: Count
+    only_b_fails: Count
+    both_fail: Count
+    neutral: Count
+    """No FAIL, at least one VACUOUS."""
+    undecided: Count
+    """At least one INCONCLUSIVE, INVALID, ERROR or NOT_RUN."""
+    verdicts: dict[str, Count]
+    """Every combination that occurs, as ``PASS/FAIL`` for A and B."""
+    difference: float | None
+    """Share of failing test cases among the decided, B minus A; None without any."""
+    inference: Inference | None = None
+    margin: MarginDifference | None = None
+
+    @model_validator(mode="after")
+    def _adds_up(self) -> Self:
+        parts = (
+            self.both_pass, self.only_a_fails, self.only_b_fails, self.both_fail, self.neutral,
+            self.undecided,
+        )  # fmt: skip
+        if sum(parts) != self.pairs or sum(self.verdicts.values()) != self.pairs:
+            msg = f"{self.fsr}, {self.a} and {self.b}: {parts} are not {self.pairs} pairs"
+            raise ValueError(msg)
+        return self
+
+    @property
+    def is_different(self) -> bool:
+        """Whether anything differs between the two."""
+        moved = self.margin is not None and (self.margin.least, self.margin.greatest) != (0, 0)
+        return self.only_a_fails + self.only_b_fails > 0 or moved
+
+
+class Pair(Part):
+    """Two architectures and the test cases that they share."""
+
+    a: Id
+    b: Id
+    pairs: Annotated[int, Field(ge=1)]
+    incomplete: Count
+    """Pairs of which at least one has no result."""
+    only_a: Count
+    """Test cases of A without a partner, such as a fault in a part that B lacks."""
+    only_b: Count
+    not_comparable: tuple[str, ...] = ()
+    """FSRs that are not applicable to one of them."""
+
+
+class Cost(Part):
+    """What an architecture costs, in the unit of its file."""
+
+    total: float
+    declared: float
+    """The architecture's own ``cost``; 0: not declared."""
+    parts: dict[str, float]
+    """Cost of sensors and channels, those that have one."""
+
+
+class Unmet(Part):
+    """A mandatory FSR that is not green for an architecture over all its planned runs."""
+
+    fsr: Id
+    verdict: Verdict | None
+    """None where it is not applicable."""
+
+
+class Candidate(Part):
+    """One architecture of the comparison."""
+
+    id: Id
+    title: str
+    is_gate: bool
+    cost: Cost | None
+    """None if nothing is declared."""
+    mandatory: Count
+    unmet: tuple[Unmet, ...]
+    """Mandatory FSRs that do not PASS over all planned runs of it."""
+    cases: Count
+    """Test cases that all compared architectures share."""
+    failing: Count
+    """Those in which a mandatory FSR fails that is applicable to all."""
+    undecided: Count
+    """Those in which none fails and one is undecided."""
+    worst_margin: float | None
+    """Least robustness of these FSRs in these test cases."""
+    worst_fsr: str = ""
+    worst_run: str = ""
+    availability: Share | None
+    """Share of fault-free runs without a takeover; None without such a run."""
+    fault_free: Count
+    values: dict[str, float]
+    """By objective."""
+    is_on_front: bool
+    dominated_by: str | None = None
+
+
+class Objective(Part):
+    """A way to measure candidates."""
+
+    name: Id
+    better: Literal["lower", "higher"]
+    epsilon: Annotated[float, Field(ge=0.0)] = 0.0
+
+
+class Contribution(Part):
+    """What a sensor adds: an architecture of the campaign equals another without it."""
+
+    sensor: Id
+    with_it: Id
+    without_it: Id
+    cost: float
+    """Of the sensor alone."""
+    pairs: Count
+    rescued: Count
+    """Test cases in which a mandatory FSR fails without it and none fails or is open with it."""
+    harmed: Count
+    """The other way round."""
+
+
+class Sighting(Part):
+    """How often a sensor is the first to detect the object that matters."""
+
+    architecture: Id
+    sensor: Id
+    runs: Count
+    """Shared test cases with such an object."""
+    first: Count
+    """Alone."""
+    shared: Count
+    """At the same tick as another."""
+    only: Count
+    """No other sensor ever does; also counted as first."""
+    never: Count
+    lead_s: float | None
+    """Median lead over the next sensor where it is first and another follows."""
+
+
+class Comparison(Part):
+    """Architectures of one campaign on the same test cases."""
+
+    campaign: Id
+    odd: Id
+    title: str
+    baseline: str | None
+    confidence: Annotated[float, Field(gt=0.0, lt=1.0)]
+    designs: dict[str, str]
+    """By scenario."""
+    statements: tuple[str, ...]
+    """What may be concluded and what may not."""
+    objectives: tuple[Objective, ...]
+    left_out: tuple[str, ...]
+    """Objectives that could not be used, and why."""
+    candidates: tuple[Candidate, ...]
+    fsrs: tuple[str, ...]
+    """Mandatory FSRs that are applicable to all."""
+    pairs: tuple[Pair, ...]
+    differences: tuple[Difference, ...]
+    contributions: tuple[Contribution, ...]
+    sightings: tuple[Sighting, ...]
+    cheapest: tuple[str, ...]
+    """The cheapest of those for which every mandatory FSR passes; several at one price."""
+
+    @model_validator(mode="after")
+    def _holds_together(self) -> Self:
+        known = {item.id for item in self.candidates}
+        named = {name for item in self.pairs for name in (item.a, item.b)}
+        if not named <= known or not set(self.cheapest) <= known:
+            msg = f"{sorted(named | set(self.cheapest))} are not all among {sorted(known)}"
+            raise ValueError(msg)
+        for item in self.candidates:
+            if item.id in self.cheapest and item.unmet:
+                msg = f"{item.id} is named as meeting everything, and does not: {item.unmet}"
+                raise ValueError(msg)
+            if item.is_on_front and item.dominated_by is not None:
+                msg = f"{item.id} is on the front and dominated by {item.dominated_by}"
+                raise ValueError(msg)
+        return self
+
+    def candidate(self, name: str) -> Candidate:
+        """Find an architecture."""
+        return next(item for item in self.candidates if item.id == name)
+
+    def differences_of(self, a: str, b: str, kind: ClusterKind = "all") -> list[Difference]:
+        """List the differences of two architectures."""
+        return [item for item in self.differences if (item.a, item.b, item.kind) == (a, b, kind)]

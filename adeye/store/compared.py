@@ -1,0 +1,298 @@
+"""Everything that a comparison of architectures needs of a campaign, in one bulk read.
+
+The verdicts of every planned case are columns of codes and numbers; a planned case without a
+result is NOT_RUN, an FSR that is not judged on a case has no verdict there.
+"""
+
+from __future__ import annotations
+
+import json
+from array import array
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.evaluation.judgement import VERDICTS
+from adeye.evaluation.pairing import NOT_JUDGED, NOT_RUN
+from adeye.store.figures import Labels, encode_points, read_chunks, read_columns
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping, Sequence
+
+    from sqlalchemy import Connection
+
+    from adeye.signals import Bools, Floats, Ints
+
+_ARCHITECTURE_AXIS: Final = "architecture."
+_SEEN: Final = "first_detection_distance_m"
+"""Metric with a value where a critical object was there to be seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """Planned cases of the compared architectures, N in the order of the plan.
+
+    Attributes:
+        scenario: (N,) id.
+        architecture: (N,) id.
+        fault_entry: (N,) entry of the fault list.
+        situation: (N,) code of the situation: scenario, parameters, replicate and seed.
+        point: (N,) code of scenario and parameters: the point of the design.
+        axes: (N,) swept values of the architecture by axis; no word where a case has none.
+        result: (N,) digest of the result that the case has or would have.
+        is_done: (N,) whether it was executed.
+        fsrs: F ids.
+        verdict: (N, F) codes of ``VERDICTS``, ``NOT_RUN`` or ``NOT_JUDGED``.
+        robustness: (N, F) lower end; NaN where there is none.
+        margin: (N, F) in the unit of the binding predicate; NaN where there is none.
+        measured: (N, F) code of unit and signal of the margin, -1 for none.
+        units: Unit behind each code of ``measured``.
+        acting: (N,) codes of the channels that had authority, as bits of ``channels``.
+        channels: Ids.
+        seen_s: (N, S) when each sensor first detected the critical object [s]; NaN for never.
+        has_object: (N,) whether there was one.
+        sensors: S ids.
+    """
+
+    scenario: Labels
+    architecture: Labels
+    fault_entry: Labels
+    situation: Ints
+    point: Ints
+    axes: Mapping[str, Labels]
+    result: tuple[str, ...]
+    is_done: Bools
+    fsrs: tuple[str, ...]
+    verdict: Ints
+    robustness: Floats
+    margin: Floats
+    measured: Ints
+    units: tuple[str, ...]
+    acting: Ints
+    channels: tuple[str, ...]
+    seen_s: Floats
+    has_object: Bools
+    sensors: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Return the number of cases N."""
+        return len(self.result)
+
+
+def read_compared(
+    connection: Connection, campaign_id: str, architectures: Collection[str]
+) -> Compared:
+    """Read the cases of some architectures of a campaign with verdicts and what happened.
+
+    Args:
+        connection: In a transaction.
+        campaign_id: The campaign.
+        architectures: Their ids.
+    """
+    cases = _Cases.read(connection, campaign_id, frozenset(architectures))
+    situation, fault, parameters = read_columns(
+        connection,
+        "test_case",
+        "digest",
+        ("situation_digest", "fault_entry", "parameters"),
+        cases.tests,
+        object,
+    )
+    (number,) = read_columns(
+        connection, "run", "result_digest", ("number",), cases.results, np.float64
+    )
+    is_done = np.isfinite(number)
+    numbers, inverse = np.unique(number[is_done].astype(np.int64), return_inverse=True)
+    rows = np.full(len(cases.results), -1, dtype=np.int64)
+    rows[is_done] = inverse
+    fsrs, judged = _judged_on(connection, campaign_id, cases)
+    verdicts = _Verdicts(len(numbers), len(fsrs))
+    verdicts.read(connection, numbers, fsrs)
+    happened = _Happened(len(numbers))
+    happened.read(connection, numbers)
+    scenario = Labels.of(cases.scenarios)
+    names = tuple(fsrs)
+    code = np.where(is_done[:, np.newaxis], verdicts.code[rows], NOT_RUN)
+    return Compared(
+        scenario=scenario,
+        architecture=Labels.of(cases.architectures),
+        fault_entry=Labels.of(fault),
+        situation=Labels.of(zip(cases.scenarios, situation, strict=True)).codes,
+        point=Labels.of(zip(cases.scenarios, parameters, strict=True)).codes,
+        axes=encode_points(map(_own_axes, cases.points)),
+        result=tuple(cases.results),
+        is_done=is_done,
+        fsrs=names,
+        verdict=np.where(judged, code, NOT_JUDGED),
+        robustness=np.where(is_done[:, np.newaxis], verdicts.numbers[0][rows], np.nan),
+        margin=np.where(is_done[:, np.newaxis], verdicts.numbers[1][rows], np.nan),
+        measured=np.where(is_done[:, np.newaxis], verdicts.measured[rows], -1),
+        units=tuple(unit for unit, _ in verdicts.signals),
+        acting=np.where(is_done, happened.acting[rows], 0),
+        channels=tuple(happened.channels),
+        seen_s=np.where(is_done[:, np.newaxis], happened.seen_s[rows], np.nan),
+        has_object=is_done & happened.has_object[rows],
+        sensors=tuple(happened.sensors),
+    )
+
+
+def _own_axes(point: str) -> dict[str, float | str]:
+    """Keep the axes of the architecture of a swept point."""
+    # Most sweeps have none, and reading JSON takes longer than looking.
+    if f'"{_ARCHITECTURE_AXIS}' not in point:
+        return {}
+    axes = json.loads(point).items()
+    return {key: value for key, value in axes if key.startswith(_ARCHITECTURE_AXIS)}
+
+
+@dataclass(frozen=True)
+class _Cases:
+    """Columns of ``campaign_case``."""
+
+    scenarios: list[str]
+    architectures: list[str]
+    inside: array[int]
+    points: list[str]
+    tests: list[str]
+    results: list[str]
+
+    @classmethod
+    def read(cls, connection: Connection, campaign_id: str, wanted: frozenset[str]) -> _Cases:
+        query = (
+            "SELECT scenario, architecture, inside_odd, point, test_case_digest, result_digest "
+            "FROM campaign_case WHERE campaign_id = ? ORDER BY ordinal"
+        )
+        found = cls([], [], array("b"), [], [], [])
+        same: dict[str, str] = {}
+        for chunk in read_chunks(connection, query, campaign_id):
+            for scenario, architecture, inside, point, test, result in chunk:
+                if architecture in wanted:
+                    found.scenarios.append(same.setdefault(scenario, scenario))
+                    found.architectures.append(same.setdefault(architecture, architecture))
+                    found.inside.append(inside)
+                    found.points.append(point)
+                    found.tests.append(test)
+                    found.results.append(result)
+        return found
+
+
+def _judged_on(
+    connection: Connection, campaign_id: str, cases: _Cases
+) -> tuple[dict[str, str], Bools]:
+    """Give the digest of each FSR by id, and on which cases it is judged (N, F)."""
+    found = connection.exec_driver_sql(
+        "SELECT fsr_id, fsr_digest, architecture, scenario, applies, applicable "
+        "FROM campaign_fsr WHERE campaign_id = ? ORDER BY fsr_id",
+        (campaign_id,),
+    ).all()
+    digests = {str(item[0]): str(item[1]) for item in found}
+    place = {name: column for column, name in enumerate(digests)}
+    # Whether each is judged outside and inside the ODD.
+    asked: dict[tuple[str, str], Any] = {}
+    for fsr, _, architecture, scenario, applies, applicable in found:
+        wanted = asked.setdefault(
+            (architecture, scenario), np.zeros((2, len(place)), dtype=np.bool_)
+        )
+        wanted[:, place[fsr]] = applicable and np.array([applies != "inside", applies != "outside"])
+    none = np.zeros((2, len(place)), dtype=np.bool_)
+    keys = Labels.of(zip(cases.architectures, cases.scenarios, strict=True))
+    table = np.array([asked.get(key, none) for key in keys.words] or [none])
+    judged: Bools = table[keys.codes, np.array(cases.inside, dtype=np.int64)]
+    return digests, judged
+
+
+class _Verdicts:
+    """Verdicts of R runs on F FSRs."""
+
+    def __init__(self, runs: int, fsrs: int) -> None:
+        # One row more: what a case without a run points at.
+        shape = (runs + 1, fsrs)
+        self.code = np.full(shape, NOT_RUN, dtype=np.int64)
+        self.numbers = np.full((2, *shape), np.nan)
+        self.measured = np.full(shape, -1, dtype=np.int64)
+        self.signals: dict[tuple[str, str], int] = {}
+
+    def read(self, connection: Connection, numbers: Ints, fsrs: Mapping[str, str]) -> None:
+        if not len(numbers):
+            return
+        columns = _Codes({digest: column for column, digest in enumerate(fsrs.values())})
+        codes = {str(word): code for code, word in enumerate(VERDICTS)}
+        query = (
+            "SELECT run_number, fsr_digest, verdict, robustness_low, margin, unit, signal "
+            "FROM verdict WHERE run_number BETWEEN ? AND ?"
+        )
+        for chunk in read_chunks(connection, query, int(numbers[0]), int(numbers[-1])):
+            number, digest, verdict, robustness, margin, unit, signal = zip(*chunk, strict=True)
+            rows = _rows(numbers, number)
+            column = _coded(columns, digest)
+            kept = (rows >= 0) & (column >= 0)
+            places = rows[kept], column[kept]
+            self.code[places] = _coded(codes, verdict)[kept]
+            for place, values in enumerate((robustness, margin)):
+                self.numbers[place][places] = np.array(values, dtype=np.float64)[kept]
+            pairs = list(zip(unit, signal, strict=True))
+            for pair in dict.fromkeys(pairs):
+                if pair[0] is not None:
+                    self.signals.setdefault(pair, len(self.signals))
+            self.measured[places] = _coded(_Codes(self.signals), pairs)[kept]
+
+
+class _Codes(dict[Any, int]):
+    """Codes of words; -1 for every other."""
+
+    def __missing__(self, _: object) -> int:
+        return -1
+
+
+def _coded(codes: Mapping[Any, int], words: Sequence[Any]) -> Ints:
+    """Give the code of each word."""
+    return np.fromiter(map(codes.__getitem__, words), dtype=np.int64, count=len(words))
+
+
+class _Happened:
+    """Who had authority in R runs, and which sensor first saw the critical object when."""
+
+    def __init__(self, runs: int) -> None:
+        self.acting = np.zeros(runs + 1, dtype=np.int64)
+        self.has_object = np.zeros(runs + 1, dtype=np.bool_)
+        self.channels: dict[str, int] = {}
+        self.sensors: dict[str, int] = {}
+        self.seen_s = np.zeros((runs + 1, 0))
+
+    def read(self, connection: Connection, numbers: Ints) -> None:
+        if not len(numbers):
+            return
+        (distance,) = read_columns(
+            connection, "metric", "run_number", (_SEEN,), numbers.tolist(), np.float64
+        )
+        self.has_object[:-1] = np.isfinite(distance)
+        seen: list[tuple[Ints, Ints, Floats]] = []
+        query = (
+            "SELECT run_number, kind = 'switch', subject, time_s FROM event "
+            "WHERE run_number BETWEEN ? AND ? AND kind IN ('sensor', 'switch')"
+        )
+        for chunk in read_chunks(connection, query, int(numbers[0]), int(numbers[-1])):
+            number, is_switch, subject, time_s = zip(*chunk, strict=True)
+            rows = _rows(numbers, number)
+            switched = (rows >= 0) & np.array(is_switch, dtype=np.bool_)
+            found = (rows >= 0) & ~switched
+            names = np.zeros(len(rows), dtype=np.int64)
+            for known, own in ((self.channels, switched), (self.sensors, found)):
+                words = [subject[place] for place in np.flatnonzero(own).tolist()]
+                for word in dict.fromkeys(words):
+                    known.setdefault(word, len(known))
+                names[own] = _coded(known, words)
+            np.bitwise_or.at(self.acting, rows[switched], np.int64(1) << names[switched])
+            seen.append((rows[found], names[found], np.array(time_s, dtype=np.float64)[found]))
+        self.seen_s = np.full((len(self.acting), len(self.sensors)), np.nan)
+        for row, name, time in seen:
+            self.seen_s[row, name] = time
+
+
+def _rows(numbers: Ints, wanted: Sequence[int]) -> Ints:
+    """Find the rows of run numbers, -1 for those of other runs."""
+    given = np.array(wanted, dtype=np.int64)
+    rows = np.searchsorted(numbers, given)
+    rows[rows == len(numbers)] = 0
+    return np.where(numbers[rows] == given, rows, -1) if len(numbers) else given * 0 - 1

@@ -1,0 +1,105 @@
+"""``compare``: what is printed, which campaign is meant, what is refused."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.cli.compare import p_text, percent, place_text
+from tests.report.test_comparison import candidate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.project import Executed
+
+
+@pytest.fixture
+def db(folder: Path, suites: Executed) -> tuple[str, str]:
+    assert folder.is_dir()
+    return "--db", str(suites.db)
+
+
+def test_overview_comes_first_and_names_everything(adeye: Any, db: tuple[str, str]) -> None:
+    ended = adeye("compare", *db)
+    assert (ended.code, ended.err) == (0, "")
+    lines = ended.out.splitlines()
+    assert lines[0].split()[:2] == ["Architecture", "Cost"]
+    assert "camera_radar (gate)" in lines[2]
+    for part in ("dominated by no_radar", "chosen points", "p (Holm)", "2 of A",
+                 "What one sensor adds", "spare_camera", "detects the object"):  # fmt: skip
+        assert part in ended.out
+
+
+def test_json_is_one_document(adeye: Any, db: tuple[str, str], suites: Executed) -> None:
+    document = adeye("compare", *db, "--json", "--baseline", "legacy_camera").document
+    assert document["schema"] == "adeye/compare@1"
+    assert document["campaign"] == suites.summary.campaign
+    assert {item["a"] for item in document["pairs"]} == {"legacy_camera"}
+    assert document["confidence"] == 0.95
+
+
+@pytest.mark.parametrize("name", ["1", "suites", "odd"])
+def test_campaign_by_number_id_and_file(
+    adeye: Any, db: tuple[str, str], suites: Executed, name: str
+) -> None:
+    given = str(suites.project.odd) if name == "odd" else name
+    document = adeye("compare", given, "twin", "camera_radar", *db, "--json").document
+    assert [item["id"] for item in document["candidates"]] == ["camera_radar", "twin"]
+
+
+def test_architectures_alone_are_of_the_latest_campaign(adeye: Any, db: tuple[str, str]) -> None:
+    document = adeye("compare", "no_radar", "twin", *db, "--json").document
+    assert [item["id"] for item in document["candidates"]] == ["no_radar", "twin"]
+
+
+def test_objectives_and_epsilon(adeye: Any, db: tuple[str, str]) -> None:
+    given = ("--objectives", "cost, failures", "--epsilon", "cost=50")
+    document = adeye("compare", *db, "--json", *given).document
+    found = [(item["name"], item["epsilon"]) for item in document["objectives"]]
+    assert found == [("cost", 50.0), ("failures", 0.0)]
+
+
+def test_page_is_written(adeye: Any, db: tuple[str, str], folder: Path) -> None:
+    ended = adeye("compare", *db, "--html", "compared.html")
+    assert ended.code == 0
+    assert "wrote compared.html" in ended.err
+    text = (folder / "compared.html").read_text("utf-8")
+    assert "<svg" in text
+    assert "spare_camera" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("camera_radr", "twin"), "Did you mean 'camera_radar'"),
+        (("9f9f9f9f",), "there is none"),
+        (("missing.yaml",), "missing.yaml"),
+        (("twin",), "nothing to compare"),
+        (("--epsilon", "cost"), "NAME=SIZE"),
+        (("--epsilon", "prize=3"), "no objective 'prize'"),
+        (("--confidence", "2"), "confidence is 2"),
+        (("--objectives", ","), "no objective is given"),
+    ],
+)
+def test_what_cannot_be_compared_exits_2(
+    adeye: Any, db: tuple[str, str], arguments: tuple[str, ...], part: str
+) -> None:
+    ended = adeye("compare", *arguments, *db)
+    assert ended.code == 2
+    assert part in ended.err
+    assert ended.out == ""
+
+
+def test_odd_that_was_never_run_exits_2(adeye: Any, db: tuple[str, str], suites: Executed) -> None:
+    shipped = suites.project.folder / "odd" / "motorway_chauffeur.yaml"
+    ended = adeye("compare", str(shipped), *db)
+    assert ended.code == 2
+    assert "has no campaign" in ended.err
+
+
+def test_numbers_for_people() -> None:
+    assert percent(-0.5) == "\N{MINUS SIGN}50.0 %"
+    assert p_text(0.0009) == "< 0.001"
+    assert place_text(candidate("a", is_on_front=False)) == "\N{EN DASH}"

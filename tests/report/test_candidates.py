@@ -1,0 +1,194 @@
+"""Costs, the front, what one sensor adds, and who saw first."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adeye.evaluation.verdict import Verdict
+from adeye.report.candidates import cost_of, extra_sensor, measuring
+from adeye.report.compare import CompareOptions, compare
+from adeye.store.repository import Repository
+
+if TYPE_CHECKING:
+    from adeye.report.comparison import Comparison
+    from tests.project import Executed
+
+
+def compared(executed: Executed, **options: Any) -> Comparison:
+    with Repository.open(executed.db, create=False) as repository:
+        campaign = repository.find_campaign(executed.summary.campaign)
+        return compare(repository, campaign, CompareOptions(**options))
+
+
+@pytest.fixture(scope="module")
+def everything(suites: Executed) -> Comparison:
+    return compared(suites)
+
+
+def priced(declared: float, **parts: float) -> dict[str, Any]:
+    sensors = {name: {"cost": cost} for name, cost in parts.items()}
+    return {"cost": declared, "sensors": sensors, "channels": {"nominal": {"cost": 0.0}}}
+
+
+def test_declared_cost_is_the_total_where_it_covers_the_parts() -> None:
+    cost = cost_of(priced(300.0, camera=120.0, radar=90.0))
+    assert cost is not None
+    assert (cost.total, cost.declared) == (300.0, 300.0)
+    assert cost.parts == {"sensors.camera": 120.0, "sensors.radar": 90.0}
+
+
+def test_parts_that_cost_more_than_declared_are_the_total() -> None:
+    cost = cost_of(priced(100.0, camera=120.0))
+    assert cost is not None
+    assert cost.total == 120.0
+
+
+def test_what_declares_no_cost_is_not_free() -> None:
+    assert cost_of(priced(0.0, camera=0.0)) is None
+
+
+def test_sensors_that_measure_and_feed_a_channel() -> None:
+    content = {
+        "sensors": {
+            "camera": {"kind": "camera"},
+            "spare": {"kind": "camera"},
+            "truth": {"kind": "ground_truth"},
+            "place": {"kind": "localisation"},
+        },
+        "channels": {"nominal": {"links": ["camera", "place", "truth", "switch"]}},
+    }
+    assert measuring(content) == ["camera"]
+
+
+def parts(*sensors: str, rate: float = 20.0) -> dict[str, Any]:
+    return {
+        "vehicle": {"length": 4.9},
+        "sensors": {name: {"rate": rate} for name in sensors},
+        "channels": {"nominal": {"links": list(sensors)}},
+    }
+
+
+def test_sensor_that_one_has_more_is_named_and_only_if_all_else_is_equal() -> None:
+    assert extra_sensor(parts("camera", "radar"), parts("camera")) == "radar"
+    assert extra_sensor(parts("camera"), parts("camera", "radar")) is None
+    assert extra_sensor(parts("camera", "radar"), parts("camera", rate=10.0)) is None
+    assert extra_sensor(parts("camera", "radar", "lidar"), parts("camera")) is None
+    assert extra_sensor(parts("camera", "radar"), parts("lidar")) is None
+
+
+def test_leave_one_out_is_found_in_the_campaign(everything: Comparison) -> None:
+    found = {(item.sensor, item.with_it, item.without_it) for item in everything.contributions}
+    assert ("front_radar", "camera_radar", "no_radar") in found
+    assert ("spare_camera", "spare", "camera_radar") in found
+    assert not any("legacy_camera" in item for item in found)
+    for item in everything.contributions:
+        if item.sensor == "spare_camera":
+            assert (item.rescued, item.harmed, item.cost) == (0, 0, 40.0)
+
+
+def test_dearer_copy_is_dominated_by_the_original(suites: Executed) -> None:
+    everything = compared(suites, architectures=("camera_radar", "twin", "spare"))
+    original, twin = everything.candidate("camera_radar"), everything.candidate("twin")
+    assert (twin.failing, twin.availability) == (original.failing, original.availability)
+    assert twin.cost is not None
+    assert (original.is_on_front, twin.is_on_front, twin.dominated_by) == (
+        True, False, "camera_radar",
+    )  # fmt: skip
+    assert everything.candidate("spare").dominated_by == "camera_radar"
+
+
+def test_epsilon_takes_a_small_advantage_away(suites: Executed) -> None:
+    chosen = {
+        "architectures": ("camera_radar", "legacy_camera"),
+        "objectives": ("cost", "failures"),
+    }
+    exact = compared(suites, **chosen)
+    rough = compared(suites, **chosen, epsilon={"failures": 1000.0})
+    assert exact.candidate("camera_radar").is_on_front
+    assert rough.candidate("camera_radar").dominated_by == "legacy_camera"
+
+
+def test_objectives_are_those_asked_for(suites: Executed) -> None:
+    names = ("camera_radar", "twin", "no_radar")
+    found = compared(suites, architectures=names, objectives=("margin", "cost"))
+    assert [item.name for item in found.objectives] == ["margin", "cost"]
+    for item in found.candidates:
+        assert item.values["margin"] == item.worst_margin
+
+
+def test_margin_of_a_violation_without_a_number_is_not_known(suites: Executed) -> None:
+    found = compared(suites, objectives=("margin", "cost"))
+    assert found.left_out == ("margin: not known for legacy_camera",)
+
+
+def test_objective_that_is_not_known_for_all_is_left_out_and_said(suites: Executed) -> None:
+    with Repository.open(suites.db, create=False) as repository:
+        campaign = repository.find_campaign(suites.summary.campaign)
+        odd = repository.content("odd", campaign.odd_digest)
+        for part in odd["architectures"]["twin"]["sensors"].values():
+            part["cost"] = 0.0
+        odd["architectures"]["twin"]["cost"] = 0.0
+
+        class Priceless:
+            """The same database, and nobody says what the twin costs."""
+
+            def __getattr__(self, name: str) -> Any:
+                return getattr(repository, name)
+
+            def content(self, *_: str) -> Any:
+                return odd
+
+        found = compare(Priceless(), campaign)  # type: ignore[arg-type]
+    assert found.left_out == ("cost: not known for twin",)
+    assert found.candidate("twin").cost is None
+
+
+def test_cheapest_passes_every_mandatory_fsr(everything: Comparison) -> None:
+    for name in everything.cheapest:
+        item = everything.candidate(name)
+        assert item.mandatory > 0
+        assert item.unmet == ()
+    met = [item for item in everything.candidates if not item.unmet]
+    assert bool(met) == bool(everything.cheapest)
+
+
+def test_unmet_fsrs_are_those_of_the_gate(suites: Executed, everything: Comparison) -> None:
+    with Repository.open(suites.db, create=False) as repository:
+        gate = repository.gate(suites.summary.campaign)
+    for candidate in everything.candidates:
+        own = [item for item in gate if item.architecture == candidate.id]
+        assert candidate.mandatory == len(own) > 0
+        assert {(item.fsr, item.verdict) for item in candidate.unmet} == {
+            (item.fsr, item.verdict) for item in own if item.verdict is not Verdict.PASS
+        }
+
+
+def test_sightings_add_up(everything: Comparison) -> None:
+    by_name = {(item.architecture, item.sensor): item for item in everything.sightings}
+    assert ("spare", "spare_camera") not in by_name
+    for name in ("camera_radar", "twin", "spare"):
+        camera, radar = by_name[name, "front_camera"], by_name[name, "front_radar"]
+        assert camera.runs == radar.runs > 0
+        assert camera.shared == radar.shared
+        assert camera.first + radar.first + camera.shared <= camera.runs
+    alone = by_name["no_radar", "front_camera"]
+    assert (alone.first, alone.shared, alone.only) == (alone.runs - alone.never, 0, alone.first)
+    assert alone.lead_s is None
+
+
+def test_first_sighting_is_the_time_of_the_detection_metric(suites: Executed) -> None:
+    with Repository.open(suites.db, create=False) as repository:
+        found = repository.compared(suites.summary.campaign, ("camera_radar",))
+        times = []
+        for digest in found.result:
+            stored = repository.run_row(digest)
+            assert stored is not None
+            metric = stored.metrics["first_detection_distance_m"]
+            is_seen = metric.status == "value" and metric.value != 0.0
+            times.append(metric.time_s if is_seen and metric.time_s is not None else np.nan)
+    earliest = np.where(np.isfinite(found.seen_s), found.seen_s, np.inf).min(axis=1)
+    assert np.isfinite(times).any()
+    assert np.array_equal(np.where(np.isinf(earliest), np.nan, earliest), times, equal_nan=True)

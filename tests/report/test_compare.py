@@ -1,0 +1,199 @@
+"""Comparison of a small executed campaign: laws, counts that agree with SQL, what is refused."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.errors import UsageError
+from adeye.report.compare import CompareOptions, compare, overview
+from adeye.store.repository import Repository
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.report.comparison import Comparison, Difference
+    from tests.project import Executed
+
+
+def compared(executed: Executed, **options: Any) -> Comparison:
+    with Repository.open(executed.db, create=False) as repository:
+        campaign = repository.find_campaign(executed.summary.campaign)
+        return compare(repository, campaign, CompareOptions(**options))
+
+
+@pytest.fixture(scope="module")
+def everything(suites: Executed) -> Comparison:
+    return compared(suites)
+
+
+def is_same(items: Sequence[Difference]) -> bool:
+    moved = [item.margin for item in items if item.margin is not None]
+    return (
+        len(items) > 0
+        and len(moved) > 0
+        and all(item.only_a_fails == item.only_b_fails == 0 for item in items)
+        and all(
+            (item.least, item.mean, item.median, item.greatest) == (0, 0, 0, 0) for item in moved
+        )
+        and all(set(item.verdicts) <= {f"{word}/{word}" for word in WORDS} for item in items)
+    )
+
+
+WORDS = ("PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "INVALID", "ERROR", "NOT_RUN")
+
+
+@pytest.mark.parametrize("copy", ["twin", "spare"])
+def test_copy_and_one_with_a_sensor_that_nobody_reads_differ_in_nothing(
+    everything: Comparison, copy: str
+) -> None:
+    found = [item for item in everything.differences if {item.a, item.b} == {"camera_radar", copy}]
+    assert is_same(found)
+    for item in found:
+        if item.inference is not None:
+            assert (item.inference.p, item.inference.p_adjusted, item.inference.difference) == (
+                1, 1, 0,
+            )  # fmt: skip
+
+
+def test_law_of_the_copy_can_fail(everything: Comparison) -> None:
+    assert not is_same(everything.differences_of("camera_radar", "legacy_camera"))
+
+
+def test_counts_are_those_of_the_documented_view(suites: Executed, everything: Comparison) -> None:
+    counted: Counter[tuple[str, ...]] = Counter()
+    with sqlite3.connect(suites.db) as connection:
+        rows = connection.execute(
+            "SELECT verdicts_a, verdicts_b FROM v_architecture_pairs "
+            "WHERE architecture_a = 'camera_radar' AND architecture_b = 'legacy_camera'"
+        ).fetchall()
+    connection.close()
+    for a, b in rows:
+        first, second = json.loads(a), json.loads(b)
+        for fsr in first.keys() & second.keys():
+            counted[fsr, first[fsr], second[fsr]] += 1
+    (pair,) = [
+        item for item in everything.pairs if (item.a, item.b) == ("camera_radar", "legacy_camera")
+    ]
+    assert pair.pairs == len(rows)
+    found: Counter[tuple[str, ...]] = Counter(
+        {
+            (item.fsr, *words.split("/")): count
+            for item in everything.differences_of("camera_radar", "legacy_camera")
+            for words, count in item.verdicts.items()
+        }
+    )
+    assert found == counted
+
+
+def test_fault_in_a_part_that_one_lacks_leaves_cases_without_a_partner(
+    everything: Comparison,
+) -> None:
+    pairs = {(item.a, item.b): item for item in everything.pairs}
+    assert (pairs["camera_radar", "no_radar"].only_a, pairs["camera_radar", "no_radar"].only_b) == (
+        2, 0,
+    )  # fmt: skip
+    assert pairs["camera_radar", "no_radar"].pairs == 26
+    assert pairs["camera_radar", "twin"].only_a == 0
+    assert {item.cases for item in everything.candidates} == {26}
+
+
+def test_grid_gets_no_probability_and_a_random_design_does(everything: Comparison) -> None:
+    by_scenario: dict[str, set[bool]] = {"cut_in": set(), "lead_braking": set(), "": set()}
+    for item in everything.differences:
+        if item.kind != "category":
+            by_scenario[item.cluster].add(item.inference is not None)
+            if item.inference is None or item.undecided:
+                assert item.margin is None or item.margin.interval is None
+    assert by_scenario == {"cut_in": {True}, "lead_braking": {False}, "": {False}}
+    assert any("chosen points" in text for text in everything.statements)
+    assert any("drawn uniformly" in text for text in everything.statements)
+
+
+def test_unit_is_the_drawn_point_not_the_run(everything: Comparison) -> None:
+    found = [item for item in everything.differences if item.cluster == "cut_in"]
+    assert {item.pairs for item in found} == {24}
+    assert {item.inference.units for item in found if item.inference is not None} == {12}
+
+
+def test_random_design_gives_margins_an_interval(everything: Comparison) -> None:
+    ranges = [
+        item.margin.interval
+        for item in everything.differences
+        if item.margin is not None and (item.b, item.fsr) == ("no_radar", "FSR-02")
+    ]
+    assert any(item is not None and item.low < item.high for item in ranges)
+
+
+def test_baseline_is_the_one_that_all_others_are_compared_with(suites: Executed) -> None:
+    found = compared(suites, baseline="legacy_camera", architectures=("twin", "camera_radar"))
+    assert [(item.a, item.b) for item in found.pairs] == [
+        ("legacy_camera", "camera_radar"),
+        ("legacy_camera", "twin"),
+    ]
+
+
+def test_same_question_has_the_same_answer(suites: Executed, everything: Comparison) -> None:
+    assert compared(suites).model_dump_json() == everything.model_dump_json()
+
+
+def test_wider_confidence_gives_wider_intervals(suites: Executed) -> None:
+    names = ("camera_radar", "legacy_camera")
+    narrow, wide = (
+        [
+            item.inference.interval
+            for item in compared(suites, architectures=names, confidence=level).differences
+            if item.inference is not None
+        ]
+        for level in (0.8, 0.99)
+    )
+    assert narrow != wide
+    for inner, outer in zip(narrow, wide, strict=True):
+        assert outer.low <= inner.low <= inner.high <= outer.high
+
+
+def test_incomplete_pairs_are_counted_and_never_pass(suites: Executed, tmp_path: Any) -> None:
+    db = tmp_path / "part.db"
+    plan = suites.project.plan()
+    with Repository.open(db) as repository:
+        planned = repository.plan_campaign(plan.record(), plan.planned())
+        found = compare(repository, repository.find_campaign(planned.campaign))
+    assert all(item.incomplete == item.pairs > 0 for item in found.pairs)
+    assert all(item.undecided == item.pairs for item in found.differences)
+    assert all(item.undecided == item.cases and item.unmet for item in found.candidates)
+    assert found.cheapest == ()
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        ({"architectures": ("camera_radr", "twin")}, "Did you mean 'camera_radar'"),
+        ({"architectures": ("twin",)}, "nothing to compare 'twin' with"),
+        ({"baseline": "unheard_of"}, "no architecture 'unheard_of'"),
+        ({"confidence": 1.0}, "confidence is 1"),
+        ({"objectives": ("price",)}, "no objective 'price'"),
+        ({"objectives": ()}, "no objective is given"),
+        ({"epsilon": {"cost": -1.0}}, "epsilon of cost is -1"),
+        ({"epsilon": {"prize": 1.0}}, "no objective 'prize'"),
+    ],
+)
+def test_wrong_question_is_refused(suites: Executed, options: Any, part: str) -> None:
+    with pytest.raises(UsageError, match=part):
+        compared(suites, **options)
+
+
+def test_report_shows_no_comparison_of_one(suites: Executed, mini: Executed) -> None:
+    with Repository.open(mini.db, create=False) as repository:
+        campaign = repository.find_campaign(mini.summary.campaign)
+        odd = repository.content("odd", campaign.odd_digest)
+        one = {**odd, "architectures": {"camera_radar": odd["architectures"]["camera_radar"]}}
+        assert overview(repository, campaign, one) is None
+        both = overview(repository, campaign, odd)
+    assert both is not None
+    assert both.baseline == "camera_radar"
+    assert {item.kind for item in both.differences} == {"all"}
+    assert suites.db != mini.db

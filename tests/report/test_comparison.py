@@ -1,0 +1,154 @@
+"""The record of a comparison refuses to contradict itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from adeye.evaluation.verdict import Verdict
+from adeye.report.comparison import (
+    Candidate,
+    Comparison,
+    Cost,
+    Difference,
+    MarginDifference,
+    Objective,
+    Pair,
+    Unmet,
+)
+
+
+def candidate(name: str, **changes: Any) -> Candidate:
+    """Return a candidate of a comparison."""
+    content: dict[str, Any] = {
+        "id": name,
+        "title": name,
+        "is_gate": False,
+        "cost": Cost(total=100.0, declared=100.0, parts={"sensors.camera": 60.0}),
+        "mandatory": 3,
+        "unmet": (),
+        "cases": 40,
+        "failing": 0,
+        "undecided": 0,
+        "worst_margin": 0.5,
+        "worst_fsr": "FSR-02",
+        "worst_run": "ab" * 32,
+        "availability": 0.975,
+        "fault_free": 40,
+        "values": {"failures": 0.0, "cost": 100.0},
+        "is_on_front": True,
+    }
+    return Candidate(**{**content, **changes})
+
+
+def difference(**changes: Any) -> Difference:
+    """Return a difference of one FSR."""
+    content: dict[str, Any] = {
+        "fsr": "FSR-02",
+        "a": "camera_radar",
+        "b": "legacy_camera",
+        "kind": "all",
+        "cluster": "",
+        "pairs": 40,
+        "both_pass": 30,
+        "only_a_fails": 1,
+        "only_b_fails": 5,
+        "both_fail": 0,
+        "neutral": 3,
+        "undecided": 1,
+        "verdicts": {"PASS/PASS": 30, "FAIL/PASS": 1, "PASS/FAIL": 5, "VACUOUS/PASS": 3,
+                     "PASS/NOT_RUN": 1},
+        "difference": 4 / 39,
+        "margin": MarginDifference(
+            unit="m", is_normalised=False, pairs=36, mean=-1.0, median=-0.5, least=-4.0,
+            greatest=1.0, least_run_a="cd" * 32, least_run_b="ef" * 32,
+        ),
+    }  # fmt: skip
+    return Difference(**{**content, **changes})
+
+
+def comparison(**changes: Any) -> Comparison:
+    """Return a comparison of three candidates."""
+    content: dict[str, Any] = {
+        "campaign": "c" * 32,
+        "odd": "motorway",
+        "title": "A motorway",
+        "baseline": None,
+        "confidence": 0.95,
+        "designs": {"cut_in": "full_factorial"},
+        "statements": ("Chosen points.",),
+        "objectives": (Objective(name="failures", better="lower"),),
+        "left_out": (),
+        "candidates": (
+            candidate(
+                "camera_radar", is_gate=True, cost=Cost(total=270.0, declared=270.0, parts={})
+            ),
+            candidate(
+                "legacy_camera",
+                failing=9,
+                unmet=(
+                    Unmet(fsr="FSR-02", verdict=Verdict.FAIL),
+                    Unmet(fsr="FSR-07", verdict=None),
+                ),
+            ),
+            candidate(
+                "lidar",
+                cost=Cost(total=500.0, declared=0.0, parts={"sensors.lidar": 500.0}),
+                is_on_front=False,
+                dominated_by="camera_radar",
+                failing=2,
+            ),
+        ),
+        "fsrs": ("FSR-02",),
+        "pairs": (
+            Pair(a="camera_radar", b="legacy_camera", pairs=40, incomplete=1, only_a=2, only_b=0),
+        ),
+        "differences": (difference(),),
+        "contributions": (),
+        "sightings": (),
+        "cheapest": ("camera_radar",),
+    }
+    return Comparison(**{**content, **changes})
+
+
+def test_counts_must_add_up() -> None:
+    with pytest.raises(ValidationError, match="are not 41 pairs"):
+        difference(pairs=41)
+    with pytest.raises(ValidationError, match="are not 40 pairs"):
+        difference(verdicts={"PASS/PASS": 40, "PASS/FAIL": 1})
+
+
+def test_who_is_named_must_be_there() -> None:
+    with pytest.raises(ValidationError, match="unheard_of"):
+        comparison(cheapest=("unheard_of",))
+
+
+def test_cheapest_must_meet_everything() -> None:
+    with pytest.raises(ValidationError, match="meeting everything"):
+        comparison(cheapest=("legacy_camera",))
+
+
+def test_nobody_is_on_the_front_and_dominated() -> None:
+    with pytest.raises(ValidationError, match="on the front and dominated"):
+        comparison(candidates=(candidate("camera_radar", dominated_by="legacy_camera"),
+                               candidate("legacy_camera")))  # fmt: skip
+
+
+def test_difference_is_one_if_verdicts_or_margins_move() -> None:
+    assert difference().is_different
+    margin = difference().margin
+    assert margin is not None
+    still = margin.model_copy(update={"least": 0.0, "greatest": 0.0})
+    same = {"only_a_fails": 0, "only_b_fails": 0, "both_fail": 6}
+    assert difference(**same).is_different
+    assert not difference(**same, margin=still).is_different
+    assert not difference(**same, margin=None).is_different
+
+
+def test_lookups() -> None:
+    found = comparison()
+    assert found.candidate("lidar").dominated_by == "camera_radar"
+    assert found.differences_of("camera_radar", "legacy_camera") == list(found.differences)
+    assert found.differences_of("camera_radar", "legacy_camera", "scenario") == []

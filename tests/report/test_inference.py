@@ -1,0 +1,145 @@
+"""What a random design allows to say, and what nothing allows."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.evaluation.judgement import FAIL, INCONCLUSIVE, PASS, VACUOUS
+from adeye.evaluation.statistics import mcnemar_p
+from adeye.report.inference import MarginBootstrap, Matched, PointCounts, Units, infer
+from adeye.store.figures import Labels
+
+
+def matched(change: list[float]) -> Matched:
+    rows = np.arange(len(change))
+    return Matched("a", "b", rows, rows, np.array(change)[:, np.newaxis], ("m",), (False,))
+
+
+def cases(points: list[int], verdict: list[int], scenarios: list[str] | None = None) -> Any:
+    return SimpleNamespace(
+        point=np.array(points),
+        verdict=np.array(verdict)[:, np.newaxis],
+        scenario=Labels.of(scenarios or ["cut_in"] * len(points)),
+        fsrs=("FSR-01",),
+    )
+
+
+def test_point_fails_if_any_of_its_runs_does() -> None:
+    compared = cases([0, 0, 1, 1, 2, 3], [PASS, FAIL, PASS, VACUOUS, INCONCLUSIVE, PASS])
+    pair = Matched(
+        "a", "b", np.array([0, 1, 2, 3, 4]), np.array([5, 5, 5, 5, 5]), np.zeros((5, 1)),
+        ("m",), (False,),
+    )  # fmt: skip
+    units = Units.of(compared, pair)
+    assert units.counts([0], 0) == PointCounts(only_a=1, neither=1, open_held=1)
+    assert units.counts([1], 0).units == 0
+
+
+def test_p_values_are_adjusted_over_all_that_is_tested_together() -> None:
+    found = infer(
+        [
+            PointCounts(only_a=8, only_b=1, neither=11),
+            PointCounts(),
+            PointCounts(only_b=6, neither=14),
+        ],
+        0.95,
+    )
+    assert found[1] is None
+    first, third = found[0], found[2]
+    assert first is not None
+    assert third is not None
+    assert (first.p, third.p) == (mcnemar_p(8, 1), mcnemar_p(0, 6))
+    assert third.p_adjusted == pytest.approx(2.0 * third.p)
+    assert first.p_adjusted == pytest.approx(max(2.0 * third.p, first.p))
+    assert first.difference == pytest.approx(-7 / 20)
+    assert first.interval.low <= first.difference <= first.interval.high
+
+
+def test_undecided_points_speak_against_a_difference() -> None:
+    for undecided in range(12):
+        item = PointCounts(only_b=8, neither=12 - undecided, open_open=undecided)
+        assert item.p == mcnemar_p(min(8, undecided), 8) >= mcnemar_p(0, 8)
+    assert PointCounts(open_open=5).p == 1.0
+
+
+def test_point_in_which_one_failed_for_sure_speaks_only_as_it_can() -> None:
+    # A failed, and B is open: it may be that only A failed, never that only B did.
+    assert PointCounts(only_a=8, neither=9, failed_open=3).p == mcnemar_p(8, 0)
+    assert PointCounts(only_a=8, neither=9, held_open=3).p == mcnemar_p(8, 3)
+    assert PointCounts(only_b=8, neither=9, open_failed=3).p == mcnemar_p(0, 8)
+    assert PointCounts(only_b=8, neither=9, open_held=3).p == mcnemar_p(3, 8)
+
+
+@pytest.mark.parametrize(
+    ("what", "ends"),
+    [
+        ("held_open", ("neither", "only_b")),
+        ("open_held", ("neither", "only_a")),
+        ("open_failed", ("both", "only_b")),
+        ("failed_open", ("both", "only_a")),
+        ("open_open", ("neither", "both", "only_a", "only_b")),
+    ],
+)
+def test_interval_holds_whatever_the_undecided_points_are(what: str, ends: tuple[str, ...]) -> None:
+    known = {"both": 3, "only_a": 2, "only_b": 6, "neither": 9}
+    outer = PointCounts(**known, **{what: 4}).range(0.95)
+    extremes = [PointCounts(**{**known, end: known[end] + 4}).range(0.95) for end in ends]
+    assert outer.low == min(item.low for item in extremes)
+    assert outer.high == max(item.high for item in extremes)
+
+
+def test_grid_has_no_bootstrap() -> None:
+    compared = cases(list(range(20)), [PASS] * 20)
+    bootstrap = MarginBootstrap(compared, [matched([1.0] * 20)], {"cut_in": "full_factorial"})
+    with pytest.raises(KeyError):
+        bootstrap.interval([0], 0, 0, 0.95)
+
+
+def test_fewer_than_ten_points_have_no_interval() -> None:
+    for points, is_there in ((9, False), (10, True)):
+        compared = cases(list(range(points)), [PASS] * points)
+        pair = matched([float(at % 3) for at in range(points)])
+        found = MarginBootstrap(compared, [pair], {"cut_in": "random"}).interval([0], 0, 0, 0.95)
+        assert (found is not None) is is_there
+
+
+def test_interval_of_a_shift_holds_the_mean_and_moves_with_it() -> None:
+    compared = cases(list(range(40)), [PASS] * 40)
+    base = [math.sin(at) for at in range(40)]
+    low, high = (
+        MarginBootstrap(
+            compared, [matched([value + shift for value in base])], {"cut_in": "random"}
+        ).interval([0], 0, 0, 0.95)
+        for shift in (0.0, 2.0)
+    )
+    assert low is not None
+    assert high is not None
+    assert low.low < sum(base) / 40 < low.high
+    assert high.low - low.low == pytest.approx(2.0, abs=1e-5)
+    assert high.high - low.high == pytest.approx(2.0, abs=1e-5)
+
+
+def test_missing_margins_are_left_out_of_the_mean_not_zero() -> None:
+    compared = cases(list(range(40)), [PASS] * 40)
+    change = [5.0 if at % 2 else math.nan for at in range(40)]
+    found = MarginBootstrap(compared, [matched(change)], {"cut_in": "random"}).interval(
+        [0], 0, 0, 0.95
+    )
+    assert found is not None
+    assert (found.low, found.high) == (5.0, 5.0)
+
+
+def test_what_else_is_compared_does_not_move_an_interval() -> None:
+    compared = cases(list(range(30)), [PASS] * 30)
+    own, other = (
+        matched([math.sin(at) for at in range(30)]),
+        matched([float(at) for at in range(30)]),
+    )
+    alone = MarginBootstrap(compared, [own], {"cut_in": "random"}).interval([0], 0, 0, 0.9)
+    beside = MarginBootstrap(compared, [other, own], {"cut_in": "random"}).interval([0], 1, 0, 0.9)
+    assert alone == beside

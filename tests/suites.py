@@ -1,0 +1,70 @@
+"""A small campaign to compare: a copy, a suite with a spare part, one without a radar."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
+
+from tests.project import CANDIDATE, Executed, Project
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SUITES: dict[str, Any] = {
+    "odd": "suites",
+    "scenarios": [
+        {
+            "use": "cut_in",
+            "faults": ["none", "nominal_silent"],
+            "sweep": {
+                "design": "random",
+                "samples": 12,
+                "parameters": {"ego_speed": ["80 km/h", "120 km/h"], "gap": ["15 m", "50 m"]},
+            },
+        },
+        {
+            "use": "lead_braking",
+            "faults": ["none", "front_radar_out"],
+            "sweep": {"parameters": {"deceleration": ["4 m/s^2", "6 m/s^2"]}},
+        },
+    ],
+    "faults": [
+        {
+            "id": "nominal_silent",
+            "target": "channels.nominal",
+            "model": "silent",
+            "onset": {"when": "time >= 3 s"},
+        },
+        {
+            "id": "front_radar_out",
+            "target": "sensors.front_radar",
+            "model": "drop_out",
+            "onset": {"at": "2 s"},
+            "duration": "3 s",
+        },
+    ],
+    "architectures": [
+        f"architectures/{name}.yaml"
+        for name in ("camera_radar", "twin", "spare", "no_radar", "legacy_camera")
+    ],
+    "concept": "concepts/motorway_chauffeur.yaml",
+    "gate": {"architectures": ["camera_radar"]},
+    "step": "0.05 s",
+    "seed": 7,
+}
+
+
+def build_suites(folder: Path) -> Executed:
+    """Write the architectures beside the shipped ones and run them all."""
+    project = Project(folder, SUITES)
+    candidate = project.read(CANDIDATE)
+    twin = {**deepcopy(candidate), "architecture": "twin", "title": "A copy", "cost": 300}
+    spare = {**deepcopy(candidate), "architecture": "spare", "title": "One that nobody uses"}
+    spare["sensors"]["spare_camera"] = {**spare["sensors"]["front_camera"], "cost": 40}
+    bare = {**deepcopy(candidate), "architecture": "no_radar", "title": "Less", "cost": 180}
+    del bare["sensors"]["front_radar"]
+    bare["channels"]["nominal"]["links"].remove("front_radar")
+    for content in (twin, spare, bare):
+        project.write(f"odd/architectures/{content['architecture']}.yaml", content)
+    plan = project.plan()
+    return Executed(project, plan, project.run(), project.db)
