@@ -1,0 +1,147 @@
+"""How far a sensor detects by its own geometry and power, and how fast that lets a vehicle go.
+
+Weather is not in here: it shortens what these give (``adeye/world/weather.py``).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from adeye.kernel.criticality import stopping_distance
+from adeye.kernel.elementary import atan, log, sin_cos
+from adeye.kernel.jit import compiled
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = [
+    "contrast_range",
+    "cross_section_range",
+    "focal_length",
+    "needed_ranges",
+    "pixel_range",
+    "speed_within",
+    "sure_beams",
+]
+
+
+@compiled
+def focal_length(columns: float, field_of_view: float) -> float:
+    """Return the focal length of a pinhole camera in pixels, ``columns / (2 tan(angle / 2))``.
+
+    Args:
+        columns: Of the image.
+        field_of_view: Horizontal, 0 to pi [rad].
+    """
+    sine, cosine = sin_cos(0.5 * field_of_view)
+    return 0.5 * columns * cosine / sine
+
+
+@compiled
+def pixel_range(height: float, focal: float, rows: float) -> float:
+    """Return the depth to which an object fills so many rows of the image, ``focal height / rows``.
+
+    Args:
+        height: Of the object [m].
+        focal: Focal length [px].
+        rows: Least rows, > 0.
+    """
+    return focal * height / rows
+
+
+@compiled
+def contrast_range(contrast: float, threshold: float, extinction: float) -> float:
+    """Return the range to which an object stands out from its background [m].
+
+    Its contrast falls with ``exp(-extinction distance)`` (Koschmieder 1924).
+
+    Args:
+        contrast: Close by, 0 to 1.
+        threshold: Least contrast that is detected, > 0.
+        extinction: >= 0 [1/m].
+
+    Returns:
+        0 where it does not stand out at all, infinity in clear air.
+    """
+    if math.isnan(contrast + threshold + extinction):
+        return math.nan
+    if contrast < threshold:
+        return 0.0
+    if extinction <= 0.0:
+        return math.inf
+    return log(contrast / threshold) / extinction
+
+
+@compiled
+def cross_section_range(reference_range: float, cross_section: float, reference: float) -> float:
+    """Return the range at which a radar target is as strong as the reference target at its range.
+
+    The received power goes with ``cross_section / range**4``.
+
+    Args:
+        reference_range: [m].
+        cross_section: Of the target, >= 0 [m²].
+        reference: Cross section of the reference target, > 0 [m²].
+
+    Source:
+        Skolnik, Introduction to Radar Systems, 3rd ed., eq. 1.6 (the radar equation).
+    """
+    return reference_range * math.sqrt(math.sqrt(cross_section / reference))
+
+
+@compiled
+def sure_beams(width: float, distance: float, spacing: float) -> float:
+    """Return how many beams of a fan hit a face for sure, wherever it stands between them.
+
+    Args:
+        width: Of the face, across the line of sight [m].
+        distance: To it, > 0 [m].
+        spacing: Angle between two beams, > 0 [rad].
+    """
+    angle = 2.0 * atan(0.5 * width / distance)
+    # An angle of n spacings holds n beams or n + 1; rounding must not take one away.
+    return float(math.floor(angle / spacing + 1e-9))
+
+
+@compiled
+def speed_within(distance: float, delay: float, deceleration: float) -> float:
+    """Return the speed from which a vehicle stops within a distance [m/s].
+
+    The inverse of ``criticality.stopping_distance``: the root of
+    ``v delay + v**2 / (2 deceleration) = distance``.
+
+    Args:
+        distance: [m].
+        delay: >= 0 [s].
+        deceleration: [m/s²].
+
+    Returns:
+        0 without distance or without brakes.
+    """
+    if math.isnan(distance + delay + deceleration):
+        return math.nan
+    if distance <= 0.0 or deceleration <= 0.0:
+        return 0.0
+    # The usual form of the root would lose digits where the delay is long.
+    return 2.0 * distance / (delay + math.sqrt(delay * delay + 2.0 * distance / deceleration))
+
+
+@compiled
+def needed_ranges(
+    speeds: Floats, delay: float, deceleration: float, margin: float, out: Floats
+) -> None:
+    """Compute the range from which a vehicle comes to rest with a margin, at many speeds.
+
+    Args:
+        speeds: Closing speeds (N,) [m/s]; a negative one needs the margin only.
+        delay: From a thing in sight to acting brakes [s].
+        deceleration: [m/s²].
+        margin: Gap that is left [m].
+        out: (N,) [m].
+    """
+    for row in range(len(speeds)):
+        out[row] = stopping_distance(speeds[row], delay, deceleration) + margin
