@@ -116,7 +116,7 @@ def _resources(files: OddFiles | None) -> Mapping[str, Sequence[str]]:
 
 
 def _write(suites: Sequence[Suite], files: OddFiles | None, path: Path) -> None:
-    from adeye.report.suites import write_suites
+    from adeye.report.suite_page import write_suites
 
     write_suites(suites, path, title="" if files is None else files.odd.spec.title)
     wrote(path)

@@ -7,20 +7,27 @@ from collections import Counter
 from typing import TYPE_CHECKING, Final
 
 from adeye.cli.output import NONE, clean, emit, emit_table, listed
+from adeye.report.suite_words import (
+    KMH,
+    forward_text,
+    left_speed,
+    metres,
+    percent,
+    speed_text,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from adeye.evaluation.suite.results import (
         BlindSpot,
-        ForwardRange,
         Removal,
         SpeedRange,
         Suite,
         ZoneCoverage,
     )
+    from adeye.evaluation.suite.zones import Zone
 
-_KMH: Final = 3.6
 _STOPPED: Final = "stopped_car"
 _DIRECTIONS: Final = {
     0: "ahead",
@@ -43,9 +50,8 @@ def print_suites(suites: Sequence[Suite]) -> None:
     _overview(suites)
     _speeds(suites)
     _slack(suites)
-    conditions = suites[0].conditions
-    for condition in dict.fromkeys((conditions[0].id, conditions[-1].id)):
-        _coverage(suites, condition)
+    _coverage(suites)
+    _coverage_by_condition(suites)
     _blind(suites)
     _bearings(suites)
     _removals(suites)
@@ -53,6 +59,7 @@ def print_suites(suites: Sequence[Suite]) -> None:
 
 
 def _overview(suites: Sequence[Suite]) -> None:
+    names = _names(suites)
     rows = []
     for suite in suites:
         kinds = Counter(sensor.kind for sensor in suite.sensors)
@@ -61,12 +68,17 @@ def _overview(suites: Sequence[Suite]) -> None:
                 suite.architecture,
                 listed(f"{count} {kind}" for kind, count in kinds.items()),
                 f"{suite.sensor_cost:g}",
+                "/".join(left_speed(suite.whole.all_cases_mps[name]) for name in names),
                 suite.critical or NONE,
-                listed(item.id for item in suite.not_analysed),
             ]
         )
-    headers = ("Architecture", "Sensors", "Sensor cost", "Critical sensor", "Not analysed")
-    emit_table(headers, rows, right=("Sensor cost",))
+    speed = f"km/h in {'/'.join(names)}"
+    headers = ("Architecture", "Sensors", "Cost", speed, "Critical")
+    emit_table(headers, rows, right=("Cost",))
+
+
+def _names(suites: Sequence[Suite]) -> list[str]:
+    return [condition.id for condition in suites[0].conditions]
 
 
 def _speeds(suites: Sequence[Suite]) -> None:
@@ -77,51 +89,25 @@ def _speeds(suites: Sequence[Suite]) -> None:
         shown = condition.id
         for case in dict.fromkeys(item.case for item in suites[0].speeds):
             found = [_speed_at(suite, condition.id, case) for suite in suites]
-            rows.append([shown, case.replace("_", " "), *(_speed(one, odd_speed) for one in found)])
+            rows.append(
+                [shown, case.replace("_", " "), *(speed_text(one, odd_speed) for one in found)]
+            )
             shown = ""
         forward = [
             next(item for item in suite.forward if item.condition == condition.id)
             for suite in suites
         ]
-        rows.append(["", "UN R157 range", *map(_forward, forward)])
+        rows.append(["", "UN R157 range", *map(forward_text, forward)])
         ends.append(len(rows) - 1)
-    title = "Highest speed [km/h] that range allows, and the sensor that it rests on"
+    title = "Highest speed [km/h] that range allows, and by which sensor"
     if odd_speed is not None:
-        title += f"; ! is below the ODD's {odd_speed * _KMH:g} km/h"
+        title += f"; ! below the ODD's {odd_speed * KMH:g} km/h"
     headers = ("Condition", "Case", *(suite.architecture for suite in suites))
     emit_table(headers, rows, title=title, sections=ends)
 
 
 def _speed_at(suite: Suite, condition: str, case: str) -> SpeedRange:
     return next(item for item in suite.speeds if item.condition == condition and item.case == case)
-
-
-def _speed(found: SpeedRange, odd_speed: float | None) -> str:
-    if found.highest_mps is None or found.lowest_mps is None:
-        return "none" + (" !" if odd_speed is not None else "")
-    is_short = odd_speed is not None and found.highest_mps < odd_speed
-    text = f"{'> ' if found.is_limit else ''}{kmh(found.highest_mps)}{' !' if is_short else ''}"
-    # From the lowest speed of the search on there is nothing to say.
-    if found.lowest_mps * _KMH > 10.5:
-        text += f" (from {math.ceil(found.lowest_mps * _KMH - 1e-6)})"
-    return f"{text} {found.sensor}"
-
-
-def kmh(speed: float) -> str:
-    """Write a speed in whole km/h, rounded down: what is promised must hold.
-
-    >>> kmh(27.7)
-    '99'
-    """
-    return f"{math.floor(speed * _KMH + 1e-6)}"
-
-
-def _forward(found: ForwardRange) -> str:
-    if not found.sensor:
-        return "none"
-    limit = "< 60" if found.speed_mps is None else kmh(found.speed_mps)
-    short = found.needed_m is not None and found.range_m < found.needed_m
-    return f"{limit}{' !' if short else ''} by {math.floor(found.range_m)} m"
 
 
 def _slack(suites: Sequence[Suite]) -> None:
@@ -136,9 +122,9 @@ def _slack(suites: Sequence[Suite]) -> None:
                 if item.condition == condition.id and item.case == _STOPPED
             }
             name = suite.architecture if number == 0 else ""
-            rows.append([name, condition.id, *(_metres(values[speed]) for speed in speeds)])
+            rows.append([name, condition.id, *(metres(values[speed]) for speed in speeds)])
         ends.append(len(rows) - 1)
-    headers = [f"{speed * _KMH:.0f}" for speed in speeds]
+    headers = [f"{speed * KMH:.0f}" for speed in speeds]
     emit_table(
         ("Architecture", "Condition", *headers),
         rows,
@@ -148,44 +134,48 @@ def _slack(suites: Sequence[Suite]) -> None:
     )
 
 
-def _metres(value: float | None) -> str:
-    return NONE if value is None else f"{math.floor(value + 1e-6):+d}"
-
-
-def _coverage(suites: Sequence[Suite], condition: str) -> None:
-    rows = []
-    for zone in suites[0].zones:
-        cells = [
-            next(
-                item
-                for item in suite.coverage
-                if (item.zone, item.target, item.condition) == (zone.id, zone.target, condition)
-            )
-            for suite in suites
-        ]
-        rows.append([zone.id, zone.target, *map(_shares, cells)])
+def _coverage(suites: Sequence[Suite]) -> None:
+    reference = _names(suites)[0]
+    rows = [
+        [zone.id, zone.target, *(_shares(_cover(suite, zone, reference)) for suite in suites)]
+        for zone in suites[0].zones
+    ]
     emit_table(
         ("Zone", "For a", *(suite.architecture for suite in suites)),
         rows,
-        title=f"Coverage in {condition}: % of the zone seen by 1 / 2 / 3 sensors, | by 2 kinds",
+        title=f"Coverage in {reference}: % of the zone seen by 1/2/3 sensors | by 2 kinds",
         right=[suite.architecture for suite in suites],
     )
 
 
+def _cover(suite: Suite, zone: Zone, condition: str) -> ZoneCoverage:
+    key = (zone.id, zone.target, condition)
+    return next(item for item in suite.coverage if (item.zone, item.target, item.condition) == key)
+
+
 def _shares(item: ZoneCoverage) -> str:
     counts = (item.seen_by_1, item.seen_by_2, item.seen_by_3)
-    return f"{' / '.join(map(percent, counts))} | {percent(item.seen_by_2_kinds)}"
+    return f"{'/'.join(map(percent, counts))} | {percent(item.seen_by_2_kinds)}"
 
 
-def percent(share: float) -> str:
-    """Write a share in whole percent; what is not whole is never 100 and what is not nothing, 0.
-
-    >>> percent(0.9999), percent(1.0), percent(0.001), percent(0.0)
-    ('99', '100', '1', '0')
-    """
-    if 0.0 < share < 0.01:
-        return "1"
-    return f"{math.floor(100.0 * share + 1e-9)}"
+def _coverage_by_condition(suites: Sequence[Suite]) -> None:
+    names = _names(suites)
+    rows = [
+        [
+            zone.id,
+            *(
+                "/".join(percent(_cover(suite, zone, name).seen_by_1) for name in names)
+                for suite in suites
+            ),
+        ]
+        for zone in suites[0].zones
+    ]
+    emit_table(
+        ("Zone", *(suite.architecture for suite in suites)),
+        rows,
+        title=f"Coverage by any sensor in {'/'.join(names)} [%]",
+        right=[suite.architecture for suite in suites],
+    )
 
 
 def _blind(suites: Sequence[Suite]) -> None:
@@ -243,45 +233,45 @@ def _bearings(suites: Sequence[Suite]) -> None:
 
 
 def _removals(suites: Sequence[Suite]) -> None:
-    conditions = suites[0].conditions
-    ends = dict.fromkeys((conditions[0].id, conditions[-1].id))
+    names = _names(suites)
     rows: list[list[object]] = []
     sections: list[int] = []
     for suite in suites:
-        rows.append([suite.architecture, "nothing", *_left(suite.whole, ends), ""])
+        rows.append([f"{suite.architecture}, whole", *_left(suite.whole, names)])
         for item in suite.removals:
             gone = item.what
             if item.kind != "sensor":
-                gone = f"{item.kind} {item.what} ({listed(item.sensors)})"
-            is_critical = item.kind == "sensor" and item.what == suite.critical
-            rows.append(["", gone, *_left(item, ends), "critical" if is_critical else ""])
+                plural = "" if len(item.sensors) == 1 else "s"
+                gone = f"{item.what} ({item.kind}, {len(item.sensors)} sensor{plural})"
+            elif item.what == suite.critical:
+                gone = f"{item.what} (critical)"
+            rows.append([f"  {gone}", *_left(item, names)])
         sections.append(len(rows) - 1)
-    headers = ["Architecture", "Without"]
-    for name in ends:
-        headers += [f"{name}: speed", "all cases", "front", "zones"]
+    headers = ("km/h, all cases", "% of lane ahead", "% of all zones")
     emit_table(
-        (*headers, ""),
+        ("Without", *headers),
         rows,
-        title="Loss of parts: km/h left for a stopped car and for all cases; % seen of the lane "
-        "ahead and of all zones",
-        right=headers[2:],
+        title=f"Loss of parts: what is left in {'/'.join(names)}",
+        right=headers,
         sections=sections,
     )
 
 
-def _left(item: Removal, conditions: Iterable[str]) -> list[object]:
-    cells: list[object] = []
-    for name in conditions:
-        for speed in (item.highest_mps[name], item.all_cases_mps[name]):
-            cells.append("none" if speed is None else kmh(speed))
-        cells += [percent(item.front_seen[name]), percent(item.seen[name])]
-    return cells
+def _left(item: Removal, names: Sequence[str]) -> tuple[str, str, str]:
+    return (
+        "/".join(left_speed(item.all_cases_mps[name]) for name in names),
+        "/".join(percent(item.front_seen[name]) for name in names),
+        "/".join(percent(item.seen[name]) for name in names),
+    )
 
 
 def _footnotes(suites: Sequence[Suite]) -> None:
     emit("\nConditions: " + "; ".join(f"{item.id}: {item.text}" for item in suites[0].conditions))
+    left_out: dict[str, list[str]] = {}
     for suite in suites:
         for item in suite.not_analysed:
-            emit(clean(f"Not analysed: {suite.architecture}.{item.id} ({item.kind}): {item.why}."))
+            left_out.setdefault(item.why, []).append(f"{suite.architecture}.{item.id}")
+    for why, names in left_out.items():
+        emit(clean(f"Not analysed ({why}): {listed(names)}."))
     for note in dict.fromkeys(note for suite in suites for note in suite.notes):
         emit(clean(f"- {note}"))

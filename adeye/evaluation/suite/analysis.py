@@ -52,6 +52,8 @@ NOTES: Final = (
     "A target counts as seen where its middle lies in range and field of view, without noise, "
     "missed detections and false alarms.",
     "The ego's own body hides what lies behind it; in the simulation it hides nothing.",
+    "A crossing pedestrian comes at a wider bearing the slower the ego is: below the speed in "
+    "brackets, from outside the field of view.",
     "Waits are the longest ones, and hits of several sensors on one track are not added up, so "
     "speeds err on the slow side.",
 )
@@ -226,11 +228,11 @@ class _Bench:
         for name, sensor in self.architecture.sensors.items():
             if name in self.eyes:
                 continue
-            why = "does not look around"
+            why = "do not look around"
             if isinstance(sensor, PluginSensor):
-                why = "a plug-in: its field of view and range are unknown"
+                why = "plug-ins, whose field of view and range are unknown"
             elif sensor.kind == "ground_truth":
-                why = "ground truth is no device"
+                why = "no devices"
             yield NotAnalysed(name, str(sensor.kind), why)
 
     def coverage(self) -> Iterator[ZoneCoverage]:

@@ -282,3 +282,8 @@ class Suite:
     removals: tuple[Removal, ...]
     critical: str
     notes: tuple[str, ...]
+
+    @property
+    def worst(self) -> Condition:
+        """The condition in which the least of the zones is seen; the reference if all are alike."""
+        return min(self.conditions, key=lambda condition: self.whole.seen[condition.id])

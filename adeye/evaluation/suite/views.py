@@ -116,26 +116,36 @@ def looks_at(view: View, x: Floats, y: Floats) -> Bools:
     seen: Bools = along >= view.cosine * np.sqrt(dx * dx + dy * dy) - _TOUCH
     if view.cosine <= -1.0 + 1e-12:
         seen[...] = True
-    if view.body is not None:
-        seen &= ~_hidden(view, dx, dy)
+    seen &= free_way(view, dx, dy) >= 1.0
     return seen
 
 
-def _hidden(view: View, dx: Floats, dy: Floats) -> Bools:
-    """Tell where the way from the sensor to a point leads through the body (slabs)."""
-    assert view.body is not None
+def free_way(view: View, dx: Floats, dy: Floats) -> Floats:
+    """Tell how often a vector fits between the sensor and the body that hides what is behind.
+
+    Args:
+        view: The sensor.
+        dx: Vectors from the sensor in the vehicle frame [m].
+        dy: The same shape [m].
+
+    Returns:
+        Where the ray enters the body, in lengths of the vector; infinite where it does not.
+    """
+    if view.body is None:
+        return np.full(dx.shape, np.inf)
     left, right, low, high = view.body
-    start, end = np.zeros(dx.shape), np.ones(dx.shape)
+    start, end = np.zeros(dx.shape), np.full(dx.shape, np.inf)
+    # A ray is inside the body where it is inside both of its slabs.
     for origin, way, near, far in ((view.x, dx, left, right), (view.y, dy, low, high)):
         near_edge, far_edge = near + _TOUCH - origin, far - _TOUCH - origin
         with np.errstate(divide="ignore", invalid="ignore"):
             first, second = near_edge / way, far_edge / way
-        inside = (near_edge < 0.0) & (far_edge > 0.0)
+        is_within = near_edge < 0.0 < far_edge
         still = way == 0.0
-        start = np.where(still, start if inside else 2.0, np.maximum(start, np.fmin(first, second)))
-        end = np.where(still, end, np.minimum(end, np.fmax(first, second)))
-    out: Bools = start < end
-    return out
+        enters = np.where(still, 0.0 if is_within else np.inf, np.fmin(first, second))
+        leaves = np.where(still, np.inf, np.fmax(first, second))
+        start, end = np.maximum(start, enters), np.minimum(end, leaves)
+    return np.where(start < end, start, np.inf)
 
 
 def sees(view: View, reach: Reach, x: Floats, y: Floats) -> Bools:
