@@ -9,7 +9,7 @@ import math
 from typing import TYPE_CHECKING
 
 from adeye.kernel.criticality import stopping_distance
-from adeye.kernel.elementary import atan, log, sin_cos
+from adeye.kernel.elementary import atan, exp, sin_cos
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "contrast_range",
+    "contrast_threshold",
     "cross_section_range",
     "focal_length",
     "needed_ranges",
@@ -27,6 +28,14 @@ __all__ = [
     "speed_within",
     "sure_beams",
 ]
+
+LIGHT_OF_THRESHOLD = 120.0
+"""Illuminance at which the noise of light doubles the square of a camera's threshold [lx]. Our
+choice: a pedestrian of contrast 0.25 then needs 5 lx where the threshold is 0.05 by day, the
+illuminance to which the range of headlamps is commonly rated."""
+
+FARTHEST = 1e4
+"""Beyond this nothing is asked [m]."""
 
 
 @compiled
@@ -54,26 +63,56 @@ def pixel_range(height: float, focal: float, rows: float) -> float:
 
 
 @compiled
-def contrast_range(contrast: float, threshold: float, extinction: float) -> float:
+def contrast_threshold(threshold: float, illuminance: float) -> float:
+    """Return the least contrast that a camera sees at an illuminance; infinite in the dark.
+
+    ``threshold * sqrt(1 + E0 / E)``: by day other noise decides, at night that of light, which
+    falls with the square root of its amount.
+
+    Args:
+        threshold: By day.
+        illuminance: E, of what is looked at [lx].
+
+    Source:
+        de Vries (1943); Rose (1948), J. Opt. Soc. Am. 38, 196. That both kinds of noise add by
+        their squares, and E0, are our choice.
+    """
+    if not illuminance > 0.0:
+        return math.inf
+    return threshold * math.sqrt(1.0 + LIGHT_OF_THRESHOLD / illuminance)
+
+
+@compiled
+def contrast_range(
+    contrast: float, threshold: float, extinction: float, illuminance: float, headlamps: float
+) -> float:
     """Return the range to which an object stands out from its background [m].
 
-    Its contrast falls with ``exp(-extinction distance)`` (Koschmieder 1924).
+    Its contrast falls with ``exp(-extinction distance)`` (Koschmieder 1924), the light of the own
+    headlamps on it with the distance squared.
 
     Args:
         contrast: Close by, 0 to 1.
-        threshold: Least contrast that is detected, > 0.
+        threshold: Least contrast that is detected by day, > 0.
         extinction: >= 0 [1/m].
+        illuminance: Without the headlamps [lx].
+        headlamps: Intensity of the headlamps towards it [cd].
 
     Returns:
-        0 where it does not stand out at all, infinity in clear air.
+        0 where it does not stand out at all; no more than ``FARTHEST``. Found by halving, since
+        what is seen falls with the distance, to far below a millimetre.
     """
-    if math.isnan(contrast + threshold + extinction):
+    if math.isnan(contrast + threshold + extinction + illuminance + headlamps):
         return math.nan
-    if contrast < threshold:
-        return 0.0
-    if extinction <= 0.0:
-        return math.inf
-    return log(contrast / threshold) / extinction
+    low, high = 0.0, FARTHEST
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        light = illuminance + headlamps / (middle * middle)
+        if contrast * exp(-extinction * middle) >= contrast_threshold(threshold, light):
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 @compiled

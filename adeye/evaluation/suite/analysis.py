@@ -59,8 +59,9 @@ NOTES: Final = (
 )
 """What the analysis leaves out."""
 
-_DARK_CAMERA: Final = (
-    "A physical camera counts as blind except by day: there is no closed form for its darkness."
+_RADAR_AHEAD: Final = (
+    "A physical radar counts with the range that it has straight ahead, where it detects half of "
+    "the time; what its antenna loses towards the edges and the echo of rain are left out."
 )
 
 
@@ -276,9 +277,8 @@ class _Bench:
         """Say what is left out or assumed."""
         yield from NOTES
         sensors = self.architecture.sensors
-        is_dark = any(condition.light != "day" for condition in self.conditions)
-        if is_dark and any(model_name(sensors[name]) == "camera/physical" for name in self.eyes):
-            yield _DARK_CAMERA
+        if any(model_name(sensors[name]) == "radar/physical" for name in self.eyes):
+            yield _RADAR_AHEAD
         assumed = sorted({path.chain.channel for path in self.paths if path.chain.is_assumed})
         if assumed:
             yield (

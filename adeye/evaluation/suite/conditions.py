@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from adeye.signals import ILLUMINANCE
 from adeye.world.weather import MM_PER_HOUR
 
 if TYPE_CHECKING:
@@ -39,6 +40,11 @@ class Condition:
     visibility_m: float
     light: str
     friction: float
+
+    @property
+    def illuminance(self) -> float:
+        """Of a horizontal surface [lx]."""
+        return ILLUMINANCE[self.light]
 
     @property
     def is_dark(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 import numpy as np
@@ -14,7 +13,7 @@ from adeye.kernel.detection_range import (
     pixel_range,
     sure_beams,
 )
-from adeye.kernel.elementary import power, tan
+from adeye.kernel.elementary import cos, power, tan
 from adeye.spec.sensors import model_name
 from adeye.world.weather import (
     KOSCHMIEDER,
@@ -23,6 +22,7 @@ from adeye.world.weather import (
     MM_PER_HOUR,
     camera_range,
     lidar_range,
+    range_in_extinction,
 )
 
 if TYPE_CHECKING:
@@ -41,15 +41,20 @@ if TYPE_CHECKING:
         Ultrasonic,
     )
 
-CONTRAST: Final = 0.5
-"""Contrast of a road user against its background, close by. Our choice of a typical value."""
+HEADLAMPS: Final = 20_000.0
+"""Intensity of the ego's headlamps straight ahead [cd]. Our choice: a low beam of two lamps."""
+
+_RAIN_K: Final = 1.1276
+_RAIN_ALPHA: Final = 0.7073
+_NEPER: Final = 4.342944819032518
+"""Specific attenuation of 77 GHz in rain, k·R^alpha [dB/km] with R [mm/h], of vertical polarisation
+(Recommendation ITU-R P.838-3, 2005, eqs. 1 to 3), and decibels in a neper of power."""
 
 GROUND: Final = 0.2
 """A return from lower than this is taken for the ground [m]. Our choice."""
 
 _STEP: Final = 0.25
 """Distance between two looks of a lidar [m]."""
-_FULL_TURN: Final = 2.0 * math.pi - 1e-9
 
 
 class Reach(NamedTuple):
@@ -87,16 +92,22 @@ def _camera(sensor: Sensor, _target: Target, condition: Condition) -> Reach:
 
 
 def _physical_camera(sensor: Sensor, target: Target, condition: Condition) -> Reach:
-    """Both rows and contrast must suffice; for darkness there is no closed form, so it is blind."""
+    """Both rows and contrast must suffice, with sky, street and headlamps for light."""
     spec = cast("PhysicalCamera", sensor)
-    if condition.light != "day":
-        return NOTHING
     rows = float(spec.min_pixel_height)
     tall = pixel_range(target.height_m, focal_length(spec.columns, spec.field_of_view), rows)
     extinction = KOSCHMIEDER / condition.visibility_m
     if condition.rain_mps > 0.0:
         extinction += LIGHT_RAIN_A * power(condition.rain_mps / MM_PER_HOUR, LIGHT_RAIN_B)
-    clear = contrast_range(CONTRAST * spec.transmission, spec.contrast_threshold, extinction)
+    # A beam's intensity falls with the twelfth power of the cosine to the heading.
+    beam = power(max(0.0, cos(spec.mount.yaw)), 12.0)
+    clear = contrast_range(
+        target.contrast * spec.transmission,
+        spec.contrast_threshold,
+        extinction,
+        condition.illuminance,
+        beam * float(getattr(spec, "headlamps", HEADLAMPS)),
+    )
     return Reach(0.0, min(tall, clear))
 
 
@@ -104,10 +115,18 @@ def _radar(sensor: Sensor, _target: Target, _condition: Condition) -> Reach:
     return Reach(0.0, cast("Radar", sensor).range)
 
 
-def _physical_radar(sensor: Sensor, target: Target, _condition: Condition) -> Reach:
+def _physical_radar(sensor: Sensor, target: Target, condition: Condition) -> Reach:
+    """Straight ahead of the antenna: z·exp(extinction·z / 2) is the range in clear air.
+
+    The power falls with exp(-2·extinction·z) / z⁴.
+    """
     spec = cast("PhysicalRadar", sensor)
     reference = spec.reference_cross_section
-    return Reach(0.0, cross_section_range(spec.range, target.cross_section_m2, reference))
+    clear = cross_section_range(spec.range, target.cross_section_m2, reference)
+    decibels = 0.0
+    if condition.rain_mps > 0.0:
+        decibels = _RAIN_K * power(condition.rain_mps / MM_PER_HOUR, _RAIN_ALPHA)
+    return Reach(0.0, range_in_extinction(clear, 0.5 * decibels / (1e3 * _NEPER)))
 
 
 def _lidar(sensor: Sensor, target: Target, condition: Condition) -> Reach:
@@ -131,11 +150,11 @@ def _physical_lidar(sensor: Sensor, target: Target, condition: Condition) -> Rea
     far = _lidar(sensor, target, condition).far
     best = NOTHING
     start: float | None = None
-    for distance in np.arange(_STEP, far + 0.5 * _STEP, _STEP).tolist():
+    for distance in [*np.arange(_STEP, far, _STEP).tolist(), far]:
         if _returns(spec, target, distance) >= spec.min_points:
             start = distance if start is None else start
             if distance - start > best.far - best.near:
-                best = Reach(start, min(distance, far))
+                best = Reach(start, distance)
         else:
             start = None
     # The nearest look stands for all that is nearer.
@@ -144,8 +163,7 @@ def _physical_lidar(sensor: Sensor, target: Target, condition: Condition) -> Rea
 
 def _returns(spec: PhysicalLidar, target: Target, distance: float) -> float:
     """Count the returns that a target gives for sure at a distance."""
-    gaps = spec.beams if spec.field_of_view >= _FULL_TURN else spec.beams - 1
-    beams = sure_beams(target.width_m, distance, spec.field_of_view / gaps)
+    beams = sure_beams(target.width_m, distance, spec.field_of_view / spec.beams)
     layers = 0
     for layer in range(spec.layers):
         part = layer / (spec.layers - 1) - 0.5 if spec.layers > 1 else 0.0

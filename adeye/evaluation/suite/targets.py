@@ -7,9 +7,13 @@ from typing import Final
 
 from adeye.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
 
-CROSS_SECTIONS: Final = {"car": 10.0, "motorcycle": 3.0, "pedestrian": 0.5}
-"""Radar cross section at 77 GHz [m²]. Our choice of typical values; a person scatters between 0.1
-and 1 m², and a car seen from behind 10 m²."""
+CROSS_SECTIONS: Final = {"car": 10.0, "pedestrian": 0.16}
+"""Mean radar cross section at 77 GHz from behind or before [m²]: 10 and -8 dBsm. Our choice, of the
+order of what is published for 76 to 81 GHz."""
+
+CONTRASTS: Final = {"car": 0.5, "pedestrian": 0.25}
+"""Contrast against road and sky where nothing weakens it. Our choice: painted vehicles with shadow,
+windows and lamps stand out, clothing of people less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +27,7 @@ class Target:
         height_m: [m].
         reflectivity: Share of light that it returns.
         cross_section_m2: For radar [m²].
+        contrast: For cameras, close by.
     """
 
     id: str
@@ -31,11 +36,18 @@ class Target:
     height_m: float
     reflectivity: float
     cross_section_m2: float
+    contrast: float
 
 
 def target(kind: str) -> Target:
     """Describe a class of road user by its default size and surface."""
-    return Target(kind, *DEFAULT_SIZES[kind], DEFAULT_REFLECTIVITY[kind], CROSS_SECTIONS[kind])
+    return Target(
+        kind,
+        *DEFAULT_SIZES[kind],
+        DEFAULT_REFLECTIVITY[kind],
+        CROSS_SECTIONS[kind],
+        CONTRASTS[kind],
+    )
 
 
 TARGETS: Final = {kind: target(kind) for kind in ("car", "pedestrian")}

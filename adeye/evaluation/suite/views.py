@@ -138,7 +138,7 @@ def free_way(view: View, dx: Floats, dy: Floats) -> Floats:
     # A ray is inside the body where it is inside both of its slabs.
     for origin, way, near, far in ((view.x, dx, left, right), (view.y, dy, low, high)):
         near_edge, far_edge = near + _TOUCH - origin, far - _TOUCH - origin
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             first, second = near_edge / way, far_edge / way
         is_within = near_edge < 0.0 < far_edge
         still = way == 0.0
