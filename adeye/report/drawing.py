@@ -37,6 +37,12 @@ _FULL_TURN: Final = 2.0 * np.pi - 1e-9
 _TURN_POINTS: Final = 360
 """Points of an arc all around, one end counted twice, are more than this."""
 
+_LABEL: Final = 12.0
+"""Room for a label, in units of the drawing."""
+
+_CIRCLES_FROM: Final = 10.0
+"""Distance between rings from which the ego is small enough for circles [m]."""
+
 _ARC: Final = 0.28
 """Half the angle of the arcs of braking and of UN R157 [rad]."""
 _BRAKING_KMH: Final = (50, 80, 100, 130)
@@ -249,27 +255,26 @@ def _zones(suite: Suite, frame: Frame) -> str:
     return "".join(_polygon(frame, zone.outline_m) for zone in suite.zones)
 
 
-def _circle(frame: Frame, radius: float, middle: float, half: float = np.pi) -> str:
-    angles = np.linspace(-half, half, 73)
-    turns = [sin_cos(float(angle)) for angle in angles]
-    return _line(frame, [(middle + radius * turn[1], radius * turn[0]) for turn in turns])
+def _circle(frame: Frame, radius: float) -> str:
+    turns = [sin_cos(float(angle)) for angle in np.linspace(-np.pi, np.pi, 73)]
+    return _line(frame, [(radius * turn[1], radius * turn[0]) for turn in turns])
 
 
 def _rings(frame: Frame, step: float, suite: Suite) -> Iterator[Mark]:
     """Circles around the ego's centre; near it, lines of one distance to its body."""
+    highest = frame.aside - _LABEL / frame.scale
     for number in range(1, 6):
         distance = step * number
-        if step >= 10.0:
-            path = _circle(frame, distance, 0.0)
-            x, y = 0.0, distance
+        if step >= _CIRCLES_FROM:
+            path = _circle(frame, distance)
+            # A ring that leaves the drawing is labelled where it does.
+            y = min(distance, highest)
+            x = float(np.sqrt(distance * distance - y * y))
         else:
             path = _rounded(frame, 0.5 * suite.length_m, 0.5 * suite.width_m, distance)
             x, y = 0.0, 0.5 * suite.width_m + distance
-        if y < frame.aside - 12.0 / frame.scale:
-            yield Mark("range", path, f"{distance:g} m", *_rounded_place(frame, x, y))
-        elif step >= 10.0:
-            # A ring that leaves the drawing above is labelled where it crosses the axis.
-            yield Mark("range", path, f"{distance:g} m", *_rounded_place(frame, -distance, 0.0))
+        label = f"{distance:g} m" if x < frame.ahead and y <= highest else ""
+        yield Mark("range", path, label, *_rounded_place(frame, x, y))
 
 
 def _rounded(frame: Frame, length: float, width: float, distance: float) -> str:

@@ -82,12 +82,12 @@ def test_plug_in_channel_is_assumed_to_be_like_the_built_in_unless_it_tells() ->
     switch = {"policy": "fixed_priority", "priority": ["own"], "default": "own"}
     silent = chain(channels=plugin, switch=switch)
     assert silent.is_assumed
-    assert (silent.confirm_s, silent.deceleration_mps2) == (pytest.approx(0.1), 8.0)
+    assert [silent.confirm_s, silent.deceleration_mps2] == pytest.approx([0.1, 8.0])
     told = {"confirm_hits": 5, "emergency_deceleration": 6.0, "name": "x", "is_fast": True}
     plugin["own"]["parameters"] = told
     found = chain(channels=plugin, switch=switch)
     assert not found.is_assumed
-    assert (found.confirm_s, found.deceleration_mps2) == (pytest.approx(0.2), 6.0)
+    assert [found.confirm_s, found.deceleration_mps2] == pytest.approx([0.2, 6.0])
 
 
 def test_sensor_without_a_link_has_no_chain() -> None:

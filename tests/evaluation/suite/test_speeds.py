@@ -118,6 +118,7 @@ def test_slack_is_range_less_need_and_of_the_best_chain() -> None:
     short, long = path(60.0), path(100.0)
     found = slack_at([short, long], DRY, STOPPED, 20.0, FRONT)
     assert found.need_m is not None
+    assert found.slack_m is not None
     assert found.slack_m == pytest.approx(100.0 - found.need_m)
     assert found.slack_m > 0.0
     fast = slack_at([long], DRY, STOPPED, 60.0, FRONT)
