@@ -126,3 +126,12 @@ def test_one_frame_holds_all_suites_within_bounds() -> None:
 
 def test_same_suite_gives_the_same_drawing() -> None:
     assert far(suite(eye=radar())) == far(suite(eye=radar()))
+
+
+def test_arc_beyond_the_drawing_is_left_out() -> None:
+    parameters = {"emergency_deceleration": 2.0}
+    slow = {"nominal": {"kind": "nominal", "links": ["eye"], "parameters": parameters}}
+    found = analyse(architecture({"eye": radar()}, channels=slow))
+    labels = [mark.label for mark in far(found)[0].marks if mark.kind == "braking"]
+    assert "50" in labels
+    assert "130" not in labels

@@ -83,3 +83,20 @@ def test_suite_without_a_critical_sensor_says_so() -> None:
 
 def test_no_suites_are_no_views() -> None:
     assert suite_views([]) == ()
+
+
+def test_element_of_several_sensors_is_a_row_of_its_own() -> None:
+    pair = {"one": radar(realises="radars"), "other": radar(range=50.0, realises="radars")}
+    rows = suite_views([analyse(architecture(pair))])[0].losses
+    assert ("element radars", "one, other") in {row[:2] for row in rows}
+
+
+def test_range_of_a_sensor_with_a_blind_zone_has_two_ends() -> None:
+    near = {
+        "kind": "ultrasonic", "mount": BUMPER, "field_of_view": 1.0, "range": 5.0, "rate": 20.0,
+        "blind_zone": 0.25,
+    }  # fmt: skip
+    blind = {**CAMERA, "kind": "lidar", "fidelity": "physical", "range": 80.0, "min_points": 1000}
+    blind.pop("night_range")
+    rows = suite_views([analyse(architecture({"near": near, "poor": blind}))])[0].sensors
+    assert [row[3] for row in rows] == ["0.2 to 5.0 m", "none"]

@@ -52,8 +52,8 @@ NOTES: Final = (
     "A target counts as seen where its middle lies in range and field of view, without noise, "
     "missed detections and false alarms.",
     "The ego's own body hides what lies behind it; in the simulation it hides nothing.",
-    "A crossing pedestrian comes at a wider bearing the slower the ego is: below the speed in "
-    "brackets, from outside the field of view.",
+    "Below a speed in brackets there is a gap: a pedestrian who crosses comes at a wider bearing "
+    "the slower the ego is, and then from outside the field of view.",
     "Waits are the longest ones, and hits of several sensors on one track are not added up, so "
     "speeds err on the slow side.",
 )

@@ -163,7 +163,8 @@ def _physical_lidar(sensor: Sensor, target: Target, condition: Condition) -> Rea
 
 def _returns(spec: PhysicalLidar, target: Target, distance: float) -> float:
     """Count the returns that a target gives for sure at a distance."""
-    beams = sure_beams(target.width_m, distance, spec.field_of_view / spec.beams)
+    spacing = spec.field_of_view / spec.beams
+    beams = min(float(spec.beams), sure_beams(target.width_m, distance, spacing))
     layers = 0
     for layer in range(spec.layers):
         part = layer / (spec.layers - 1) - 0.5 if spec.layers > 1 else 0.0

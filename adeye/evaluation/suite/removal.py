@@ -9,7 +9,7 @@ import numpy as np
 
 from adeye.evaluation.suite.coverage import anybody
 from adeye.evaluation.suite.results import Removal
-from adeye.evaluation.suite.speeds import SPEEDS, first_run
+from adeye.evaluation.suite.speeds import SPEEDS, last_run
 from adeye.evaluation.suite.targets import CASES
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def _highest(parts: Parts, condition: str, case: str, lost: Collection[str]) -> 
         for sensor, ok in zip(parts.chain_sensors, parts.supported[condition, case], strict=True)
         if sensor not in lost
     ]
-    run = first_run(np.any(left, axis=0)) if left else None
+    run = last_run(np.any(left, axis=0)) if left else None
     return None if run is None else float(SPEEDS[run[1]])
 
 

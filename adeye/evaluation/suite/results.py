@@ -171,8 +171,8 @@ class SpeedRange:
     Attributes:
         condition: Weather, light and grip.
         case: What asks for range.
-        lowest_mps: None if no speed is supported [m/s].
-        highest_mps: From the lowest up to here without a gap [m/s].
+        lowest_mps: Down to here from the highest without a gap [m/s].
+        highest_mps: None if no speed is supported [m/s].
         is_limit: Whether the search ended before the suite did.
         sensor: That allows the highest speed; empty for none.
         deceleration_mps2: That it is allowed with [m/s²].

@@ -85,20 +85,24 @@ def supported(path: Path, condition: Condition, case: Case, front: float) -> Boo
     return out
 
 
-def first_run(ok: Bools) -> tuple[int, int] | None:
-    """Find the first stretch of speeds without a gap: first and last place, or None."""
+def last_run(ok: Bools) -> tuple[int, int] | None:
+    """Find the last stretch of speeds without a gap: first and last place, or None.
+
+    The last, because what is found so never grows when a sensor is lost: with the first, the loss
+    of one that serves a few low speeds only would seem to be a gain.
+    """
     places = np.flatnonzero(ok)
     if not len(places):
         return None
-    first = int(places[0])
-    gaps = np.flatnonzero(~ok[first:])
-    return first, (first + int(gaps[0]) - 1 if len(gaps) else len(ok) - 1)
+    last = int(places[-1])
+    gaps = np.flatnonzero(~ok[:last])
+    return (int(gaps[-1]) + 1 if len(gaps) else 0), last
 
 
 def speed_range(
     paths: Sequence[Path], oks: Sequence[Bools], condition: Condition, case: Case
 ) -> SpeedRange:
-    """Find the speeds that at least one chain supports, up to the first gap.
+    """Find the highest speed that a chain supports, and how far down there is no gap.
 
     Args:
         paths: Chains.
@@ -106,7 +110,7 @@ def speed_range(
         condition: Weather, light and grip.
         case: What asks for range.
     """
-    found = first_run(np.any(oks, axis=0)) if oks else None
+    found = last_run(np.any(oks, axis=0)) if oks else None
     if found is None:
         return SpeedRange(condition.id, case.id, None, None, is_limit=False, sensor="",
                           deceleration_mps2=None)  # fmt: skip

@@ -58,3 +58,8 @@ def test_low_friction_without_rain_is_a_corner() -> None:
 def test_odd_of_nights_has_no_day() -> None:
     found = conditions_of(environment(illumination=["night", "lit_night"]))
     assert [item.light for item in found] == ["lit_night", "night"]
+
+
+def test_fog_is_told_by_its_visibility() -> None:
+    foggy = conditions_of(environment(fog={"min_visibility": 200.0}, illumination=["day"]))[1]
+    assert foggy.text == "day, 200 m visibility, friction 0.9"

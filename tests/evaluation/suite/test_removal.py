@@ -48,6 +48,16 @@ def test_less_is_never_better(drawn: list[tuple[float, float, float]]) -> None:
     assert all(is_not_better(item, found.whole) for item in found.removals)
 
 
+def test_loss_of_a_sensor_for_low_speeds_only_is_no_gain() -> None:
+    # Of crossing pedestrians the wide one sees those of a slow ego, the long one of a fast one.
+    found = suite({"wide": radar(range=12.0, field_of_view=3.0), "long": radar(field_of_view=0.2)})
+    crossing = next(item for item in found.speeds if item.case == "crossing_pedestrian")
+    assert crossing.sensor == "long"
+    assert crossing.lowest_mps is not None
+    assert crossing.lowest_mps > 10.0
+    assert all(is_not_better(item, found.whole) for item in found.removals)
+
+
 def test_critical_sensor_is_the_long_one() -> None:
     found = suite({"long": radar(range=200.0), "short": radar(range=60.0)})
     assert found.critical == "long"

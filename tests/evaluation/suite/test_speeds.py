@@ -13,8 +13,8 @@ from adeye.evaluation.suite.results import SpeedRange
 from adeye.evaluation.suite.speeds import (
     SPEEDS,
     Path,
-    first_run,
     forward_range,
+    last_run,
     slack_at,
     slacks_at,
     speed_range,
@@ -100,18 +100,21 @@ def test_range_that_never_ends_is_marked_as_the_limit_of_the_search() -> None:
     assert found.highest_mps == pytest.approx(250.0 / 3.6)
 
 
-def test_gap_between_two_sensors_ends_the_supported_speeds() -> None:
+def test_gap_between_two_sensors_is_where_the_supported_speeds_begin() -> None:
     near, far = path(40.0), path(200.0, near=90.0)
     oks = [supported(one, DRY, STOPPED, FRONT) for one in (near, far)]
     assert oks[1].any()
     both = speed_range([near, far], oks, DRY, STOPPED)
-    assert both.highest_mps == highest(near).highest_mps
+    assert both.highest_mps == highest(far).highest_mps
+    assert both.lowest_mps == highest(far).lowest_mps
+    assert both.lowest_mps is not None
+    assert both.lowest_mps > (highest(near).highest_mps or 0.0) + STEP
 
 
-def test_first_run_ends_before_the_gap() -> None:
-    assert first_run(np.array([False, True, True, False, True])) == (1, 2)
-    assert first_run(np.array([False, True])) == (1, 1)
-    assert first_run(np.zeros(3, dtype=np.bool_)) is None
+def test_last_run_begins_after_the_gap() -> None:
+    assert last_run(np.array([True, True, False, True, True, False])) == (3, 4)
+    assert last_run(np.array([True, True])) == (0, 1)
+    assert last_run(np.zeros(3, dtype=np.bool_)) is None
 
 
 def test_slack_is_range_less_need_and_of_the_best_chain() -> None:
