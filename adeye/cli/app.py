@@ -18,6 +18,7 @@ from adeye.cli.query import query
 from adeye.cli.read import replay, show
 from adeye.cli.run import report, run
 from adeye.cli.scenario import scenario_app
+from adeye.cli.sensors import sensors
 from adeye.cli.starter import init
 from adeye.cli.warmup import warmup
 
@@ -86,6 +87,13 @@ add(
     panel=CAMPAIGN,
 )
 add(app, signals, "adeye signals odd/first.yaml", panel=CAMPAIGN)
+add(
+    app,
+    sensors,
+    "adeye sensors odd/architectures/camera_radar.yaml",
+    "adeye sensors --odd odd/motorway_chauffeur.yaml --html suites.html",
+    panel=CAMPAIGN,
+)
 add(app, show, "adeye show 3f2a91c04b", "adeye show 3f2a --json", panel=RESULTS)
 add(
     app,

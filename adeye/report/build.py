@@ -22,6 +22,7 @@ from adeye.report.contents import (
     goals_of,
     hazards_of,
     scenarios_of,
+    suites_of,
     waivers_of,
 )
 from adeye.report.dead import dead_axes
@@ -179,6 +180,7 @@ class ReportBuilder:
             elements=tuple(elements_of(content)),
             assumptions=tuple(assumptions_of(content)),
             waivers=tuple(waivers_of(content, cells)),
+            suites=tuple(suites_of(content)),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
         )
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any
 
+from adeye.evaluation.suite.analysis import analyse
+from adeye.evaluation.suite.conditions import conditions_of
 from adeye.evaluation.verdict import Verdict
 from adeye.report.model import (
     Architecture,
@@ -20,10 +22,14 @@ from adeye.report.model import (
     Waiver,
 )
 from adeye.report.parts import Label
+from adeye.spec import architecture
+from adeye.spec.odd import Attributes
+from adeye.spec.quantity import SI
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from adeye.evaluation.suite.results import Suite
     from adeye.report.model import Cell
     from adeye.spec.concept import Concept, Requirement
     from adeye.store.stored import CampaignInfo
@@ -63,6 +69,23 @@ def architectures_of(content: CampaignContent) -> Iterable[Architecture]:
             is_gate=name in content.campaign.gate,
             cost=part_of["cost"] or None,
             parts=(*parts, Label(label="switch", value=policy)),
+        )
+
+
+def suites_of(content: CampaignContent) -> Iterable[Suite]:
+    """Analyse the sensors of each architecture in the ODD's conditions, as they are written.
+
+    A sweep that varies an architecture varies what its runs had, not this.
+    """
+    attributes = Attributes.model_validate(content.odd["odd"].get("attributes", {}), context=SI)
+    limit = attributes.dynamic_elements.ego_speed
+    resources = {element.id: element.resources for element in content.concept.elements}
+    for part_of in content.odd["architectures"].values():
+        yield analyse(
+            architecture.Architecture.model_validate(part_of, context=SI),
+            conditions_of(attributes.environment),
+            odd_speed=None if limit is None else limit.max,
+            resources=resources,
         )
 
 

@@ -17,6 +17,7 @@ from adeye.report.embed import pack_replay, script_text
 from adeye.report.files import write_atomically
 from adeye.report.front import draw_front
 from adeye.report.page import arrange, filters
+from adeye.report.suites import SPEED_HEADS, suite_views
 from adeye.report.words import MEANINGS
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ SCRIPTS: Final = (
     "player.js",
     "page.js",
 )
-STYLES: Final = ("page.css", "tables.css", "compare.css", "player.css")
+STYLES: Final = ("page.css", "tables.css", "compare.css", "player.css", "suites.css")
 
 
 def render(report: Report, *, max_bytes: int = MAX_BYTES) -> str:
@@ -96,11 +97,13 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
     page = arrange(report)
     shown = report.replays[: len(packed)]
     text: str = (
-        _environment()
+        environment()
         .get_template("page.html.j2")
         .render(
             report=report,
             page=page,
+            views=suite_views(report.suites),
+            speed_heads=SPEED_HEADS,
             verdicts=list(Verdict),
             meanings=MEANINGS,
             serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],
@@ -124,21 +127,36 @@ def assets() -> tuple[str, str]:
     folder = resources.files("adeye.report") / "web"
     parts = [(folder / name).read_text("utf-8") for name in SCRIPTS]
     script = '(() => {\n"use strict";\n' + "\n".join(parts) + "})();\n"
-    return script, "\n".join((folder / name).read_text("utf-8") for name in STYLES)
-
-
-def _policy(script: str, style: str) -> str:
-    def source(text: str) -> str:
-        return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
-
-    return (
-        f"default-src 'none'; script-src 'sha256-{source(script)}'; "
-        f"style-src 'sha256-{source(style)}'; img-src data:; base-uri 'none'; form-action 'none'"
-    )
+    return script, styles()
 
 
 @cache
-def _environment() -> Environment:
+def styles() -> str:
+    """Read the style sheet of every page."""
+    folder = resources.files("adeye.report") / "web"
+    return "\n".join((folder / name).read_text("utf-8") for name in STYLES)
+
+
+def _policy(script: str, style: str) -> str:
+    return f"script-src {_source(script)}; {style_policy(style)}"
+
+
+def style_policy(style: str) -> str:
+    """Write the policy of a page that has this style and runs no script."""
+    return (
+        f"default-src 'none'; style-src {_source(style)}; img-src data:; base-uri 'none'; "
+        "form-action 'none'"
+    )
+
+
+def _source(text: str) -> str:
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    return f"'sha256-{digest}'"
+
+
+@cache
+def environment() -> Environment:
+    """Make the templates' environment: it escapes every text, and knows no missing name."""
     import jinja2
 
     environment = jinja2.Environment(

@@ -10,6 +10,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
 from adeye.report.comparison import Comparison
 from adeye.report.parts import Asil, Binding, Command, Count, Id, Label, Margin, Part
@@ -258,6 +259,8 @@ class Report(Part):
     elements: tuple[Element, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
     waivers: tuple[Waiver, ...] = ()
+    suites: tuple[Suite, ...] = ()
+    """What the sensors of each architecture see, without a simulation."""
     replays: tuple[Replay, ...] = ()
     """The most important first; a page that grows too large leaves out the last."""
 
@@ -267,6 +270,8 @@ class Report(Part):
         architectures = _unique("architectures", (item.id for item in self.architectures))
         scenarios = _unique("scenarios", (item.id for item in self.scenarios))
         _unique("cells", ((cell.fsr, cell.architecture, cell.scenario) for cell in self.cells))
+        suites = _unique("suites", (suite.architecture for suite in self.suites))
+        _known("an architecture", sorted(map(str, suites)), architectures)
         _unique("replays", (replay.run for replay in self.replays))
         _known("an FSR", [cell.fsr for cell in self.cells], fsrs)
         _known("an FSR", [case.fsr for case in self.worst_cases], fsrs)

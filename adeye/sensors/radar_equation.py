@@ -8,8 +8,8 @@ import numpy as np
 
 from adeye.kernel.elementary import exp, log, power
 from adeye.kernel.jit import compiled, inlined
-from adeye.sensors.weather import MM_PER_HOUR
 from adeye.signals import OBJECT_CLASSES, Floats, Ints
+from adeye.world.weather import MM_PER_HOUR
 
 CROSS_SECTION: Final = {
     "car": (10.0, 15.0),

@@ -25,7 +25,6 @@ from adeye.kernel.sight import (
     visible_share,
 )
 from adeye.sensors.delivery import Delivery, clear, insert, no_measurement, sample_at
-from adeye.sensors.weather import camera_range, lidar_range
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -47,6 +46,7 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
+from adeye.world.weather import camera_range, lidar_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

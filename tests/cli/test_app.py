@@ -67,6 +67,7 @@ def test_the_verbs_are_these() -> None:
         "scenario lint",
         "scenario list",
         "scenario show",
+        "sensors",
         "show",
         "signals",
         "warmup",
@@ -95,7 +96,10 @@ def test_one_environment_variable_means_one_thing() -> None:
     assert {name: kinds for name, kinds in meant.items() if len(kinds) > 1} == {}
 
 
-READS = ("plan", "signals", "show", "replay", "query", "scenario list", "scenario show", "doctor")
+READS = (
+    *("plan", "signals", "show", "replay", "query", "scenario list", "scenario show", "doctor"),
+    "sensors",
+)
 
 
 @pytest.mark.parametrize("verb", [*READS, "scenario lint", "db info", "db verify", "db upgrade"])

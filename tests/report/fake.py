@@ -1,8 +1,12 @@
 """A report as a campaign would give it: three architectures, three scenarios, seven FSRs."""
 
 import math
+from dataclasses import replace
+from functools import cache
 from typing import Any
 
+from adeye.evaluation.suite.analysis import analyse
+from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_runs
 from adeye.report.model import (
     Architecture,
@@ -37,6 +41,7 @@ from adeye.report.replay import (
     ThresholdLine,
     Track,
 )
+from adeye.spec.load import load_architecture, shipped
 
 STEP = 0.05
 SCENARIOS = ("cut_in", "cut_out_to_stopped", "lead_braking")
@@ -488,6 +493,24 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
     )
 
 
+@cache
+def shipped_suite() -> Suite:
+    path = shipped("odd") / "architectures" / "camera_radar.yaml"
+    return analyse(load_architecture(path).spec)
+
+
+def suite_of(text: str) -> Suite:
+    """Analyse the shipped candidate; ``text`` is put where users write."""
+    suite = shipped_suite()
+    first, *others = suite.sensors
+    return replace(
+        suite,
+        title=f"{suite.title}{text}",
+        sensors=(replace(first, id=f"{first.id}{text}"), *others),
+        critical=f"{suite.critical}{text}",
+    )
+
+
 def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report:
     """Build the report; ``text`` is put into every name and sentence that may hold any."""
     cells = build_cells()
@@ -516,6 +539,7 @@ def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report
             Command(text="this report", command="adeye report odd/motorway_chauffeur.yaml"),
             Command(text=f"integrity of the database{text}", command="adeye db verify"),
         ),
+        suites=(suite_of(text),),
         architectures=(
             Architecture(
                 id="legacy_camera", title=f"Legacy camera only{text}", is_gate=False, cost=140.0

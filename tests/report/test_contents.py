@@ -21,6 +21,7 @@ from adeye.report.contents import (
     hazards_of,
     measure_text,
     scenarios_of,
+    suites_of,
     waivers_of,
 )
 from adeye.report.model import Cell
@@ -158,3 +159,21 @@ def test_measure_is_written_as_formula_or_bound(fsrs: dict[str, Requirement]) ->
         update={"bound": fsrs["FSR-02"].bound.model_copy(update={"at_least": 0.0, "at_most": None})}  # type: ignore[union-attr]
     )
     assert measure_text(least) == "max_required_deceleration_mps2 >= 0.0"
+
+
+def test_suites_are_analysed_in_the_conditions_of_the_odd(content: CampaignContent) -> None:
+    found = {suite.architecture: suite for suite in suites_of(content)}
+    assert set(found) == set(content.odd["architectures"])
+    limits = {
+        "environment": {"rain": {"max": 7.5e-3 / 3600.0}, "illumination": ["day"]},
+        "dynamic_elements": {"ego_speed": {"max": 36.0}},
+    }
+    odd = {**content.odd, "odd": {**content.odd["odd"], "attributes": limits}}
+    wet = next(iter(suites_of(replace(content, odd=odd))))
+    assert [condition.id for condition in wet.conditions] == ["best", "rain"]
+    assert wet.odd_speed_mps == 36.0
+
+
+def test_shared_resource_of_the_concept_is_among_the_losses(content: CampaignContent) -> None:
+    for suite in suites_of(content):
+        assert "power_a" in {item.what for item in suite.removals if item.kind == "resource"}

@@ -175,3 +175,17 @@ def test_place_that_cannot_be_written_is_a_platform_error(report: Report, tmp_pa
     (tmp_path / "file").write_text("x")
     with pytest.raises(PlatformError, match=r"cannot write .*report\.html"):
         write_html(report, tmp_path / "file" / "report.html")
+
+
+def test_suite_of_each_architecture_has_one_drawing_and_one_table(tree: Any) -> None:
+    (suite,) = tree.xpath("//*[@id='sensors']//article[contains(@class, 'suite')]")
+    assert suite.get("data-architecture") == "camera_radar"
+    assert len(suite.xpath(".//figure")) == 1
+    assert len(suite.xpath(".//table")) == 1
+    assert "front_radar" in suite.text_content()
+
+
+def test_report_without_suites_has_no_section_for_them(report: Report) -> None:
+    page = render(report.model_copy(update={"suites": ()}))
+    assert 'id="sensors"' not in page
+    assert 'href="#sensors"' not in page

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -168,3 +169,11 @@ def test_number_that_is_not_finite_is_refused(cost: float) -> None:
 def test_report_cannot_be_changed(report: Report) -> None:
     with pytest.raises(ValidationError, match="frozen"):
         report.exit_code = ExitCode.FAILED  # type: ignore[misc]
+
+
+def test_suite_of_an_unknown_architecture_or_twice_is_refused(report: Report) -> None:
+    (suite,) = report.suites
+    with pytest.raises(ValidationError, match="suites: 'camera_radar' is there twice"):
+        rebuilt(report, suites=(suite, suite))
+    with pytest.raises(ValidationError, match="'other' is not an architecture of the report"):
+        rebuilt(report, suites=(replace(suite, architecture="other"),))

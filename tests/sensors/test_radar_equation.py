@@ -19,8 +19,8 @@ from adeye.sensors.radar_equation import (
     signal_for,
     signal_to_noise,
 )
-from adeye.sensors.weather import MM_PER_HOUR
 from adeye.signals import OBJECT_CLASSES
+from adeye.world.weather import MM_PER_HOUR
 
 STRENGTH = 1e9
 

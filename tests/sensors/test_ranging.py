@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from adeye.sensors.ranging import RangingSensor
-from adeye.sensors.weather import MM_PER_HOUR, camera_range, lidar_range
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -19,6 +18,7 @@ from adeye.signals import (
     SceneContext,
 )
 from adeye.spec.sensors import Camera, Lidar, Radar
+from adeye.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from tests.sensors.scenes import CAR, TRUCK, places, scene, scene_context, seen, sensor_context
 
 KINDS: dict[str, Any] = {"camera": Camera, "radar": Radar, "lidar": Lidar}

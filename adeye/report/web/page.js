@@ -70,7 +70,7 @@ function applyFilters() {
     && (!wanted.scenario || data.scenario === undefined || data.scenario === wanted.scenario);
   const has = (data) => !wanted.verdict || data.verdict === undefined || data.verdict === wanted.verdict;
   filterMatrix(fits, has, wanted.scenario !== "");
-  for (const node of document.querySelectorAll(".list tbody tr, .card, .requirement .chip")) {
+  for (const node of document.querySelectorAll(".list tbody tr, .card, .suite, .requirement .chip")) {
     node.hidden = !(fits(node.dataset) && has(node.dataset));
   }
   let shown = 0;

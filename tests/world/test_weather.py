@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from adeye.sensors.weather import (
+from adeye.world.weather import (
     LIDAR_RAIN_A,
     LIDAR_RAIN_B,
     MM_PER_HOUR,

@@ -1,0 +1,65 @@
+"""Conditions by default and from the attributes of an ODD."""
+
+from typing import Any
+
+from adeye.evaluation.suite.conditions import CLEAR_AIR, DEFAULTS, DRY, WET, conditions_of
+from adeye.spec.odd import EnvironmentalConditions
+from adeye.spec.quantity import SI
+from adeye.world.weather import MM_PER_HOUR
+
+
+def environment(**content: Any) -> EnvironmentalConditions:
+    return EnvironmentalConditions.model_validate(content, context=SI)
+
+
+def test_defaults_are_a_dry_day_rain_and_night() -> None:
+    assert [item.text for item in DEFAULTS] == [
+        "day, friction 0.9",
+        "day, 7.5 mm/h rain, friction 0.6",
+        "night, friction 0.9",
+    ]
+    assert [item.is_dark for item in DEFAULTS] == [False, False, True]
+
+
+def test_fair_odd_has_one_condition() -> None:
+    (only,) = conditions_of(environment(illumination=["day"]))
+    assert (only.id, only.friction, only.light, only.rain_mps) == ("best", DRY, "day", 0.0)
+
+
+def test_each_adverse_attribute_is_a_corner_and_the_last_has_them_all() -> None:
+    found = conditions_of(
+        environment(
+            rain={"max": 5.0 * MM_PER_HOUR},
+            fog={"min_visibility": 200.0},
+            friction={"min": 0.4},
+            illumination=["night", "day"],
+        )
+    )
+    assert [item.id for item in found] == ["best", "rain", "fog", "night", "worst"]
+    best, rain, fog, night, worst = found
+    assert (best.light, best.friction, best.visibility_m) == ("day", DRY, CLEAR_AIR)
+    assert (rain.rain_mps, rain.friction, rain.light) == (5.0 * MM_PER_HOUR, 0.4, "day")
+    assert (fog.visibility_m, fog.rain_mps) == (200.0, 0.0)
+    assert (night.light, night.friction) == ("night", DRY)
+    assert (worst.rain_mps, worst.visibility_m) == (rain.rain_mps, 200.0)
+    assert (worst.light, worst.friction) == ("night", 0.4)
+
+
+def test_rain_without_a_stated_friction_is_wet() -> None:
+    found = conditions_of(environment(rain={"max": MM_PER_HOUR}, illumination=["day"]))
+    assert [(item.id, item.friction) for item in found] == [("best", DRY), ("rain", WET)]
+
+
+def test_low_friction_without_rain_is_a_corner() -> None:
+    found = conditions_of(environment(friction={"min": 0.3}, illumination=["dusk"]))
+    assert [(item.id, item.friction) for item in found] == [("best", DRY), ("slippery", 0.3)]
+
+
+def test_odd_of_nights_has_no_day() -> None:
+    found = conditions_of(environment(illumination=["night", "lit_night"]))
+    assert [item.light for item in found] == ["lit_night", "night"]
+
+
+def test_fog_is_told_by_its_visibility() -> None:
+    foggy = conditions_of(environment(fog={"min_visibility": 200.0}, illumination=["day"]))[1]
+    assert foggy.text == "day, 200 m visibility, friction 0.9"

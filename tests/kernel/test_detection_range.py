@@ -1,0 +1,115 @@
+"""Closed forms of detection ranges, and the speed that a range allows."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adeye.kernel.criticality import stopping_distance
+from adeye.kernel.detection_range import (
+    FARTHEST,
+    contrast_range,
+    contrast_threshold,
+    cross_section_range,
+    focal_length,
+    needed_ranges,
+    pixel_range,
+    speed_within,
+    sure_beams,
+)
+
+DAY, NIGHT = 2e4, 0.1
+
+STOPPING = {
+    (0.35, 6.0): (20.9, 29.0, 48.9, 74.0, 121.3),
+    (0.5, 5.0): (26.2, 36.1, 60.5, 91.0, 148.5),
+    (1.0, 4.0): (38.0, 51.4, 84.0, 124.2, 199.1),
+}
+"""Stopping distance [m] by delay [s] and deceleration [m/s²], at 50, 60, 80, 100, 130 km/h."""
+
+
+def test_ninety_degrees_put_the_image_half_its_width_away() -> None:
+    assert focal_length(160.0, math.pi / 2.0) == pytest.approx(80.0, rel=1e-12)
+
+
+def test_object_at_its_pixel_range_fills_just_so_many_rows() -> None:
+    focal = focal_length(320.0, 0.8)
+    depth = pixel_range(1.5, focal, 3.0)
+    assert focal * 1.5 / depth == pytest.approx(3.0, rel=1e-12)
+
+
+def test_threshold_by_day_is_the_given_one_and_no_light_shows_nothing() -> None:
+    assert contrast_threshold(0.05, DAY) == pytest.approx(0.05, rel=0.01)
+    assert contrast_threshold(0.05, 120.0) == pytest.approx(0.05 * math.sqrt(2.0))
+    assert contrast_threshold(0.05, 0.0) == math.inf
+
+
+def test_pedestrian_by_night_is_seen_to_where_the_headlamps_give_five_lux() -> None:
+    found = contrast_range(0.25, 0.05, 0.0, 0.0, 20_000.0)
+    assert found == pytest.approx(math.sqrt(20_000.0 / 5.0), rel=1e-9)
+
+
+def test_contrast_range_by_day_is_that_of_koschmieder() -> None:
+    found = contrast_range(0.5, 0.05, 0.01, 1e12, 0.0)
+    assert found == pytest.approx(math.log(10.0) / 0.01, rel=1e-6)
+
+
+def test_weak_contrast_is_seen_nowhere_and_clear_air_hides_nothing() -> None:
+    assert contrast_range(0.01, 0.05, 0.001, DAY, 0.0) == pytest.approx(0.0, abs=1e-9)
+    assert contrast_range(0.5, 0.05, 0.0, DAY, 0.0) == pytest.approx(FARTHEST)
+
+
+def test_contrast_range_falls_as_it_gets_worse() -> None:
+    ranges = [
+        [contrast_range(0.5, 0.05, fog, 10.0, 0.0) for fog in (0.001, 0.01, 0.1)],
+        [contrast_range(0.5, 0.05, 0.001, light, 2e4) for light in (DAY, 100.0, NIGHT)],
+        [contrast_range(0.5, 0.05, 0.001, NIGHT, lamp) for lamp in (4e4, 1e4, 1e3)],
+    ]
+    for found in ranges:
+        assert found == sorted(found, reverse=True)
+        assert len(set(found)) == len(found)
+
+
+def test_sixteenth_of_the_cross_section_halves_the_range() -> None:
+    assert cross_section_range(200.0, 10.0 / 16.0, 10.0) == pytest.approx(100.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("beams", [1, 2, 7])
+def test_face_over_n_spacings_holds_n_beams_for_sure(beams: int) -> None:
+    spacing = 0.007
+    width = 2.0 * 50.0 * math.tan(0.5 * beams * spacing)
+    assert sure_beams(width, 50.0, spacing) == beams
+    assert sure_beams(0.99 * width, 50.0, spacing) == beams - 1
+
+
+@pytest.mark.parametrize(("delay", "deceleration"), STOPPING)
+def test_published_stopping_distances_are_needed(delay: float, deceleration: float) -> None:
+    speeds = np.array([50.0, 60.0, 80.0, 100.0, 130.0]) / 3.6
+    out = np.zeros(5)
+    needed_ranges(speeds, delay, deceleration, 0.0, out)
+    assert out == pytest.approx(STOPPING[delay, deceleration], abs=0.051)
+    needed_ranges(speeds, delay, deceleration, 2.0, out)
+    assert out == pytest.approx(np.array(STOPPING[delay, deceleration]) + 2.0, abs=0.051)
+
+
+def test_who_is_not_faster_needs_the_margin_only() -> None:
+    out = np.zeros(2)
+    needed_ranges(np.array([-5.0, 0.0]), 1.0, 4.0, 2.0, out)
+    assert out.tolist() == [2.0, 2.0]
+
+
+@pytest.mark.parametrize("speed", [0.1, 8.0, 36.0, 80.0])
+@pytest.mark.parametrize("delay", [0.0, 0.35, 3.0])
+def test_speed_within_is_the_inverse_of_the_stopping_distance(speed: float, delay: float) -> None:
+    way = stopping_distance(speed, delay, 6.0)
+    assert speed_within(way, delay, 6.0) == pytest.approx(speed, rel=1e-12)
+
+
+def test_without_distance_or_brakes_one_must_stand() -> None:
+    assert speed_within(-1.0, 0.5, 6.0) == 0.0
+    assert speed_within(100.0, 0.5, 0.0) == 0.0
+
+
+def test_unknown_is_never_a_range() -> None:
+    assert math.isnan(speed_within(math.nan, 0.5, 6.0))
+    assert math.isnan(contrast_range(0.5, 0.05, math.nan, DAY, 0.0))
