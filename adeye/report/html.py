@@ -71,7 +71,7 @@ def render_comparison(comparison: Comparison) -> str:
     """Write a comparison as an HTML page of its own, the same for the same comparison."""
     _, style = assets()
     text: str = (
-        _environment()
+        environment()
         .get_template("compare.html.j2")
         .render(
             comparison=comparison,
