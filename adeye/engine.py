@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 DRIVER = "stepwise"
 DEFAULT_BACKEND = "batch"
-NUMERICS_VERSION = 2
+NUMERICS_VERSION = 3
 """Raised whenever the bits of any trace change on purpose."""
 
 
@@ -90,7 +90,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     traffic = make_traffic(backend, variant)
     context, scene = traffic.reset(cases)
     rig = Rig(cases, context, base_dir)
-    rack = ChannelRack(cases, context, base_dir, drawn=drawn)
+    rack = ChannelRack(cases, context, base_dir)
     faults = FaultPlan(cases, context)
     channels = tuple(first.architecture.channels)
     switch = make_switch(

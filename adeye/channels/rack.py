@@ -29,8 +29,6 @@ class ChannelRack:
         cases: Sequence[TestCase],
         scene: SceneContext,
         base_dir: Path,
-        *,
-        drawn: bool = False,
     ) -> None:
         """Build the channels of a batch.
 
@@ -38,7 +36,6 @@ class ChannelRack:
             cases: Test cases of one structure.
             scene: What does not change during the runs.
             base_dir: Folder of the file that names plug-ins.
-            drawn: Whether somebody looks at the tracks of the commands.
         """
         architecture = cases[0].architecture
         poses = mounts(cases)
@@ -66,8 +63,6 @@ class ChannelRack:
                     desired_speed=desired,
                     step=scene.step,
                     period=every * scene.step,
-                    # A plug-in sees no difference, so it cannot make one.
-                    shows_tracks=drawn or spec.kind not in BUILT_IN,
                 )
             )
             self._links[name] = spec.links
