@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 DRIVER = "stepwise"
 DEFAULT_BACKEND = "batch"
-NUMERICS_VERSION = 2
+NUMERICS_VERSION = 3
 """Raised whenever the bits of any trace change on purpose."""
 
 

@@ -89,8 +89,8 @@ class ChannelContext:
         desired_speed: (B) speed that the ego is asked to drive [m/s].
         step: Master clock [s].
         period: Time between two of its ticks [s].
-        shows_tracks: Whether somebody looks at ``ControlCommand.tracks``; otherwise a channel may
-            leave them out, which saves time and changes nothing else.
+        shows_candidates: Whether somebody looks at what a command tells for pictures; otherwise a
+            channel may leave that out, which saves time and changes nothing else.
         data_sheets: What the data sheet of each linked ``gnss`` and ``imu`` says, by id: columns
             (B,) by field, the rate and the deviations of noise and bias.
     """
@@ -105,7 +105,7 @@ class ChannelContext:
     desired_speed: Floats
     step: float
     period: float
-    shows_tracks: bool = True
+    shows_candidates: bool = True
     data_sheets: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
 
     @property

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from adeye.signals import Bools, Floats, Ints, SceneContext
     from adeye.spec.architecture import Architecture
 
-TRACE_SCHEMA: Final = "adeye/trace@2"
+TRACE_SCHEMA: Final = "adeye/trace@3"
 
 COLUMNS: Final = {
     "ego": "(B, T, 7) ego state, signals.EGO_COLUMNS",
@@ -43,12 +43,18 @@ COLUMNS: Final = {
     "status": "(B, T, C) state of each channel, signals.STATUS_LABELS",
     "monitors": "(B, T, Q, 2) raw and confirmed",
     "tracks": "(B, T, C, K, 6) tracks of each channel, signals.TRACK_COLUMNS, NaN where none",
+    "track_error": "(B, T, C, M, 2) track of an object minus the object, along and across the line"
+    " of sight from the ego at the time of the observation [m], NaN without a confirmed track",
+    "false_tracks": "(B, T, C) confirmed tracks of nothing, near the path; -1 shows no tracks",
     "authority": "(B, T) index of the acting channel, -1 for none",
     "reason": "(B, T) why, signals.REASON_LABELS",
     "command": "(B, T, 2) acting acceleration [m/s²] and steering angle [rad]",
     "fault_active": "(B, T, F) the fault is present",
 }
 """Every column of a trace, in the order in which the digest covers them."""
+
+NO_TRACKS: Final = -1
+"""Number of false tracks of a channel that does not show its tracks."""
 
 DRAWN: Final = frozenset({"detections", "tracks"})
 """Columns for pictures of a run: the digest leaves them out, so that a campaign need not keep them.

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 MOTORWAY = ROOT / "odd" / "motorway_chauffeur.yaml"
 URBAN = ROOT / "odd" / "urban_pedestrian_rain.yaml"
+STUDY = ROOT / "odd" / "sensor_study.yaml"
 MOST_TEST_CASES, FEWEST_TEST_CASES = 300, 150
 MIN_EXERCISED = 30
 
@@ -158,3 +159,69 @@ def test_experiment_a_is_monotone_on_its_whole_grid(tmp_path: Path) -> None:
     rows = urban(shipped(tmp_path / "project", URBAN))
     assert len(rows) == 7524
     check_experiment(rows)
+
+
+# --- the sensor study -----------------------------------------------------------------------------
+
+SUITES = (
+    "study_camera",
+    "study_camera_radar",
+    "study_corner_radars",
+    "study_lidar",
+    "study_four_lidars",
+)
+"""From poor to rich; each has the sensors of the one before."""
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Executed:
+    """The study on a thinned grid."""
+    project = shipped(tmp_path_factory.mktemp("study") / "project", STUDY)
+    thinned: dict[str, dict[str, list[str]]] = {
+        "cut_in": {"ego_speed": ["100 km/h"], "rain": ["7.5 mm/h"], "gap": ["40 m"]},
+        "cut_out_to_stopped": {"ego_speed": ["60 km/h", "100 km/h"]},
+        "pedestrian_crossing_night": {
+            "trigger_distance": ["20 m", "30 m"],
+            "ego_speed": ["30 km/h", "50 km/h"],
+            "rain": ["0 mm/h", "25 mm/h"],
+        },
+    }
+    with project.edited_odd() as odd:
+        for use in odd["scenarios"]:
+            use["sweep"]["parameters"].update(thinned.get(use["use"], {}))
+    plan = project.plan()
+    return Executed(project, plan, project.run(workers=2), project.db)
+
+
+def failed(study: Executed, suite: str) -> set[str]:
+    lines = [line for line in study.summary.verdicts if line.architecture == suite]
+    assert len(lines) == 9
+    return {line.fsr for line in lines if line.verdict is not Verdict.PASS}
+
+
+def test_study_stays_a_matter_of_minutes() -> None:
+    assert 1_000 <= adeye.plan(STUDY).expansion.count <= 8_000
+
+
+def test_suites_meet_the_same_situations(study: Executed) -> None:
+    situations: dict[str, set[Any]] = defaultdict(set)
+    for row in study.project.rows():
+        situations[row["architecture"]].add((row["scenario"], row["situation"]))
+    assert set(situations) == set(SUITES)
+    assert len({frozenset(found) for found in situations.values()}) == 1
+
+
+def test_every_further_sensor_of_the_study_helps_or_does_no_harm(study: Executed) -> None:
+    found = [failed(study, suite) for suite in SUITES]
+    for fewer, more in pairwise(found):
+        # Without a failure, a contact elsewhere may leave a bound open.
+        assert more <= fewer | {"FSR-05", "FSR-09"}
+    assert {"FSR-01", "FSR-03", "FSR-04", "FSR-07", "FSR-08"} <= found[0]
+    assert "FSR-07" in found[1]
+    assert "FSR-07" not in found[2]
+    assert "FSR-08" in found[2]
+    assert found[3] == found[4] == set()
+
+
+def test_candidate_of_the_study_passes(study: Executed) -> None:
+    assert study.summary.exit_code is ExitCode.OK

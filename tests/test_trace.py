@@ -34,13 +34,15 @@ SHAPES: dict[str, tuple[int, ...]] = {
     "status": (CHANNELS,),
     "monitors": (MONITORS, 2),
     "tracks": (CHANNELS, TRACKS, 6),
+    "track_error": (CHANNELS, OBJECTS, 2),
+    "false_tracks": (CHANNELS,),
     "authority": (),
     "reason": (),
     "command": (2,),
     "fault_active": (FAULTS,),
 }
 BOOLS = {"foreign_contact", "sensor_alive", "detected", "monitors", "fault_active"}
-INTS = {"contact", "status", "authority", "reason"}
+INTS = {"contact", "status", "false_tracks", "authority", "reason"}
 LENGTH = (4, 3)
 
 

@@ -23,10 +23,6 @@ from adeye.kernel.jit import compiled, inlined
 if TYPE_CHECKING:
     from adeye.signals import Bools, Floats, Ints
 
-SHOWN: Final = (TRACK_X, TRACK_Y, TRACK_VX, TRACK_VY, TRACK_LENGTH, TRACK_WIDTH)
-"""Columns of a track that a command shows, in the order of ``signals.TRACK_COLUMNS``."""
-
-
 BLOCK: Final = 64
 """Runs that go through a stage together. Neighbouring runs have nothing to do with each other, so
 one waits for its divisions while the next is worked on, as long as a stage is short; and what a
@@ -218,9 +214,14 @@ def show_tracks(tracks: Floats, confirm_hits: float, shown: Floats) -> None:
     Args:
         tracks: (K, TRACK_STATE).
         confirm_hits: Detections that confirm a track.
-        shown: (K, 6) out, see ``signals.TRACK_COLUMNS``.
+        shown: (K, 6) in and out, see ``signals.TRACK_COLUMNS``: what was shown before, at first
+            NaN.
     """
     for row in range(tracks.shape[0]):
-        for column in range(6):
-            confirmed = tracks[row, TRACK_HITS] >= confirm_hits
-            shown[row, column] = tracks[row, SHOWN[column]] if confirmed else np.nan
+        track, out = tracks[row], shown[row]
+        if track[TRACK_HITS] >= confirm_hits:
+            out[0], out[1], out[2] = track[TRACK_X], track[TRACK_Y], track[TRACK_VX]
+            out[3], out[4], out[5] = track[TRACK_VY], track[TRACK_LENGTH], track[TRACK_WIDTH]
+        elif not np.isnan(out[0]):
+            # Most rows are empty, and were so at the tick before.
+            out[:] = np.nan

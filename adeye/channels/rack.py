@@ -38,7 +38,7 @@ class ChannelRack:
             cases: Test cases of one structure.
             scene: What does not change during the runs.
             base_dir: Folder of the file that names plug-ins.
-            drawn: Whether somebody looks at the tracks of the commands.
+            drawn: Whether somebody looks at what channels weighed up.
         """
         architecture = cases[0].architecture
         poses = mounts(cases)
@@ -68,7 +68,7 @@ class ChannelRack:
                     step=scene.step,
                     period=every * scene.step,
                     # A plug-in sees no difference, so it cannot make one.
-                    shows_tracks=drawn or spec.kind not in BUILT_IN,
+                    shows_candidates=drawn or spec.kind not in BUILT_IN,
                     data_sheets={link: sheets[link] for link in spec.links if link in sheets},
                 )
             )

@@ -34,6 +34,7 @@ from adeye.signals import (
     scene_signals,
 )
 from adeye.spec.odd import Attributes
+from adeye.trace import NO_TRACKS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -306,15 +307,28 @@ class TraceSignals:
         return samples.values, samples.status, samples.actor.astype(np.int64, copy=False)
 
     def _of_channel(self, rest: str) -> Reading:
-        channel, _, what = rest.rpartition(".")
+        channel, what, *actor = rest.split(".", 2)
         index = self.trace.layout.channels.index(channel)
+        if actor:
+            return self._tracks(index, actor[0])
         if what == "age":
             return self._age(self._column("stamp")[..., index])
-        values, status, actor = _reading(self._column(what)[..., index])
+        values, status, nobody = _reading(self._column(what)[..., index])
         if what != "status":
             silent = self._column("status")[..., index] == SILENT
             status[silent] = SampleStatus.NOT_APPLICABLE
-        return values, status, actor
+        return values, status, nobody
+
+    def _tracks(self, channel: int, actor: str) -> Reading:
+        """Read whether a channel tracks an actor; a silent one tracks nothing."""
+        thing = self.trace.layout.context.object_ids.index(actor)
+        is_tracked = np.isfinite(self._column("track_error")[:, :, channel, thing, 0])
+        values, status, nobody = _reading(is_tracked)
+        hidden = self._column("false_tracks")[..., channel] == NO_TRACKS
+        status[hidden & (self._column("status")[..., channel] != SILENT)] = (
+            SampleStatus.NOT_APPLICABLE
+        )
+        return values, status, nobody
 
     def _of_authority(self, channel: str) -> Reading:
         return _reading(self._column("authority") == self.trace.layout.channels.index(channel))

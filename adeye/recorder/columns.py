@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.recorder.beliefs import compare_tracks, show_nothing
 from adeye.recorder.rows import clear, mark_detected, move, place_detections
 from adeye.trace import COLUMNS, DRAWN, ChannelEvent, Layout, Trace
 
@@ -43,7 +44,13 @@ _SEEN: Final = (
 )
 """Columns of the scene, which the last row of a run has too; what was decided from it is zero."""
 
-_CODES: Final = {"contact": np.int16, "status": np.int8, "authority": np.int8, "reason": np.int8}
+_CODES: Final = {
+    "contact": np.int16,
+    "status": np.int8,
+    "false_tracks": np.int8,
+    "authority": np.int8,
+    "reason": np.int8,
+}
 _FLAGS: Final = frozenset(
     {"foreign_contact", "sensor_alive", "detected", "monitors", "fault_active"}
 )
@@ -149,12 +156,40 @@ class Recorder:
                 end = monitor + proposal.monitors.shape[1]
                 ring["monitors"][place, :, monitor:end] = proposal.monitors
                 monitor = end
+            self._compare_tracks(scene, index, proposal)
             if self._is_drawn:
                 self._draw_tracks(scene, index, proposal)
         ring["authority"][place] = authority.channel
         ring["reason"][place] = authority.reason
         ring["command"][place] = command
         ring["fault_active"][place] = active
+
+    def _compare_tracks(self, scene: Scene, channel: int, proposal: ControlCommand) -> None:
+        ring, columns, context = self._ring, self._columns, self._layout.context
+        place = scene.tick - self._first
+        error = ring["track_error"][place, :, channel]
+        false = ring["false_tracks"][place, :, channel]
+        if proposal.tracks is None:
+            show_nothing(error, false)
+            return
+        compare_tracks(
+            scene.running,
+            proposal.tracks,
+            proposal.stamp,
+            context.step,
+            scene.tick,
+            self._first,
+            (ring["ego"], ring["ego_place"], ring["objects"]),
+            columns["ego"],
+            columns["ego_place"],
+            columns["objects"],
+            context.object_sizes,
+            context.ego_size,
+            context.surroundings.friction,
+            context.road.segments,
+            error,
+            false,
+        )
 
     def _draw_tracks(self, scene: Scene, channel: int, proposal: ControlCommand) -> None:
         runs = scene.running
@@ -273,6 +308,8 @@ def _shapes(  # noqa: PLR0913 - one for each axis
         "status": (channels,),
         "monitors": (monitors, 2),
         "tracks": (channels, TRACKS if is_drawn else 0, 6),
+        "track_error": (channels, objects, 2),
+        "false_tracks": (channels,),
         "authority": (),
         "reason": (),
         "command": (2,),

@@ -25,6 +25,7 @@ from adeye.kernel.sight import (
     visible_share,
 )
 from adeye.sensors.delivery import Delivery, clear, insert, no_measurement, sample_at
+from adeye.sensors.reach import CAMERA, LIDAR, RADAR, fill_reach, reach_in_glare
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -46,7 +47,6 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.world.weather import camera_range, lidar_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,7 +54,6 @@ if TYPE_CHECKING:
     from adeye.ports import SensorContext
     from adeye.spec.sensors import Camera, Lidar, Radar
 
-CAMERA, RADAR, LIDAR = 0, 1, 2
 _KINDS = {"camera": CAMERA, "radar": RADAR, "lidar": LIDAR}
 _NOISES = ("bearing_noise", "distance_noise", "range_noise", "range_rate_noise")
 _OPTIONAL = {**dict.fromkeys(_NOISES, 0.0), "night_range": 1.0, "reference_reflectivity": 1.0}
@@ -77,12 +76,14 @@ class RangingSensor:
                 **spec_columns(specs, _numbers),
                 "rain": weather.rain,
                 "visibility": weather.fog_visibility,
-                "night": weather.night.astype(np.float64),
+                "illuminance": weather.illuminance,
+                "sun_elevation": weather.sun_elevation,
+                "sun_azimuth": weather.sun_azimuth,
             }
         )
         self._objects = len(scene.object_ids)
         self._reach: Floats = np.zeros((scene.runs, self._objects))
-        _fill_reach(self._kind, self._parameters, scene.object_reflectivity, self._reach)
+        fill_reach(self._kind, self._parameters, scene.object_reflectivity, self._reach)
         self._pieces: Floats = np.zeros((self._objects, 2))
         self._looks: Floats = np.zeros((self._objects, OUTLINE_WIDTH))
         self._found: Floats = np.zeros((self._objects, 3))
@@ -139,14 +140,6 @@ def _numbers(spec: Camera | Radar | Lidar) -> dict[str, float]:
         "edge_sine": sine,
         "edge_cosine": cosine,
     }
-
-
-@compiled
-def _fill_reach(kind: int, parameters: Any, reflectivity: Floats, reach: Floats) -> None:
-    """Compute the range (B, M) that the weather leaves for each object [m]."""
-    for run in range(reach.shape[0]):
-        for thing in range(reach.shape[1]):
-            reach[run, thing] = _reach(kind, parameters[run], reflectivity[run, thing])
 
 
 @compiled
@@ -246,10 +239,12 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
     for thing in range(objects.shape[0]):
         sight(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
     count = 0
+    is_glared = kind == CAMERA and parameters["sun_elevation"] >= 0.0
     for thing in range(objects.shape[0]):
-        if not _is_seen(
-            parameters, reach[thing], ahead_x, ahead_y, thing, objects, sizes, looks, pieces
-        ):
+        left = reach[thing]
+        if is_glared:
+            left = reach_in_glare(parameters, left, looks[thing])
+        if not _is_seen(parameters, left, ahead_x, ahead_y, thing, objects, sizes, looks, pieces):
             continue
         x, y, rate = _measure(
             kind,
@@ -284,25 +279,6 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
         detections[row, DETECTION_WIDTH] = sizes[thing, 1]
         detections[row, DETECTION_CLASS] = classes[thing]
     clear(mask, detections, source, count)
-
-
-@compiled
-def _reach(kind: int, parameters: Any, reflectivity: float) -> float:
-    """Range that the weather leaves for an object [m]."""
-    if kind == LIDAR:
-        return lidar_range(
-            parameters["range"],
-            reflectivity,
-            parameters["reference_reflectivity"],
-            parameters["rain"],
-            parameters["visibility"],
-        )
-    if kind == CAMERA:
-        night = parameters["night_range"] if parameters["night"] > 0.0 else 1.0
-        return camera_range(
-            parameters["range"], parameters["rain"], parameters["visibility"], night
-        )
-    return float(parameters["range"])
 
 
 @inlined

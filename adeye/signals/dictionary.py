@@ -101,6 +101,9 @@ def architecture_signals(
             f"channel.{name}.age": _number("s", 0.1, "age of its newest command"),
             f"authority.{name}": _boolean("its command acts"),
         }
+        for actor in object_ids:
+            text = "it has a confirmed track of the actor"
+            signals[f"channel.{name}.tracks.{actor}"] = _boolean(text)
     for name in sensors:
         signals |= {
             f"sensor.{name}.alive": _boolean("it delivers"),

@@ -11,6 +11,7 @@ from adeye.errors import suggest
 from adeye.spec.fault import Fault
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
+    Angle,
     Condition,
     Duration,
     Frequency,
@@ -66,6 +67,12 @@ class FogLimits(Record):
     min_visibility: Length
 
 
+class SunLimits(Record):
+    """Lowest sun that may stand above the horizon; one below it blinds nobody."""
+
+    min: Annotated[Angle, Field(ge=0.0, le=1.5707963267948966)]
+
+
 class EnvironmentalConditions(Record):
     """Environmental attributes (ISO 34503)."""
 
@@ -73,6 +80,7 @@ class EnvironmentalConditions(Record):
     fog: FogLimits | None = None
     friction: FrictionLimits | None = None
     illumination: Many[Illumination] = ("day", "dusk", "lit_night", "night")
+    sun_elevation: SunLimits | None = None
 
 
 class SpeedLimits(Record):

@@ -35,12 +35,11 @@ def schema(kind: str) -> dict[str, Any]:
     made = KINDS[kind].model_json_schema(by_alias=True)
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"adeye/{kind}@1"}
     made = head | made
-    if kind == "scenario":
-        made["properties"] = {
-            "extends": {"type": "string", "description": "Another scenario, by id or path."}
-        } | made["properties"]
-        # A file that extends another leaves out what it takes over.
-        made["anyOf"] = [{"required": ["extends"]}, {"required": made.pop("required")}]
+    by_what = "by id or path" if kind == "scenario" else "by path"
+    extends = {"type": "string", "description": f"Another {kind}, {by_what}."}
+    made["properties"] = {"extends": extends} | made["properties"]
+    # A file that extends another leaves out what it takes over.
+    made["anyOf"] = [{"required": ["extends"]}, {"required": made.pop("required")}]
     return made
 
 

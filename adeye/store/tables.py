@@ -44,17 +44,18 @@ METRIC_IDS: Final = (
     "first_detection_distance_m",
     "takeover_time_s",
     "standstill_gap_m",
+    "detection_latency_s",
+    "missed_time_s",
+    "false_track_time_s",
+    "range_error_rms_m",
+    "position_error_p95_m",
+    "rear_detection_margin_m",
 )
 """Built-in metrics, four columns each: value, status, time of the worst case, actor."""
 
 METRIC_STATUSES: Final = (
-    "value",
-    "no_conflict",
-    "not_applicable",
-    "undefined",
-    "incomplete",
-    "error",
-)
+    "value", "no_conflict", "not_applicable", "undefined", "incomplete", "error"
+)  # fmt: skip
 WORK_STATES: Final = ("pending", "leased", "done", "quarantined")
 RUN_VERDICTS: Final = ("PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "INVALID", "ERROR")
 """Verdicts that a row can have; NOT_RUN is the absence of a row."""

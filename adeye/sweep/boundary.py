@@ -50,7 +50,7 @@ def breaches(
     Returns:
         One entry per attribute that at least one point leaves.
     """
-    found = [*_labels(scenario, count, attributes)]
+    found = [*_labels(scenario, count, attributes), *_low_sun(scenario, columns, count, attributes)]
     for name, expression, dimension, low, high in _limits(scenario, attributes):
         values = np.broadcast_to(np.asarray(expression.evaluate(columns), dtype=float), (count,))
         outside = np.zeros(count, dtype=bool)
@@ -94,6 +94,25 @@ def _limits(scenario: LogicalScenario, attributes: Attributes) -> Iterator[Limit
     if attributes.scenery.min_radius is not None and scenario.world.road.radius is not None:
         low = attributes.scenery.min_radius
         yield "radius", scenario.world.road.radius, Dimension.LENGTH, low, None
+
+
+def _low_sun(
+    scenario: LogicalScenario, columns: Columns, count: int, attributes: Attributes
+) -> Iterator[Breach]:
+    """Find points with the sun above the horizon, but lower than the ODD has it."""
+    limits, elevation = attributes.environment.sun_elevation, scenario.environment.sun_elevation
+    if limits is None or elevation is None:
+        return
+    values = np.broadcast_to(np.asarray(elevation.evaluate(columns), dtype=float), (count,))
+    below_horizon = values < 0.0
+    outside = ~(below_horizon | (values >= limits.min - SLACK * limits.min))
+    if outside.any():
+        value = float(values[np.argmax(outside)])
+        text = (
+            f"sun elevation: {format_quantity(value, Dimension.ANGLE)} is below the ODD's minimum "
+            f"{format_quantity(limits.min, Dimension.ANGLE)}"
+        )
+        yield Breach("sun elevation", outside, text)
 
 
 def _labels(scenario: LogicalScenario, count: int, attributes: Attributes) -> Iterator[Breach]:

@@ -147,10 +147,12 @@ def _ego_desired_speed(formulas: Formulas) -> Floats:
 
 def _surroundings(formulas: Formulas) -> Surroundings:
     night = np.zeros(formulas.runs, dtype=np.bool_)
+    day = np.zeros(formulas.runs, dtype=np.bool_)
     illuminance = np.zeros(formulas.runs)
     for scenario, rows, _ in formulas.parts:
         light = scenario.environment.illumination
         night[rows] = light in {"lit_night", "night"}
+        day[rows] = light == "day"
         illuminance[rows] = ILLUMINANCE[light]
     return Surroundings(
         rain=formulas.limited(
@@ -164,14 +166,31 @@ def _surroundings(formulas: Formulas) -> Surroundings:
         ),
         night=night,
         illuminance=illuminance,
-        sun_elevation=formulas.values(
-            "environment.sun_elevation",
-            lambda s: s.environment.sun_elevation,
-        ),
+        sun_elevation=_sun_elevation(formulas, day),
         sun_azimuth=formulas.values(
             "environment.sun_azimuth", lambda s: s.environment.sun_azimuth, 0.0
         ),
     )
+
+
+def _sun_elevation(formulas: Formulas, day: Bools) -> Floats:
+    """Elevation of the sun (B,) [rad], NaN where nobody looks into it."""
+    where = "environment.sun_elevation"
+    elevation = formulas.values(where, lambda s: s.environment.sun_elevation)
+    degrees = np.degrees(elevation)
+    outside = np.abs(degrees) > 90.0 + 1e-9
+    if outside.any():
+        raise SpecError(
+            f"{where}: {degrees[outside][0]:g} deg is beyond the zenith or the nadir",
+            remedy="Allowed: -90 deg to 90 deg.",
+        )
+    risen = (elevation > 0.0) & ~day
+    if risen.any():
+        raise SpecError(
+            f"{where}: at {degrees[risen][0]:g} deg the sun is up, but the illumination is not day",
+            remedy="Leave it out, let the sun be below the horizon, or set illumination: day.",
+        )
+    return elevation
 
 
 def _desired_speeds(formulas: Formulas, starts: Starts, actors: int) -> Floats:

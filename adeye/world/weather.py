@@ -1,12 +1,13 @@
-"""How rain, fog and darkness shorten the range of a sensor."""
+"""How rain, fog, darkness and a low sun shorten the range of a sensor."""
 
 from __future__ import annotations
 
 import math
 from typing import Final
 
-from adeye.kernel.elementary import log, power
+from adeye.kernel.elementary import atan2, cos, log, power, sin
 from adeye.kernel.jit import compiled
+from adeye.signals import ILLUMINANCE
 
 MM_PER_HOUR: Final = 1e-3 / 3600.0
 """One millimetre per hour [m/s]."""
@@ -22,6 +23,22 @@ LIGHT_RAIN_B: Final = 0.67
 
 KOSCHMIEDER: Final = 3.912
 """Extinction times visibility in fog: contrast falls to 2 % (Koschmieder 1924)."""
+
+SUN_ILLUMINANCE: Final = 2e4
+"""Of a low sun in clear air on a plane that faces it [lx]. Our choice: about that of a sun that is
+7 degrees high (IES: 127.5 klx·exp(-0.21/sin(elevation))). It is held for every elevation, so that
+a lower sun is never the better one; haze that weakens a sun at the horizon is left out."""
+
+GLARE: Final = 10.0
+"""Veiling luminance [cd/m²] by illuminance at the eye [lx] and angle squared [1/deg²]: the
+Stiles-Holladay formula of disability glare (CIE 146:2002), taken for a lens as for an eye. The
+formula is for 1 to 30 degrees; nearer than 1 degree the glare of 1 degree is taken."""
+
+GREY: Final = 0.2
+"""Share of light that the surroundings return, against which glare counts. Our choice: dry road."""
+
+_DARK: Final = ILLUMINANCE["night"]
+_BRIGHT: Final = ILLUMINANCE["day"]
 
 REFLECTIVITY: Final = {
     "car": 0.5,
@@ -108,9 +125,79 @@ def camera_range(clear_range: float, rain: float, visibility: float, night_share
         clear_range: Range by day in clear air [m].
         rain: [m/s].
         visibility: In fog [m].
-        night_share: Share of the range that is left, 1 by day.
+        night_share: Share of the range that is left, 1 by day; darkness and glare both take from
+            it.
     """
+    if night_share <= 0.0:
+        return 0.0
     extinction = (
         LIGHT_RAIN_A * power(rain / MM_PER_HOUR, LIGHT_RAIN_B) if rain > 0.0 else 0.0
     ) + KOSCHMIEDER / visibility
     return range_in_extinction(clear_range * night_share, extinction)
+
+
+@compiled
+def light_share(night_share: float, illuminance: float) -> float:
+    """Share of its range by day that a camera keeps in some light.
+
+    It rises linearly with the logarithm of the illuminance between night and day, as an eye's
+    acuity does roughly, and is held beyond both. Our choice.
+
+    Args:
+        night_share: Share that is left at night (``ILLUMINANCE["night"]``), 0 to 1.
+        illuminance: Of a horizontal surface [lx]; 1 is returned from ``ILLUMINANCE["day"]`` on.
+
+    >>> light_share(0.5, 0.1), light_share(0.5, 2e4)
+    (0.5, 1.0)
+    """
+    if illuminance >= _BRIGHT:
+        return 1.0
+    if illuminance <= _DARK:
+        return night_share
+    light = log(illuminance / _DARK) / log(_BRIGHT / _DARK)
+    return night_share + (1.0 - night_share) * light
+
+
+@compiled
+def sun_cosine(ahead_x: float, ahead_y: float, elevation: float, azimuth: float) -> float:
+    """Cosine of the angle between a level line of sight and the sun.
+
+    Args:
+        ahead_x: Unit vector of the line of sight in the map.
+        ahead_y: The same.
+        elevation: Of the sun above the horizon [rad].
+        azimuth: Of the sun, counter-clockwise from the map's x axis [rad].
+    """
+    toward = ahead_x * cos(azimuth) + ahead_y * sin(azimuth)
+    return cos(elevation) * toward
+
+
+@compiled
+def glare_contrast(cosine: float, illuminance: float) -> float:
+    """Share of contrast that the sun's glare leaves in the direction of a line of sight.
+
+    Light that is scattered in the lens veils the image: the contrast falls by L/(L + V), with the
+    luminance L of the surroundings and V of the veil, which goes with 1/angle². A hood is not
+    modelled.
+
+    Args:
+        cosine: Of the angle between line of sight and sun, see ``sun_cosine``; ask only while the
+            sun is above the horizon.
+        illuminance: Of a horizontal surface [lx], positive.
+
+    Returns:
+        0 to 1; 1 where the sun stands at a right angle or behind.
+
+    Source:
+        CIE 146:2002, "CIE equations for disability glare" (Stiles-Holladay).
+
+    >>> glare_contrast(0.0, 2e4)
+    1.0
+    """
+    if cosine <= 0.0:
+        return 1.0
+    sine = math.sqrt(max(0.0, 1.0 - cosine * cosine))
+    angle = max(1.0, atan2(sine, cosine) * (180.0 / math.pi))
+    veil = GLARE * SUN_ILLUMINANCE * cosine / (angle * angle)
+    luminance = GREY / math.pi * illuminance
+    return luminance / (luminance + veil)

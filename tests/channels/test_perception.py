@@ -59,9 +59,20 @@ class Eye:
         )
 
     def shown(self) -> Floats:
-        shown = np.zeros((TRACKS, len(TRACK_COLUMNS)))
+        shown = np.full((TRACKS, len(TRACK_COLUMNS)), np.nan)
         show_tracks(self.tracks[0], 3.0, shown)
         return shown
+
+
+def test_track_that_is_gone_is_not_shown_any_more() -> None:
+    tracks = np.zeros((TRACKS, TRACK_STATE))
+    shown = np.full((TRACKS, len(TRACK_COLUMNS)), np.nan)
+    tracks[1, TRACK_HITS] = 3.0
+    show_tracks(tracks, 3.0, shown)
+    assert np.isfinite(shown).all(axis=1).tolist() == [False, True] + [False] * (TRACKS - 2)
+    tracks[1, TRACK_HITS] = 0.0
+    show_tracks(tracks, 3.0, shown)
+    assert np.isnan(shown).all()
 
 
 def test_confirmed_track_is_shown_in_the_vehicle_frame_with_its_speed_over_ground() -> None:

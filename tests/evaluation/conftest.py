@@ -101,6 +101,8 @@ class HandMade:
             "status": np.zeros((*shape, 2), dtype=np.int64),
             "monitors": flags(1, 2),
             "tracks": np.full((*shape, 2, 8, 6), np.nan),
+            "track_error": np.full((*shape, 2, many, 2), np.nan),
+            "false_tracks": np.zeros((*shape, 2), dtype=np.int8),
             "authority": np.zeros(shape, dtype=np.int64),
             "reason": np.ones(shape, dtype=np.int64),
             "command": np.zeros((*shape, 2)),

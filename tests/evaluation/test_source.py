@@ -11,6 +11,7 @@ from adeye.evaluation.source import TraceSignals, is_decision, plan_dictionary, 
 from adeye.evaluation.stl.series import SampleStatus
 from adeye.signals import SILENT
 from adeye.spec.odd import Attributes
+from adeye.trace import NO_TRACKS
 from tests.evaluation.stl.batch import errors_of
 
 
@@ -71,6 +72,7 @@ def test_decisions_are_told_from_scenes(name: str, *, decided: bool) -> None:
     "name",
     [
         "channel.nominal.status",
+        "channel.nominal.tracks.lead",
         "authority.safety",
         "switch.reason",
         "sensor.camera.age",
@@ -96,6 +98,24 @@ def test_command_of_a_silent_channel_does_not_apply_but_its_status_does(hand_mad
     assert command.status[0, 4] == SampleStatus.NOT_APPLICABLE
     assert state.status[0, 4] == SampleStatus.VALUE
     assert state.labels[int(state.values[0, 4])] == "silent"
+
+
+def test_track_of_an_actor_is_a_truth_value(hand_made: Any) -> None:
+    made = hand_made(objects=("lead", "other"))
+    made.columns["track_error"][0, 3:, 0, 1] = 0.0
+    assert values(made, "channel.nominal.tracks.other")[:5].tolist() == [0, 0, 0, 1, 1]
+    assert not values(made, "channel.nominal.tracks.lead")[:-1].any()
+    assert not values(made, "channel.safety.tracks.other")[:-1].any()
+
+
+def test_silent_channel_tracks_nothing_and_one_without_tracks_does_not_say(hand_made: Any) -> None:
+    made = hand_made().set("false_tracks", NO_TRACKS, rows=slice(4, 7), at=0)
+    made.set("status", SILENT, rows=5, at=0)
+    series = signals(made).series("channel.nominal.tracks.lead")
+    assert series.status is not None
+    unknown = SampleStatus.NOT_APPLICABLE
+    assert series.status[0, 3:8].tolist() == [0, unknown, 0, unknown, 0]
+    assert not series.values[0, 5]
 
 
 def test_age_counts_from_the_start_before_the_first_sample(hand_made: Any) -> None:

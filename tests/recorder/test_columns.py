@@ -11,7 +11,7 @@ import pytest
 from adeye.recorder import TRACKS, Memory, Recorder
 from adeye.sensors.delivery import no_measurement
 from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene, SceneContext
-from adeye.trace import COLUMNS, ChannelEvent, Layout, Trace
+from adeye.trace import COLUMNS, NO_TRACKS, ChannelEvent, Layout, Trace
 from tests.sensors.scenes import CAR, architecture, scene, scene_context
 
 SENSORS = {
@@ -129,7 +129,8 @@ def test_last_row_has_a_scene_only(context: SceneContext) -> None:
     trace = recorded(context)
     assert trace.length.tolist() == [4, 4]
     assert trace["ego"][0, 3, 3] == 20.0
-    for name in ("acceleration", "stamp", "command", "sensor_stamp", "fault_active", "tracks"):
+    decided = ("acceleration", "stamp", "command", "sensor_stamp", "fault_active", "tracks")
+    for name in (*decided, "track_error", "false_tracks"):
         assert not trace[name][:, 3].any(), name
 
 
@@ -230,3 +231,34 @@ def test_tracks_are_cut_and_missing_ones_are_nan(context: SceneContext) -> None:
     assert np.array_equal(trace["tracks"][:, 0, 0], tracks[:, :TRACKS])
     assert np.isnan(trace["tracks"][:, 0, 1]).all()
     assert trace["status"][0, 0].tolist() == [OK, SILENT]
+
+
+def test_tracks_are_compared_with_the_objects_of_their_observation(context: SceneContext) -> None:
+    recorder = Recorder(layout(context), 40, ("a", "b"))
+    # The ego has driven on from where it saw the object 40 m ahead; the command comes late.
+    tracks = np.full((RUNS, 8, 6), np.nan)
+    for tick in range(30):
+        seen_at = max(0, tick - 2)
+        tracks[:, 0] = (40.5 - seen_at, 0.0, 0.0, 0.0, 4.5, 1.8)
+        late = command("nominal", 0.0, tracks=tracks.copy())
+        late.stamp[:] = 0.05 * seen_at
+        add(recorder, shown(context, tick), proposals=[late, command("safety", 0.0)])
+    trace = closed(recorder, shown(context, 30))
+    assert trace["track_error"][0, :30, 0, 0, 0].tolist() == pytest.approx([0.5] * 30)
+    assert np.isnan(trace["track_error"][:, :30, 0, 1]).all()
+    assert not trace["false_tracks"][:, :, 0].any()
+    assert np.isnan(trace["track_error"][:, :30, 1]).all()
+    assert (trace["false_tracks"][:, :30, 1] == NO_TRACKS).all()
+
+
+def test_beliefs_are_kept_also_when_nothing_is_drawn(context: SceneContext) -> None:
+    tracks = np.full((RUNS, 8, 6), np.nan)
+    tracks[:, 0] = (40.0, 0.0, 0.0, 0.0, 4.5, 1.8)
+    traces = []
+    for drawn in (False, True):
+        recorder = Recorder(layout(context), 3, ("a", "b"), drawn=drawn)
+        proposals = [command("nominal", 0.0, tracks=tracks), command("safety", 0.0)]
+        add(recorder, shown(context, 0), proposals=proposals)
+        traces.append(closed(recorder, shown(context, 1)))
+    assert np.isfinite(traces[0]["track_error"][:, 0, 0, 0]).all()
+    assert traces[0].digests() == traces[1].digests()

@@ -13,6 +13,7 @@ from adeye.signals import (
     DETECTION_LENGTH,
     DETECTION_RANGE_RATE,
     DETECTION_WIDTH,
+    ILLUMINANCE,
     Measurement,
     Scene,
     SceneContext,
@@ -137,7 +138,7 @@ def test_camera_reaches_as_far_as_the_rain_formula_says() -> None:
 
 
 def test_camera_loses_its_share_of_range_at_night() -> None:
-    by_night = scene_context(night=True)
+    by_night = scene_context(night=True, illuminance=ILLUMINANCE["night"])
     assert first_lost("camera", by_night, night_range=0.5) == pytest.approx(50.0, abs=1e-4)
     assert first_lost("radar", by_night) == pytest.approx(100.0, abs=1e-4)
 

@@ -57,6 +57,7 @@ def test_units_are_si() -> None:
 def test_parts_bring_their_signals() -> None:
     assert {"authority.nominal", "authority.safety"} <= PARTS.keys()
     assert {"sensor.camera.detects.lead", "sensor.camera.detects.truck"} <= PARTS.keys()
+    assert {"channel.nominal.tracks.lead", "channel.safety.tracks.truck"} <= PARTS.keys()
     assert {"monitor.danger.raw", "monitor.danger.confirmed"} <= PARTS.keys()
     assert "fault.camera_out.active" in PARTS
     assert PARTS["channel.safety.status"].labels == STATUS_LABELS

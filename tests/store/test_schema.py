@@ -22,7 +22,7 @@ ASSETS = sorted((Path(__file__).parents[1] / "db_assets").glob("*.db"))
 ASSET_RESULTS = {
     "v0001.db": (
         "b18b5e195097d12b46f7598a25e646bd",
-        "edffb967ab7011f3ecfc5f9dfe0b07f021b5e5c1636b0876b1b79c05dfd8ccc5",
+        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
     ),
 }
 

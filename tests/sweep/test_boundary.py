@@ -110,3 +110,19 @@ def test_radius_of_a_curve_is_looked_at() -> None:
     assert breach.text == "radius: 300 m is below the ODD's minimum 400 m"
     assert found({"scenery": {"min_radius": "300 m"}}, curve) == []
     assert found({"scenery": {"min_radius": "400 m"}}) == []
+
+
+def test_sun_above_the_horizon_must_be_as_high_as_the_odd_has_it() -> None:
+    content = SCENARIO.model_dump(mode="json")
+    content["parameters"]["sun"] = {"default": "30 deg"}
+    content["environment"]["sun_elevation"] = "sun"
+    sunny = LogicalScenario.model_validate(content, context=SI)
+    attributes = {"environment": {"sun_elevation": {"min": "10 deg"}}}
+    heights = np.radians([30.0, 10.0, 9.0, 0.0, -1.0])
+    (breach,) = found(attributes, sunny, sun=heights)
+    assert breach.attribute == "sun elevation"
+    assert breach.outside.tolist() == [False, False, True, True, False]
+    assert breach.text == "sun elevation: 9 deg is below the ODD's minimum 10 deg"
+    assert found(attributes, sunny, sun=heights[:2]) == []
+    assert found(attributes) == []
+    assert found({}, sunny, sun=heights) == []

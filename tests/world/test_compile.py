@@ -11,7 +11,7 @@ from adeye.errors import SpecError
 from adeye.kernel.manoeuvre import PACE, D, S
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.road import local
-from adeye.signals import OBJECT_CLASSES
+from adeye.signals import ILLUMINANCE, OBJECT_CLASSES
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
 from adeye.world.compile import compile_world, ego_desired_speeds
@@ -95,6 +95,46 @@ def test_surroundings_are_in_si(make_scenario: Make, make_case: Case) -> None:
     assert around.rain[0] == pytest.approx(7.5e-3 / 3600)
     assert around.night.tolist() == [True]
     assert around.fog_visibility.tolist() == [2000.0]
+
+
+@pytest.mark.parametrize("light", ILLUMINANCE)
+def test_illumination_becomes_an_illuminance(
+    make_scenario: Make, make_case: Case, light: str
+) -> None:
+    scenario = make_scenario(environment={"illumination": light})
+    around = compile_world([make_case(scenario)]).context.surroundings
+    assert around.illuminance.tolist() == [ILLUMINANCE[light]]
+    assert around.night.tolist() == [light in {"lit_night", "night"}]
+    assert np.isnan(around.sun_elevation).all()
+
+
+def test_sun_is_a_formula_of_the_parameters(make_scenario: Make, make_case: Case) -> None:
+    sun = {"sun_elevation": "gap / 1 m * 1 deg", "sun_azimuth": "-90 deg"}
+    scenario = make_scenario(environment=sun)
+    cases = [make_case(scenario, {"gap": gap}) for gap in (40.0, 5.0)]
+    around = compile_world(cases).context.surroundings
+    assert np.degrees(around.sun_elevation).tolist() == pytest.approx([40.0, 5.0])
+    assert np.degrees(around.sun_azimuth).tolist() == pytest.approx([-90.0, -90.0])
+
+
+@pytest.mark.parametrize(
+    ("environment", "said"),
+    [
+        ({"sun_elevation": "91 deg"}, "91 deg is beyond the zenith"),
+        ({"sun_elevation": "5 deg", "illumination": "night"}, "the illumination is not day"),
+        ({"sun_elevation": "5 deg", "illumination": "dusk"}, "the illumination is not day"),
+    ],
+)
+def test_impossible_sun_is_refused(
+    make_scenario: Make, make_case: Case, environment: dict[str, str], said: str
+) -> None:
+    with pytest.raises(SpecError, match=said):
+        compile_world([make_case(make_scenario(environment=environment))])
+
+
+def test_sun_below_the_horizon_goes_with_the_dark(make_scenario: Make, make_case: Case) -> None:
+    scenario = make_scenario(environment={"sun_elevation": "-5 deg", "illumination": "dusk"})
+    assert compile_world([make_case(scenario)]).context.surroundings.sun_elevation[0] < 0.0
 
 
 @pytest.mark.parametrize("radius", ["300 m", "-300 m"])

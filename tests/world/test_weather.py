@@ -1,4 +1,4 @@
-"""Ranges in rain, fog and darkness against the closed forms and the published table."""
+"""Ranges in rain, fog, darkness and low sun against the closed forms and the published table."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ import math
 
 import pytest
 
+from adeye.signals import ILLUMINANCE
 from adeye.world.weather import (
     LIDAR_RAIN_A,
     LIDAR_RAIN_B,
     MM_PER_HOUR,
+    SUN_ILLUMINANCE,
     camera_range,
+    glare_contrast,
     lidar_range,
+    light_share,
     range_in_extinction,
+    sun_cosine,
 )
 
 REFLECTIVITIES = (0.9, 0.5, 0.1, 0.05)
@@ -68,3 +73,56 @@ def test_ranges_fall_as_it_gets_worse() -> None:
 
 def test_camera_by_day_in_clear_air_keeps_its_range() -> None:
     assert camera_range(100.0, 0.0, math.inf, 1.0) == 100.0
+
+
+# --- light ----------------------------------------------------------------------------------------
+
+
+def test_light_share_is_whole_by_day_and_that_of_the_night_at_night() -> None:
+    assert light_share(0.7, ILLUMINANCE["day"]) == 1.0
+    assert light_share(0.7, ILLUMINANCE["night"]) == 0.7
+    assert light_share(0.7, 1e-3) == 0.7
+    assert light_share(0.7, 1e5) == 1.0
+
+
+def test_light_share_between_is_linear_in_the_logarithm() -> None:
+    middle = math.sqrt(ILLUMINANCE["day"] * ILLUMINANCE["night"])
+    assert light_share(0.4, middle) == pytest.approx(0.7)
+
+
+def test_range_falls_from_day_to_night() -> None:
+    shares = [light_share(0.5, ILLUMINANCE[light]) for light in ILLUMINANCE]
+    assert list(ILLUMINANCE) == ["day", "dusk", "lit_night", "night"]
+    assert shares == sorted(shares, reverse=True)
+    assert len(set(shares)) == 4
+    values = [camera_range(100.0, 0.0, 1e4, share) for share in shares]
+    assert values == sorted(values, reverse=True)
+
+
+def test_camera_without_contrast_sees_nothing() -> None:
+    assert camera_range(100.0, 0.0, 1e4, 0.0) == 0.0
+
+
+def test_line_of_sight_into_the_sun_is_as_high_as_the_sun() -> None:
+    assert sun_cosine(0.0, 1.0, 0.3, math.pi / 2.0) == pytest.approx(math.cos(0.3))
+    assert sun_cosine(1.0, 0.0, 0.3, math.pi / 2.0) == pytest.approx(0.0, abs=1e-15)
+    assert sun_cosine(0.0, -1.0, 0.3, math.pi / 2.0) == pytest.approx(-math.cos(0.3))
+
+
+def test_glare_is_the_veil_of_stiles_and_holladay() -> None:
+    angle = 10.0
+    veil = 10.0 * SUN_ILLUMINANCE * math.cos(math.radians(angle)) / angle**2
+    luminance = 0.2 / math.pi * 2e4
+    expected = luminance / (luminance + veil)
+    assert glare_contrast(math.cos(math.radians(angle)), 2e4) == pytest.approx(expected)
+
+
+def test_contrast_falls_as_the_sun_comes_nearer_to_the_line_of_sight() -> None:
+    left = [glare_contrast(math.cos(math.radians(a)), 2e4) for a in (89, 60, 30, 10, 5, 2, 1.01)]
+    assert left == sorted(left, reverse=True)
+    assert len(set(left)) == len(left)
+    assert 0.0 < glare_contrast(1.0, 2e4) <= left[-1]
+
+
+def test_sun_beside_or_behind_takes_nothing() -> None:
+    assert glare_contrast(0.0, 2e4) == glare_contrast(-1.0, 2e4) == 1.0

@@ -70,7 +70,6 @@ class NominalChannel:
         self._command = np.zeros((runs, 2))
         self._status = np.full(runs, FAULT, dtype=np.int64)
         self._path = np.zeros(PATH_WIDTH)
-        self._shows_tracks = context.shows_tracks
         self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
 
     def act(self, observation: Observation) -> ControlCommand:
@@ -99,7 +98,6 @@ class NominalChannel:
             self._command,
             self._status,
             self._shown,
-            self._shows_tracks,
             sight.places,
             sight.owner,
             self._path,
@@ -110,7 +108,7 @@ class NominalChannel:
             self._command[:, 1].copy(),
             np.full(self._status.shape, observation.time),
             self._status.copy(),
-            tracks=self._shown.copy() if self._shows_tracks else None,
+            tracks=self._shown.copy(),
         )
 
 
@@ -136,7 +134,6 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     command: Floats,
     status: Ints,
     shown: Floats,
-    shows_tracks: bool,  # noqa: FBT001 - a kernel
     places: Floats,
     owner: Ints,
     path: Floats,
@@ -181,5 +178,4 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
             if state == OK and is_degraded(alive, run):
                 state = DEGRADED
             status[run] = state
-            if shows_tracks:
-                show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])

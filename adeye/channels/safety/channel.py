@@ -93,7 +93,6 @@ class SafetyChannel:
         self._monitors = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.bool_)
         self._path = np.zeros(PATH_WIDTH)
         self._seen = np.zeros(EVIDENCE_WIDTH)
-        self._shows_tracks = context.shows_tracks
         self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
 
     def act(self, observation: Observation) -> ControlCommand:
@@ -136,7 +135,6 @@ class SafetyChannel:
             self._status,
             self._monitors,
             self._shown,
-            self._shows_tracks,
             sight.places,
             sight.owner,
             self._path,
@@ -149,7 +147,7 @@ class SafetyChannel:
             np.full(self._status.shape, observation.time),
             self._status.copy(),
             monitors=self._monitors.copy(),
-            tracks=self._shown.copy() if self._shows_tracks else None,
+            tracks=self._shown.copy(),
         )
 
 
@@ -202,7 +200,6 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     status: Ints,
     monitors: Bools,
     shown: Floats,
-    shows_tracks: bool,  # noqa: FBT001 - a kernel
     places: Floats,
     owner: Ints,
     path: Floats,
@@ -255,5 +252,4 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
             if state == OK and is_degraded(alive, run):
                 state = DEGRADED
             status[run] = state
-            if shows_tracks:
-                show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
