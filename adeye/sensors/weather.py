@@ -110,7 +110,17 @@ def camera_range(clear_range: float, rain: float, visibility: float, night_share
         visibility: In fog [m].
         night_share: Share of the range that is left, 1 by day.
     """
-    extinction = (
+    return range_in_extinction(clear_range * night_share, light_extinction(rain, visibility))
+
+
+@compiled
+def light_extinction(rain: float, visibility: float) -> float:
+    """Extinction of visible light in rain and fog [1/m].
+
+    Args:
+        rain: [m/s].
+        visibility: In fog [m].
+    """
+    return (
         LIGHT_RAIN_A * power(rain / MM_PER_HOUR, LIGHT_RAIN_B) if rain > 0.0 else 0.0
     ) + KOSCHMIEDER / visibility
-    return range_in_extinction(clear_range * night_share, extinction)
