@@ -138,9 +138,7 @@ def _touch(left: Ints, right: Ints, owner: Ints, nearness: Floats) -> bool:
 
 
 @inlined
-def _link(
-    runs: Ints, before: int, here: int, count: int, owner: Ints, nearness: Floats
-) -> None:
+def _link(runs: Ints, before: int, here: int, count: int, owner: Ints, nearness: Floats) -> None:
     """Join the runs of a column, from ``here`` on, with those of the one before."""
     left = before
     for right in range(here, count):

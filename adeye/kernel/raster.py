@@ -56,7 +56,7 @@ _TINY: Final = 1e-9
 
 
 @inlined
-def aim(  # noqa: PLR0913, PLR0917 - a kernel
+def aim(
     x: float,
     y: float,
     height: float,
@@ -301,7 +301,7 @@ def _rows(forms: Floats, lines: int, column: float, rows: int) -> tuple[int, int
 
 
 @compiled
-def fill(  # noqa: PLR0913, PLR0917 - a kernel
+def fill(
     forms: Floats,
     lines: int,
     least: float,

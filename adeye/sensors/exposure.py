@@ -254,9 +254,11 @@ def _shown(  # noqa: PLR0913, PLR0917 - a kernel
     If noise lifts it over the threshold and is the greater part, its class is not told.
     """
     transmission, variance, _ = patch_at(patches, column, row)
+    variance += parameters["noise"] * parameters["noise"]
+    if transmission <= 0.0 and variance <= 0.0:
+        return NOTHING
     contrast, illuminance = contrast_at(parameters, CONTRASTS[kind], column, row, image)
     contrast *= transmission
-    variance += parameters["noise"] * parameters["noise"]
     threshold = threshold_at(parameters["threshold"], illuminance)
     noise = 0.0
     if variance > 0.0:

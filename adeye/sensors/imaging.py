@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,14 +15,11 @@ from adeye.kernel.raster import (
     VIEW_COLUMN,
     VIEW_COSINE,
     VIEW_FOCAL,
-    VIEW_HEIGHT,
     VIEW_PITCH_COSINE,
     VIEW_PITCH_SINE,
     VIEW_ROW,
     VIEW_SINE,
     VIEW_WIDTH,
-    VIEW_X,
-    VIEW_Y,
     aim,
     covers,
     fill,
@@ -130,9 +127,7 @@ def draw(
             continue
         if image.sun[0] > 0.0 and covers(forms, lines, sun_column, sun_row):
             image.sun[0] = 0.0
-        begin, end = fill(
-            forms, lines, least, most, thing, image.nearness, image.owner, image.span
-        )
+        begin, end = fill(forms, lines, least, most, thing, image.nearness, image.owner, image.span)
         if begin < end:
             image.states[thing] = EACH
             first, stop = min(first, begin), max(stop, end)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from typing import Final
-
-import numpy as np
+from typing import TYPE_CHECKING, Final
 
 from adeye.kernel.elementary import exp, log
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal_pair, uniform
+
+if TYPE_CHECKING:
+    import numpy as np
 
 GREATEST: Final = 8.6
 """No draw of ``kernel.random.normal`` lies further out: sqrt(-2 ln(2**-53)) = 8.57."""

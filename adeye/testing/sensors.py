@@ -111,7 +111,10 @@ def _check_samples(
 
 
 def _check_form(scene: SceneContext, item: Measurement) -> None:
-    runs, count = scene.runs, len(scene.object_ids)
+    runs, count = scene.runs, item.mask.shape[-1]
+    # Ghosts, and objects that show in several parts, may need more rows than there are objects.
+    has_room = count >= len(scene.object_ids)
+    _demand(holds=has_room, rule=f"mask has shape {item.mask.shape}, too few rows for all objects")
     for name, array, tail in (
         ("stamp", item.stamp, ()),
         ("fresh", item.fresh, ()),
