@@ -26,7 +26,7 @@ from adeye.kernel.raster import (
     VIEW_Y,
 )
 from adeye.sensors.imaging import ABSENT, EACH, HIDDEN, WHOLE, Image
-from adeye.sensors.light import CONTRASTS, beam, shown_contrast, threshold_at, veil
+from adeye.sensors.light import CONTRASTS, SHINE, beam, shown_contrast, threshold_at, veil
 from adeye.sensors.noise import GREATEST, noise_of, skip
 
 if TYPE_CHECKING:
@@ -86,8 +86,9 @@ def expose(  # noqa: PLR0913, PLR0917 - a kernel
     is_clear = True
     for thing in range(objects.shape[0]):
         if image.states[thing] != ABSENT:
-            contrast = CONTRASTS[classes[thing]]
-            image.states[thing] = _judge(parameters, contrast, objects[thing], sizes[thing], image)
+            image.states[thing] = _judge(
+                parameters, classes[thing], objects[thing], sizes[thing], image
+            )
             is_clear &= image.states[thing] == WHOLE
     begin, end = first, stop
     if is_clear:
@@ -137,7 +138,7 @@ def _further(cosine: float, sine: float, half_sine: float, half_cosine: float) -
 
 
 @compiled
-def _judge(parameters: Any, contrast: float, box: Floats, size: Floats, image: Image) -> int:
+def _judge(parameters: Any, kind: int, box: Floats, size: Floats, image: Image) -> int:
     """Tell whether all pixels of an object are sure to show it or sure not to.
 
     Contrast falls with the distance and the glare and grows with the light, so the best and the
@@ -161,7 +162,7 @@ def _judge(parameters: Any, contrast: float, box: Floats, size: Floats, image: I
     right = (view[VIEW_SINE] * x - view[VIEW_COSINE] * y) / centre
     lit = _cosine_ahead(parameters, along, right, down)
     lit_sine = math.sqrt(max(0.0, 1.0 - lit * lit))
-    ambient, lamps = parameters["illuminance"], parameters["headlamps"]
+    ambient, lamps = parameters["illuminance"] + SHINE[kind], parameters["headlamps"]
     most = ambient + beam(lamps, _nearer(lit, lit_sine, half_sine, half_cosine), near)
     least = ambient + beam(lamps, _further(lit, lit_sine, half_sine, half_cosine), far)
     weak = strong = 0.0
@@ -170,7 +171,7 @@ def _judge(parameters: Any, contrast: float, box: Floats, size: Floats, image: I
         sun_sine = math.sqrt(max(0.0, 1.0 - sun * sun))
         strong = veil(image.sun[0], _nearer(sun, sun_sine, half_sine, half_cosine))
         weak = veil(image.sun[0], _further(sun, sun_sine, half_sine, half_cosine))
-    passed, extinction = contrast * parameters["transmission"], parameters["extinction"]
+    passed, extinction = CONTRASTS[kind] * parameters["transmission"], parameters["extinction"]
     threshold, noise = parameters["threshold"], GREATEST * parameters["noise"]
     best = shown_contrast(passed, near, extinction, most, weak) + noise
     if best < (1.0 - _SURE) * threshold_at(threshold, most):
@@ -193,13 +194,14 @@ def _cosine_ahead(parameters: Any, along: float, right: float, down: float) -> f
 
 @inlined
 def contrast_at(
-    parameters: Any, contrast: float, column: int, row: int, image: Image
+    parameters: Any, kind: int, contrast: float, column: int, row: int, image: Image
 ) -> tuple[float, float]:
     """Return the contrast that a surface in a pixel has behind the lens, and its illuminance [lx].
 
     Args:
         parameters: Record of the camera and the environment.
-        contrast: Of the surface's class.
+        kind: Class of the surface.
+        contrast: Without lens, air and glare.
         column: Of the pixel.
         row: Of the pixel.
         image: With the surface in it.
@@ -210,7 +212,8 @@ def contrast_at(
     length = math.sqrt(1.0 + right * right + down * down)
     distance = length / image.nearness[column, row]
     lit = _cosine_ahead(parameters, 1.0, right, down) / length
-    illuminance = parameters["illuminance"] + beam(parameters["headlamps"], lit, distance)
+    illuminance = parameters["illuminance"] + SHINE[kind]
+    illuminance += beam(parameters["headlamps"], lit, distance)
     veiling = 0.0
     if image.sun[0] > 0.0:
         cosine = (image.sun[1] + image.sun[2] * right + image.sun[3] * down) / length
@@ -257,7 +260,7 @@ def _shown(  # noqa: PLR0913, PLR0917 - a kernel
     variance += parameters["noise"] * parameters["noise"]
     if transmission <= 0.0 and variance <= 0.0:
         return NOTHING
-    contrast, illuminance = contrast_at(parameters, CONTRASTS[kind], column, row, image)
+    contrast, illuminance = contrast_at(parameters, kind, CONTRASTS[kind], column, row, image)
     contrast *= transmission
     threshold = threshold_at(parameters["threshold"], illuminance)
     noise = 0.0

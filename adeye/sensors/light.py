@@ -10,6 +10,7 @@ import numpy as np
 from adeye.kernel.elementary import atan2, exp
 from adeye.kernel.jit import compiled, inlined
 from adeye.signals import OBJECT_CLASSES
+from adeye.world.objects import DEFAULT_SIZES
 
 CONTRAST: Final = {
     "car": 0.5,
@@ -30,6 +31,18 @@ vehicles with shadow, windows and lamps stand out, clothing of people less."""
 CONTRASTS: Final = np.array([CONTRAST[kind] for kind in OBJECT_CLASSES])
 """The same (11,) by number of the class."""
 
+LAMPS: Final = {
+    "car": 10.0,
+    "van": 10.0,
+    "truck": 10.0,
+    "bus": 10.0,
+    "motorcycle": 5.0,
+    "cyclist": 2.0,
+}
+"""Intensity of the lamps that a class shows to whoever looks at it [cd]. Our choice: one or two
+rear position lamps of 5 cd, of the order of UN R7, and a weaker one on a bicycle. Those of the
+front are brighter. What is parked and who walks shows none."""
+
 LIGHT_OF_THRESHOLD: Final = 120.0
 """Illuminance at which the noise of light doubles the square of the threshold [lx]. Our choice: so
 a pedestrian of contrast 0.25 needs 5 lx where the threshold is 0.05 by day, the illuminance to
@@ -42,6 +55,18 @@ clear air."""
 BACKGROUND: Final = 0.2
 """Share of light that road and surroundings return, for the luminance that glare competes with;
 of the order of asphalt and grass. Our choice."""
+
+SHINE: Final = np.array(
+    [
+        math.pi * LAMPS[kind] / (BACKGROUND * DEFAULT_SIZES[kind][1] * DEFAULT_SIZES[kind][2])
+        if kind in LAMPS
+        else 0.0
+        for kind in OBJECT_CLASSES
+    ]
+)
+"""Illuminance (11,) that would make the rear of a class as bright, on average, as its own lamps do
+[lx]: a surface of area A and intensity I has the luminance I / A, one that returns the share r of
+an illuminance E has r E / pi."""
 
 _DEGREES: Final = 180.0 / math.pi
 _STILES_HOLLADAY: Final = 10.0
@@ -119,7 +144,7 @@ def shown_contrast(
         distance: [m].
         extinction: Of the air [1/m]: contrast falls with exp(-extinction * distance)
             (Koschmieder 1924).
-        illuminance: Of the object [lx].
+        illuminance: Of the object, with ``SHINE`` [lx].
         veiling: Luminance of the glare that lies over the image [cd/m²].
     """
     shown = contrast * exp(-extinction * distance)

@@ -154,12 +154,13 @@ def _is_accepted(parameters: Any, patches: Floats, runs: Ints, part: int, image:
     columns = runs[part, PART_LAST] - runs[part, PART_FIRST] + 1
     if rows < parameters["min_rows"] or columns < parameters["min_columns"]:
         return False
-    if runs[part, RUN_CLASS] < 0:
+    kind = runs[part, RUN_CLASS]
+    if kind < 0:
         return True
     nearest = runs[runs[part, PART_NEAREST]]
     column, row = nearest[RUN_COLUMN], nearest[RUN_STOP] - 1
     transmission, _, _ = patch_at(patches, column, row)
-    share, illuminance = contrast_at(parameters, transmission, column, row, image)
+    share, illuminance = contrast_at(parameters, kind, transmission, column, row, image)
     share /= threshold_at(1.0, illuminance)
     return bool(rows * share >= parameters["min_rows"] - 0.5)
 

@@ -15,7 +15,6 @@ from adeye.sensors.camera import PhysicalCameraSensor
 from adeye.sensors.ranging import RangingSensor
 from adeye.sensors.rig import BUILT_IN, Rig
 from adeye.sensors.weather import MM_PER_HOUR
-from adeye.signals import Measurement
 from adeye.spec.sensors import Camera
 from adeye.testing import check_sensor
 from tests.sensors.pictures import CONDITIONS, PERSON, camera, condition, focal, look, spec
@@ -30,6 +29,9 @@ from tests.sensors.scenes import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.signals import Measurement, SceneContext
     from adeye.sweep.case import TestCase
 
 NOISY = {
@@ -44,6 +46,12 @@ def reach(context: Any, sensor: Any, length: float, *, step: float = 0.25) -> fl
     while seen(sensor.sense(scene(context, [(distance + 0.5 * length, 0.0)]))):
         distance += step
     return distance
+
+
+def with_weather(context: "SceneContext", weather: "Mapping[str, float]") -> "SceneContext":
+    """Return the context with other conditions, the same in every run."""
+    columns = {name: np.full(context.runs, value) for name, value in weather.items()}
+    return replace(context, surroundings=replace(context.surroundings, **columns))
 
 
 @pytest.mark.parametrize("changes", [{}, NOISY, {"mount": {"yaw": "20 deg", "pitch": "2 deg"}}])
@@ -95,8 +103,19 @@ def test_both_fidelities_reach_equally_far(weather: dict[str, Any]) -> None:
 
 def test_fog_and_night_shorten_the_reach_by_much_more_than_that() -> None:
     clear = reach(scene_context(), camera(scene_context()), CAR[0])
-    for context in (scene_context(fog_visibility=150.0), scene_context(illuminance=0.1)):
+    for weather in ({"fog_visibility": 150.0}, {"illuminance": 0.1}):
+        context = with_weather(scene_context(kinds=["parked_car"]), weather)
         assert reach(context, camera(context), CAR[0]) < 0.7 * clear
+
+
+def test_car_with_lamps_is_seen_further_at_night_than_a_parked_one() -> None:
+    night = {"illuminance": 0.1}
+    driving, parked = (
+        with_weather(scene_context(kinds=[kind]), night) for kind in ("car", "parked_car")
+    )
+    far, near = (reach(context, camera(context), CAR[0]) for context in (driving, parked))
+    assert near < 0.7 * far
+    assert far < reach(scene_context(), camera(scene_context()), CAR[0])
 
 
 def test_pedestrian_at_night_is_detected_where_size_and_light_are_enough() -> None:
@@ -126,13 +145,7 @@ def test_what_is_detected_in_worse_conditions_is_so_in_better_ones(
     for share in (worse, better):
         value = {name: condition(name, share)}
         lens, weather = (value, {}) if name == "transmission" else ({}, value)
-        context = scene_context([CAR])
-        context = replace(
-            context,
-            surroundings=replace(
-                context.surroundings, **{name: np.array([it]) for name, it in weather.items()}
-            ),
-        )
+        context = with_weather(scene_context([CAR]), weather)
         found.append(bool(seen(look(context, scene(context, [(distance, 1.0)]), **lens))))
     assert found[1] or not found[0]
 
@@ -176,7 +189,7 @@ def test_values_differ_from_run_to_run_of_a_batch() -> None:
     assert found.mask.any(axis=1).tolist() == [True, False, False]
 
 
-def played(sensors: dict[str, Any]) -> list[dict[str, Measurement]]:
+def played(sensors: dict[str, Any]) -> "list[dict[str, Measurement]]":
     context = scene_context([CAR, TRUCK, PERSON], kinds=["car", "truck", "pedestrian"], runs=2)
     cases = [SimpleNamespace(architecture=architecture(sensors))] * 2
     rig = Rig(cast("list[TestCase]", cases), context, Path())
@@ -200,3 +213,28 @@ def test_second_camera_leaves_every_bit_of_the_first() -> None:
             assert np.array_equal(getattr(one["front"], name), getattr(other["front"], name))
     differs = not np.array_equal(both[0]["another"].detections, both[0]["front"].detections)
     assert differs, "two cameras share their noise"
+
+
+def test_broken_camera_sees_ghosts_where_there_is_no_object_at_all() -> None:
+    context = scene_context([])
+    found = look(context, scene(context, []), noise=0.03)
+    assert found.mask.any()
+    assert not look(context, scene(context, [])).mask.any()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_every_detection_lies_where_its_object_does(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    context = scene_context([CAR, TRUCK, PERSON], kinds=["car", "truck", "pedestrian"])
+    things = [(draw.uniform(-20.0, 60.0), draw.uniform(-9.0, 9.0)) for _ in range(3)]
+    sensor = camera(context, columns=640, rows=320, mount={"pitch": f"{draw.uniform(-3, 3)} deg"})
+    shown = scene(context, things)
+    frame = sensor.frame(shown)
+    found = sensor.sense(shown)
+    for thing, (x, y) in seen(found).items():
+        assert (frame.visible & (frame.objects == thing)).any()
+        if x > 15.0:
+            # Oblique boxes and hidden contacts cost some of it.
+            assert abs(x - things[thing][0]) < 0.35 * x + 2.0
+            assert abs(y - things[thing][1]) < 0.35 * abs(y) + 2.0

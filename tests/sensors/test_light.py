@@ -6,7 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.sensors.light import CONTRAST, SUN, beam, shown_contrast, threshold_at, veil
+from adeye.sensors.light import (
+    BACKGROUND,
+    CONTRAST,
+    SHINE,
+    SUN,
+    beam,
+    shown_contrast,
+    threshold_at,
+    veil,
+)
 from adeye.signals import ILLUMINANCE, OBJECT_CLASSES
 
 LIGHT = st.floats(1e-3, 1e5)
@@ -82,3 +91,14 @@ def test_light_on_the_object_helps_against_glare(one: float, other: float, glare
 
 def test_contrast_at_the_visibility_is_two_percent() -> None:
     assert shown_contrast(1.0, 200.0, 3.912 / 200.0, 1e4, 0.0) == pytest.approx(0.02, rel=1e-3)
+
+
+def test_lamps_of_a_car_make_it_as_bright_as_58_lux_would() -> None:
+    shine = SHINE[OBJECT_CLASSES.index("car")]
+    assert shine == pytest.approx(58.2, abs=0.1)
+    assert BACKGROUND * shine / math.pi == pytest.approx(10.0 / (1.8 * 1.5))
+
+
+def test_what_is_parked_and_who_walks_has_no_lamps() -> None:
+    dark = {kind for kind, shine in zip(OBJECT_CLASSES, SHINE, strict=True) if shine == 0.0}
+    assert dark == {"pedestrian", "parked_truck", "parked_car", "barrier", "building"}
