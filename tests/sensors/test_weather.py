@@ -12,6 +12,7 @@ from adeye.sensors.weather import (
     MM_PER_HOUR,
     camera_range,
     lidar_range,
+    light_extinction,
     range_in_extinction,
 )
 
@@ -68,3 +69,15 @@ def test_ranges_fall_as_it_gets_worse() -> None:
 
 def test_camera_by_day_in_clear_air_keeps_its_range() -> None:
     assert camera_range(100.0, 0.0, math.inf, 1.0) == 100.0
+
+
+def test_extinction_of_light_is_that_of_rain_plus_that_of_fog() -> None:
+    rain, visibility = 7.5 * MM_PER_HOUR, 200.0
+    # 1.076 dB/km times 7.5 to the power 0.67, and 2 % of contrast at the visibility.
+    by_rain = 1.076 * 7.5**0.67 / (10.0 * math.log10(math.e)) / 1000.0
+    assert light_extinction(rain, 1e12) == pytest.approx(by_rain, rel=1e-3)
+    assert math.exp(-visibility * light_extinction(0.0, visibility)) == pytest.approx(
+        0.02, rel=1e-3
+    )
+    both = light_extinction(rain, visibility)
+    assert both == pytest.approx(light_extinction(rain, 1e12) + 3.912 / visibility)
