@@ -152,6 +152,7 @@ def _numbers(spec: PhysicalCamera) -> dict[str, float]:
     mount = spec.mount
     pitch_sine, pitch_cosine = sin_cos(mount.pitch)
     yaw_sine, yaw_cosine = sin_cos(mount.yaw)
+    edge = tan(0.5 * spec.field_of_view)
     return {
         "x": mount.x,
         "y": mount.y,
@@ -165,11 +166,13 @@ def _numbers(spec: PhysicalCamera) -> dict[str, float]:
         "ahead_along": pitch_cosine * yaw_cosine,
         "ahead_right": yaw_sine,
         "ahead_down": -pitch_sine * yaw_cosine,
-        "focal": 0.5 * spec.columns / tan(0.5 * spec.field_of_view),
+        "focal": 0.5 * spec.columns / edge,
         "threshold": spec.contrast_threshold,
         "noise": spec.noise,
         "transmission": spec.transmission,
         "headlamps": spec.headlamps,
+        # Columns that an upright at the side of the image leans over, from top to bottom.
+        "lean": 1.0 + spec.rows * edge * abs(pitch_sine) / pitch_cosine,
         "min_rows": spec.min_pixel_height,
         "min_columns": spec.min_pixel_width,
     }

@@ -148,11 +148,15 @@ def _is_accepted(parameters: Any, patches: Floats, runs: Ints, part: int, image:
 
     What is told from its background needs a product of contrast and angular size that rises as the
     light falls (Rose 1948, see ``light.threshold_at``). So a part counts as many rows as it fills,
-    times the share of its contrast that is left in its nearest pixel; rounded.
+    times the share of its contrast that is left in its nearest pixel; rounded. Of a sliver at a
+    side of the image nothing can be told: uprights lean where the camera is pitched, so its lower
+    end is not where the object stands.
     """
     rows = runs[part, PART_STOP] - runs[part, PART_TOP]
     columns = runs[part, PART_LAST] - runs[part, PART_FIRST] + 1
     if rows < parameters["min_rows"] or columns < parameters["min_columns"]:
+        return False
+    if _is_cut(runs[part], image.owner.shape[0]) and not columns > parameters["lean"]:
         return False
     kind = runs[part, RUN_CLASS]
     if kind < 0:
@@ -163,6 +167,12 @@ def _is_accepted(parameters: Any, patches: Floats, runs: Ints, part: int, image:
     share, illuminance = contrast_at(parameters, kind, transmission, column, row, image)
     share /= threshold_at(1.0, illuminance)
     return bool(rows * share >= parameters["min_rows"] - 0.5)
+
+
+@inlined
+def _is_cut(part: Ints, columns: int) -> bool:
+    """Tell whether a part touches the left or the right edge of the image."""
+    return bool(part[PART_FIRST] == 0 or part[PART_LAST] == columns - 1)
 
 
 @inlined
@@ -218,8 +228,7 @@ def _depth(part: Ints, size: Floats, image: Image) -> float:
     focal = image.pinhole[VIEW_FOCAL]
     if size[2] > 0.0:
         depth = min(depth, focal * size[2] / (part[PART_STOP] - part[PART_TOP]))
-    is_whole = part[PART_FIRST] > 0 and part[PART_LAST] < columns - 1
-    if size[1] > 0.0 and is_whole:
+    if size[1] > 0.0 and not _is_cut(part, columns):
         depth = min(depth, focal * size[1] / (part[PART_LAST] - part[PART_FIRST] + 1))
     if depth == math.inf:
         depth = _depth_of_ground(image, part[PART_STOP] - 0.5)
@@ -233,7 +242,8 @@ def _locate(parameters: Any, part: Ints, image: Image, item: Floats) -> bool:
     The nearest face is seen. What stands behind it follows from the class: the object is taken to
     lie along the road, so its centre is half of the class's length behind a face ahead, half of its
     width behind a face beside. So tracks get a length that a face alone does not tell, and meet the
-    boxes of sensors that report centres.
+    boxes of sensors that report centres. Where one side of the image cuts it, what is seen may be
+    anywhere along its flank and is taken for the centre, which errs by half of the length at most.
     """
     view = image.pinhole
     kind = part[RUN_CLASS]
@@ -249,15 +259,17 @@ def _locate(parameters: Any, part: Ints, image: Image, item: Floats) -> bool:
     along = depth * (view[VIEW_PITCH_COSINE] - down * view[VIEW_PITCH_SINE])
     sine, cosine = parameters["yaw_sine"], parameters["yaw_cosine"]
     x, y = cosine * along + sine * right, sine * along - cosine * right
-    is_whole = part[PART_FIRST] > 0 and part[PART_LAST] < image.owner.shape[0] - 1
     width = usual
-    if abs(x) >= abs(y):
-        if is_whole:
-            width = depth * (part[PART_LAST] - part[PART_FIRST] + 1) / view[VIEW_FOCAL]
-        item[FOUND_X] = parameters["x"] + x + math.copysign(0.5 * length, x)
-        item[FOUND_Y] = parameters["y"] + y
-    else:
-        item[FOUND_X] = parameters["x"] + x
-        item[FOUND_Y] = parameters["y"] + y + math.copysign(0.5 * usual, y)
+    behind = aside = 0.0
+    columns = image.owner.shape[0]
+    if abs(x) < abs(y):
+        aside = math.copysign(0.5 * usual, y)
+    elif not _is_cut(part, columns):
+        behind = math.copysign(0.5 * length, x)
+        width = depth * (part[PART_LAST] - part[PART_FIRST] + 1) / view[VIEW_FOCAL]
+    elif part[PART_LAST] - part[PART_FIRST] == columns - 1:
+        behind = math.copysign(0.5 * length, x)
+    item[FOUND_X] = parameters["x"] + x + behind
+    item[FOUND_Y] = parameters["y"] + y + aside
     item[FOUND_LENGTH], item[FOUND_WIDTH], item[FOUND_CLASS] = length, width, kind
     return True

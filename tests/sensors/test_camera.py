@@ -222,19 +222,21 @@ def test_broken_camera_sees_ghosts_where_there_is_no_object_at_all() -> None:
     assert not look(context, scene(context, [])).mask.any()
 
 
-@settings(max_examples=25, deadline=None)
-@given(st.integers(0, 10_000))
-def test_every_detection_lies_where_its_object_does(seed: int) -> None:
-    draw = np.random.default_rng(seed)
+def test_detections_lie_where_their_objects_do() -> None:
+    draw = np.random.default_rng(8)
     context = scene_context([CAR, TRUCK, PERSON], kinds=["car", "truck", "pedestrian"])
-    things = [(draw.uniform(-20.0, 60.0), draw.uniform(-9.0, 9.0)) for _ in range(3)]
-    sensor = camera(context, columns=640, rows=320, mount={"pitch": f"{draw.uniform(-3, 3)} deg"})
-    shown = scene(context, things)
-    frame = sensor.frame(shown)
-    found = sensor.sense(shown)
-    for thing, (x, y) in seen(found).items():
-        assert (frame.visible & (frame.objects == thing)).any()
-        if x > 15.0:
-            # Oblique boxes and hidden contacts cost some of it.
-            assert abs(x - things[thing][0]) < 0.35 * x + 2.0
-            assert abs(y - things[thing][1]) < 0.35 * abs(y) + 2.0
+    errors = []
+    for _ in range(200):
+        things = [(draw.uniform(-20.0, 60.0), draw.uniform(-9.0, 9.0)) for _ in range(3)]
+        mount = {"pitch": f"{draw.uniform(-3.0, 3.0)} deg"}
+        sensor = camera(context, columns=640, rows=320, mount=mount)
+        shown = scene(context, things)
+        frame, found = sensor.frame(shown), sensor.sense(shown)
+        for thing, (x, y) in seen(found).items():
+            if thing >= 0:
+                assert (frame.visible & (frame.objects == thing)).any()
+                errors.append(math.hypot(x - things[thing][0], y - things[thing][1]))
+    assert len(errors) > 250
+    # What the side of the image cuts errs by half of its length; 12 m is that of the class.
+    assert np.median(errors) < 1.0
+    assert np.quantile(errors, 0.95) < 0.5 * 12.0

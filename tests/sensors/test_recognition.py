@@ -163,6 +163,27 @@ def test_typical_sizes_are_known_for_every_class_that_has_one() -> None:
         assert (size > 0.0).all() == (kind not in {"barrier", "building"}), kind
 
 
+def test_truck_cut_by_the_side_of_the_image_errs_by_half_of_its_length_at_most() -> None:
+    context = scene_context([(12.0, 2.5, 3.8)], kinds=["truck"])
+    for x in np.arange(8.0, 16.0, 1.0):
+        found = look(context, scene(context, [(x, 5.5)]), columns=640, rows=320)
+        assert abs(seen(found)[0][0] - x) < 6.0, x
+
+
+@pytest.mark.parametrize("pitch", ["-3 deg", "0 deg", "3 deg"])
+def test_sliver_at_the_side_of_the_image_is_no_detection(pitch: str) -> None:
+    context = scene_context()
+    edge = math.tan(math.radians(25.0))
+    for inside in np.arange(0.0, 0.2, 0.02):
+        # The right front corner of a car to the left is just inside of the image.
+        x = (4.0 - 0.9) / edge - 0.5 * CAR[0] + inside
+        found = look(
+            context, scene(context, [(x, 4.0)]), mount={"pitch": pitch}, columns=640, rows=320
+        )
+        for near, _ in seen(found).values():
+            assert near < 12.0
+
+
 # --- what is seen at all --------------------------------------------------------------------------
 
 
