@@ -9,6 +9,7 @@ import numpy as np
 from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext, SensorModel
 from adeye.registry import load_part
+from adeye.sensors.camera import PhysicalCameraSensor
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
 from adeye.sensors.gnss import GnssSensor
 from adeye.sensors.imu import ImuSensor
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
     "camera": RangingSensor,
+    "camera/physical": PhysicalCameraSensor,
     "radar": RangingSensor,
     "radar/physical": RadarSensor,
     "lidar": RangingSensor,

@@ -127,6 +127,12 @@ class Patch(Record):
     """Standard deviation of Gaussian noise on the contrast of its pixels."""
 
 
+class RaisedMount(Mount):
+    """Pose of a sensor that judges distance from its height above the ground."""
+
+    z: PositiveLength
+
+
 class PhysicalCamera(SensorRecord):
     """Camera with an image: boxes are projected onto pixels, nearest first, and detected there."""
 
@@ -134,19 +140,23 @@ class PhysicalCamera(SensorRecord):
 
     kind: Literal["camera"]
     fidelity: Literal["physical"]
-    mount: Mount
+    mount: RaisedMount
     field_of_view: NarrowFieldOfView
     """Horizontal; pixels are square."""
     columns: Annotated[int, Field(ge=8, le=1024)] = 160
     rows: Annotated[int, Field(ge=4, le=512)] = 60
     min_pixel_height: Annotated[int, Field(ge=1, le=64)] = 2
-    """Least rows of an object that the detector accepts."""
+    """Least rows of an object that the detector accepts; more where its contrast is weak."""
+    min_pixel_width: Annotated[int, Field(ge=1, le=64)] = 1
+    """Least columns of an object that the detector accepts."""
     contrast_threshold: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.05
     """Contrast from which a pixel shows its object by day."""
     noise: NonNegativeNumber = 0.0
     """Standard deviation of Gaussian noise on the contrast of every pixel."""
     transmission: Share = 1.0
     """Of the whole lens: 0 for a blackout."""
+    headlamps: NonNegativeNumber = 20_000.0
+    """Intensity of the ego's headlamps straight ahead [cd]; they are always on."""
     patches: ById[Patch] = {}
 
 

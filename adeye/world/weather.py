@@ -130,10 +130,7 @@ def camera_range(clear_range: float, rain: float, visibility: float, night_share
     """
     if night_share <= 0.0:
         return 0.0
-    extinction = (
-        LIGHT_RAIN_A * power(rain / MM_PER_HOUR, LIGHT_RAIN_B) if rain > 0.0 else 0.0
-    ) + KOSCHMIEDER / visibility
-    return range_in_extinction(clear_range * night_share, extinction)
+    return range_in_extinction(clear_range * night_share, light_extinction(rain, visibility))
 
 
 @compiled
@@ -173,6 +170,26 @@ def sun_cosine(ahead_x: float, ahead_y: float, elevation: float, azimuth: float)
 
 
 @compiled
+def veil(lens: float, cosine: float) -> float:
+    """Veiling luminance of a glaring light, 10 E / θ² with θ in degrees [cd/m²].
+
+    Args:
+        lens: Illuminance E by the light on the lens [lx].
+        cosine: Of the angle θ between the light and what is looked at; it counts as one degree
+            below that, where the formula begins to hold.
+
+    Source:
+        Holladay (1926), Stiles (1929), as in CIE 146:2002, "CIE equations for disability glare":
+        the eye's stray light. That a lens scatters as much is our choice.
+    """
+    if lens <= 0.0:
+        return 0.0
+    angle = atan2(math.sqrt(max(0.0, 1.0 - cosine * cosine)), cosine) * (180.0 / math.pi)
+    angle = max(1.0, angle)
+    return GLARE * lens / (angle * angle)
+
+
+@compiled
 def glare_contrast(cosine: float, illuminance: float) -> float:
     """Share of contrast that the sun's glare leaves in the direction of a line of sight.
 
@@ -196,8 +213,18 @@ def glare_contrast(cosine: float, illuminance: float) -> float:
     """
     if cosine <= 0.0:
         return 1.0
-    sine = math.sqrt(max(0.0, 1.0 - cosine * cosine))
-    angle = max(1.0, atan2(sine, cosine) * (180.0 / math.pi))
-    veil = GLARE * SUN_ILLUMINANCE * cosine / (angle * angle)
     luminance = GREY / math.pi * illuminance
-    return luminance / (luminance + veil)
+    return luminance / (luminance + veil(SUN_ILLUMINANCE * cosine, cosine))
+
+
+@compiled
+def light_extinction(rain: float, visibility: float) -> float:
+    """Extinction of visible light in rain and fog [1/m].
+
+    Args:
+        rain: [m/s].
+        visibility: In fog [m].
+    """
+    return (
+        LIGHT_RAIN_A * power(rain / MM_PER_HOUR, LIGHT_RAIN_B) if rain > 0.0 else 0.0
+    ) + KOSCHMIEDER / visibility

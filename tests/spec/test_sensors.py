@@ -25,7 +25,11 @@ SEEING: dict[str, Any] = {"rate": "10 Hz", "mount": {"x": "1 m"}, "field_of_view
 KINDS: list[tuple[dict[str, Any], type[SensorRecord], str]] = [
     ({"kind": "camera", "range": "80 m"}, Camera, "camera"),
     ({"kind": "camera", "fidelity": "object", "range": "80 m"}, Camera, "camera"),
-    ({"kind": "camera", "fidelity": "physical"}, PhysicalCamera, "camera/physical"),
+    (
+        {"kind": "camera", "fidelity": "physical", "mount": {"z": "1.3 m"}},
+        PhysicalCamera,
+        "camera/physical",
+    ),
     ({"kind": "radar", "range": "80 m"}, Radar, "radar"),
     ({"kind": "radar", "fidelity": "physical", "range": "80 m"}, PhysicalRadar, "radar/physical"),
     ({"kind": "lidar", "range": "80 m"}, Lidar, "lidar"),
@@ -59,8 +63,15 @@ def test_plugin_is_named_by_its_entry_point() -> None:
     "content",
     [
         {"kind": "camera", "fidelity": "exact", "range": "80 m"},
-        {"kind": "camera", "fidelity": "physical", "range": "80 m"},
-        {"kind": "camera", "fidelity": "physical", "field_of_view": "170 deg"},
+        {"kind": "camera", "fidelity": "physical"},
+        {"kind": "camera", "fidelity": "physical", "mount": {"z": "0 m"}},
+        {"kind": "camera", "fidelity": "physical", "mount": {"z": "1 m"}, "range": "80 m"},
+        {
+            "kind": "camera",
+            "fidelity": "physical",
+            "mount": {"z": "1 m"},
+            "field_of_view": "170 deg",
+        },
         {"kind": "lidar", "fidelity": "physical", "range": "80 m", "beams": 1},
         {"kind": "radar", "fidelity": "physical", "range": "80 m", "false_alarm_rate": 0.0},
         {"kind": "ultrasonic", "range": "5 m", "fidelity": "object"},

@@ -15,6 +15,7 @@ from adeye.world.weather import (
     camera_range,
     glare_contrast,
     lidar_range,
+    light_extinction,
     light_share,
     range_in_extinction,
     sun_cosine,
@@ -126,3 +127,15 @@ def test_contrast_falls_as_the_sun_comes_nearer_to_the_line_of_sight() -> None:
 
 def test_sun_beside_or_behind_takes_nothing() -> None:
     assert glare_contrast(0.0, 2e4) == glare_contrast(-1.0, 2e4) == 1.0
+
+
+def test_extinction_of_light_is_that_of_rain_plus_that_of_fog() -> None:
+    rain, visibility = 7.5 * MM_PER_HOUR, 200.0
+    # 1.076 dB/km times 7.5 to the power 0.67, and 2 % of contrast at the visibility.
+    by_rain = 1.076 * 7.5**0.67 / (10.0 * math.log10(math.e)) / 1000.0
+    assert light_extinction(rain, 1e12) == pytest.approx(by_rain, rel=1e-3)
+    assert math.exp(-visibility * light_extinction(0.0, visibility)) == pytest.approx(
+        0.02, rel=1e-3
+    )
+    both = light_extinction(rain, visibility)
+    assert both == pytest.approx(light_extinction(rain, 1e12) + 3.912 / visibility)
