@@ -11,6 +11,7 @@ from adeye.channels.guard import GuardedChannel
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.safety import SafetyChannel
 from adeye.channels.scalar import ScalarChannel
+from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
 from adeye.registry import Part, load_part, require, validate_parameters
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
     "nominal": NominalChannel,
     "safety": SafetyChannel,
+    "trajectory": TrajectoryChannel,
 }
 """Channels of the package, by kind."""
 

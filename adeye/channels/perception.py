@@ -72,7 +72,8 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
         stop: Run behind the last.
         records: (B,) with ``period``: since the previous call [s], ``coast``: how long a confirmed
             track lives without a detection [s], ``gate``: largest distance between a track and its
-            detection [m], ``confirm_hits``: detections that confirm a track.
+            detection [m], ``behind``: how far behind the ego a track may begin [m],
+            ``confirm_hits``: detections that confirm a track.
         time: [s].
         running: (B,) runs that have not ended; the others are left alone.
         segments: (B, K, 5) reference line of the road.
@@ -190,6 +191,7 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
         record["gate"],
         places,
         owner,
+        record["behind"],
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED
 from adeye.channels.tracks import (
+    BEHIND,
     BLOCKED,
     FREE,
     TRACK_BRAKING,
@@ -213,6 +214,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     gate: float,
     places: Floats,
     owner: Ints,
+    behind: float = BEHIND,
 ) -> int:
     """Update tracks with one new sample of one sensor, and begin tracks for what fits none.
 
@@ -231,6 +233,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         gate: Largest distance between a track and its detection [m].
         places: (M, 2) scratch.
         owner: (M,) scratch.
+        behind: How far behind the ego a track may begin [m].
 
     Returns:
         The end of the tracks.
@@ -256,7 +259,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         if place == BLOCKED or not np.isfinite(x + y):
             continue
         if place == FREE:
-            if not may_begin(x, y):
+            if not may_begin(x, y, behind):
                 continue
             # Once for all detections that follow one another without a track.
             if not is_known:
