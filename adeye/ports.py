@@ -87,8 +87,8 @@ class ChannelContext:
         desired_speed: (B) speed that the ego is asked to drive [m/s].
         step: Master clock [s].
         period: Time between two of its ticks [s].
-        shows_tracks: Whether somebody looks at ``ControlCommand.tracks``; otherwise a channel may
-            leave them out, which saves time and changes nothing else.
+        shows_tracks: Whether somebody looks at ``ControlCommand.tracks`` and ``.candidates``;
+            otherwise a channel may leave them out, which saves time and changes nothing else.
     """
 
     channel_id: str

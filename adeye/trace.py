@@ -43,6 +43,9 @@ COLUMNS: Final = {
     "status": "(B, T, C) state of each channel, signals.STATUS_LABELS",
     "monitors": "(B, T, Q, 2) raw and confirmed",
     "tracks": "(B, T, C, K, 6) tracks of each channel, signals.TRACK_COLUMNS, NaN where none",
+    "candidates": "(B, T, C, P, Q, 2) trajectories that a channel chose from, in the map [m]",
+    "candidate_costs": "(B, T, C, P) what they cost, inf where limits forbid, NaN where none",
+    "chosen": "(B, T, C) which of them it chose, -1 for none",
     "authority": "(B, T) index of the acting channel, -1 for none",
     "reason": "(B, T) why, signals.REASON_LABELS",
     "command": "(B, T, 2) acting acceleration [m/s²] and steering angle [rad]",
@@ -50,9 +53,10 @@ COLUMNS: Final = {
 }
 """Every column of a trace, in the order in which the digest covers them."""
 
-DRAWN: Final = frozenset({"detections", "tracks"})
+DRAWN: Final = frozenset({"detections", "tracks", "candidates", "candidate_costs", "chosen"})
 """Columns for pictures of a run: the digest leaves them out, so that a campaign need not keep them.
-They have no entries (M = 0, K = 0) where they were not asked for."""
+They have no entries (M, K, P = 0) where they were not asked for, and none of the candidates where
+no channel shows any."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,14 +42,15 @@ CANDIDATES: Final = PATHS * PROFILES
     PATH_EXISTS,
     PATH_IS_FLAT,  # whether it is at its target all along
     PATH_LANE,  # centre of the lane that the target is in [m], NaN on the shoulder
+    PATH_COST,  # of its target at any speed
     PATH_0,  # coefficients over the share of the length that is driven [m]
     PATH_1,
     PATH_2,
     PATH_3,
     PATH_4,
     PATH_5,
-) = range(12)
-PATH_ROW: Final = 12
+) = range(13)
+PATH_ROW: Final = 13
 
 # Columns of a sample of a profile.
 (
@@ -170,7 +171,7 @@ def lay_path(  # noqa: PLR0913, PLR0917 - a kernel
     """Lay the path of fifth order from a lateral state to rest at a target.
 
     Args:
-        path: (PATH_ROW,) out, but for ``PATH_EXISTS`` and ``PATH_LANE``.
+        path: (PATH_ROW,) out, but for what tells whether it exists, its lane and cost.
         start: s of its start [m].
         d: Lateral place there [m].
         slope: Its change along the road.

@@ -9,7 +9,9 @@ import numpy as np
 
 from adeye.channels.pose import POSE_CURVATURE, POSE_D, POSE_S, POSE_SPEED
 from adeye.channels.trajectory.candidates import (
+    CHANGE_LEFT,
     KEEP,
+    PATH_COST,
     PATH_EXISTS,
     PATH_LANE,
     PATH_ROW,
@@ -28,13 +30,16 @@ from adeye.channels.trajectory.fan import (
     lay_paths,
     path_cost,
 )
+from adeye.channels.trajectory.obstacles import (
+    is_cut_up,
+    lane_speed_cost,
+    mark_interest,
+    object_cost,
+)
 from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.channels.trajectory.scoring import (
     fill_line,
-    is_cut_up,
     line_cost,
-    mark_interest,
-    object_cost,
     profile_cost,
 )
 from adeye.kernel.jit import compiled
@@ -125,7 +130,14 @@ def candidate_cost(  # noqa: PLR0913, PLR0917 - a kernel
     for item in range(count):
         if window[item, 0] < window[item, 1]:
             cost += object_cost(
-                record, profile, line, objects[item], ways[item], window[item], interval
+                record,
+                profile,
+                line,
+                objects[item],
+                ways[item],
+                window[item],
+                interval,
+                row >= CHANGE_LEFT,
             )
     return cost
 
@@ -159,7 +171,7 @@ def choose_candidate(  # noqa: PLR0913, PLR0917 - a kernel
         ways: (K, SAMPLES, WAY_ROW).
         memory: (MEMORY_WIDTH,).
         driven: (PATH_ROW,) path that is being driven.
-        paths: (PATHS, PATH_ROW) of the fan.
+        paths: (PATHS, PATH_ROW) of the fan; their costs, out.
         profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW) out, but for the last.
         windows: (PROFILES + 1, K, 2) out, but for the last.
         line: (SAMPLES, LINE_ROW) scratch.
@@ -171,7 +183,11 @@ def choose_candidate(  # noqa: PLR0913, PLR0917 - a kernel
     begin, before = memory[MEMORY_COMMAND], memory[MEMORY_WANTED]
     best, least = KEEP * PROFILES, math.inf
     for row in range(PATHS):
-        aside = path_cost(record, paths[row], row, memory, driven)
+        paths[row, PATH_COST] = path_cost(
+            record, paths[row], row, memory, driven
+        ) + lane_speed_cost(
+            record, paths[row, PATH_TARGET], pose[POSE_SPEED], allowed, objects, ways, count
+        )
         for column in range(PROFILES):
             if row == KEEP:
                 add_profile(
@@ -189,7 +205,9 @@ def choose_candidate(  # noqa: PLR0913, PLR0917 - a kernel
             costs[place] = math.inf
             if paths[row, PATH_EXISTS] == 0.0:
                 continue
-            base = aside + profile_cost(record, profiles[column], wanted[column], before, allowed)
+            base = paths[row, PATH_COST] + profile_cost(
+                record, profiles[column], wanted[column], before, pose[POSE_SPEED], allowed
+            )
             costs[place] = candidate_cost(
                 record,
                 pose,
@@ -219,7 +237,6 @@ def refine(  # noqa: PLR0913, PLR0917 - a kernel
     ways: Floats,
     memory: Floats,
     best: int,
-    aside: float,
     path: Floats,
     profiles: Floats,
     windows: Ints,
@@ -238,7 +255,6 @@ def refine(  # noqa: PLR0913, PLR0917 - a kernel
         ways: (K, SAMPLES, WAY_ROW).
         memory: (MEMORY_WIDTH,) in; the acceleration that is chosen, out.
         best: Candidate of the fan that costs least.
-        aside: What its path costs by itself.
         path: (PATH_ROW,) its path.
         profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW); the last is the chosen profile, out.
         windows: (PROFILES + 1, K, 2); the last is scratch.
@@ -260,7 +276,9 @@ def refine(  # noqa: PLR0913, PLR0917 - a kernel
         if trial == middle:
             continue
         add_profile(record, pose, begin, trial, count, objects, ways, profile, window)
-        base = aside + profile_cost(record, profile, trial, before, allowed)
+        base = path[PATH_COST] + profile_cost(
+            record, profile, trial, before, pose[POSE_SPEED], allowed
+        )
         cost = candidate_cost(
             record, pose, base, row, path, profile, window, count, objects, ways, line, least
         )
@@ -330,7 +348,6 @@ def plan_step(  # noqa: PLR0913, PLR0917 - a kernel
         is_shown,
     )
     row = best // PROFILES
-    aside = path_cost(record, paths[row], row, memory, driven)
     refine(
         record,
         pose,
@@ -340,7 +357,6 @@ def plan_step(  # noqa: PLR0913, PLR0917 - a kernel
         ways,
         memory,
         best,
-        aside,
         paths[row],
         profiles,
         windows,
