@@ -105,6 +105,22 @@ class TrajectoryParameters(Record):
     """Of another choice than before."""
 
 
+class PolicyParameters(Record):
+    """Policy channel: what a policy from outside observes and how it is asked."""
+
+    policy: PluginPath
+    """A callable or an object with ``predict``: ``./file.py:name`` or ``module:name``."""
+    observation: Literal["kinematics", "kinematics_flat"] = "kinematics"
+    nearest: Annotated[int, Field(ge=1, le=8)] = 8
+    """How many objects it observes, the nearest ones."""
+    normalised: bool = True
+    """Whether observation and action are numbers from -1 to 1, not in SI units."""
+    confirm_hits: Annotated[int, Field(ge=1, le=10)] = 3
+    coast: NonNegativeDuration = 0.5
+    """How long a confirmed track lives without a detection [s]."""
+    gate: PositiveLength = 4.0
+
+
 class SafetyParameters(Record):
     """Safety channel: monitors with debounce and an in-lane safe stop."""
 
@@ -143,6 +159,13 @@ class TrajectoryChannel(_Channel):
     parameters: TrajectoryParameters = TrajectoryParameters()
 
 
+class PolicyChannel(_Channel):
+    """The built-in channel that asks a policy from outside the package."""
+
+    kind: Literal["policy"]
+    parameters: PolicyParameters
+
+
 class PluginChannel(_Channel):
     """A channel from outside the package."""
 
@@ -151,6 +174,6 @@ class PluginChannel(_Channel):
 
 
 BuiltInChannel = Annotated[
-    NominalChannel | SafetyChannel | TrajectoryChannel, Field(discriminator="kind")
+    NominalChannel | SafetyChannel | TrajectoryChannel | PolicyChannel, Field(discriminator="kind")
 ]
 Channel = BuiltInChannel | PluginChannel

@@ -234,4 +234,4 @@ def inside_length(record: Any, speed: float, height: float) -> float:
 @inlined
 def calm_length(record: Any, speed: float, height: float) -> float:
     """Return the length of a lane change without haste [m]."""
-    return max(record["lane_change_time"] * speed, quick_length(record, speed, height))
+    return float(max(record["lane_change_time"] * speed, quick_length(record, speed, height)))

@@ -75,7 +75,7 @@ def profile_cost(
     change = wanted - previous
     total = record["weight_progress"] * progress / SAMPLES
     total += record["weight_comfort"] * share * share
-    return total + record["weight_jerk"] * change * change
+    return float(total + record["weight_jerk"] * change * change)
 
 
 @compiled
@@ -105,7 +105,7 @@ def grip_share(record: Any, acceleration: float, lateral: float) -> float:
     """
     along = acceleration / record["emergency_deceleration"]
     across = lateral / record["max_lateral_acceleration"]
-    return along * along + across * across
+    return float(along * along + across * across)
 
 
 @compiled
