@@ -60,6 +60,13 @@ PATH_ROW: Final = 13
 ) = range(3)
 PROFILE_ROW: Final = 3
 
+# Columns of the level of a profile.
+(
+    LEVEL_WANTED,  # acceleration that it leads to [m/s²]
+    LEVEL_COST,  # what it costs on any path
+) = range(2)
+LEVEL_ROW: Final = 2
+
 _PEAK: Final = 10.0 / math.sqrt(3.0)
 """Largest second derivative of the quintic from rest to rest, over a length and a height of 1."""
 
@@ -77,17 +84,22 @@ _SAME: Final = 1e-3
 
 
 @inlined
-def set_accelerations(record: Any, wanted: Floats) -> None:
-    """Write the accelerations (PROFILES,) that the profiles lead to, in rising order [m/s²]."""
-    comfort, emergency = record["comfort_deceleration"], record["emergency_deceleration"]
-    emergency = max(comfort, emergency)
-    wanted[0] = -emergency
-    wanted[1] = -0.5 * (comfort + emergency)
-    wanted[2] = -comfort
-    wanted[3] = -0.4 * comfort
-    wanted[4] = 0.0
-    wanted[5] = 0.5 * record["max_acceleration"]
-    wanted[6] = record["max_acceleration"]
+def set_accelerations(record: Any, levels: Floats) -> None:
+    """Write the accelerations that the profiles lead to, in rising order.
+
+    Args:
+        record: Has ``comfort_deceleration``, ``emergency_deceleration`` and ``max_acceleration``.
+        levels: (PROFILES + 1, LEVEL_ROW) out, but for the last row.
+    """
+    comfort, largest = record["comfort_deceleration"], record["max_acceleration"]
+    emergency = max(comfort, record["emergency_deceleration"])
+    levels[0, LEVEL_WANTED] = -emergency
+    levels[1, LEVEL_WANTED] = -0.5 * (comfort + emergency)
+    levels[2, LEVEL_WANTED] = -comfort
+    levels[3, LEVEL_WANTED] = -0.4 * comfort
+    levels[4, LEVEL_WANTED] = 0.0
+    levels[5, LEVEL_WANTED] = 0.5 * largest
+    levels[6, LEVEL_WANTED] = largest
 
 
 @compiled

@@ -20,6 +20,7 @@ from adeye.channels.sight import Sight
 from adeye.channels.tracks import BEHIND, TRACK_STATE, TRACKS
 from adeye.channels.trajectory.candidates import (
     CANDIDATES,
+    LEVEL_ROW,
     PATH_ROW,
     PATH_TARGET,
     PATHS,
@@ -114,7 +115,7 @@ class TrajectoryChannel:
             np.zeros((PROFILES + 1, SAMPLES, PROFILE_ROW)),
             np.zeros((PROFILES + 1, TRACKS, 2), dtype=np.int64),
             np.zeros((SAMPLES, LINE_ROW)),
-            np.zeros(PROFILES + 1),
+            np.zeros((PROFILES + 1, LEVEL_ROW)),
             np.zeros(CANDIDATES),
         )
 
@@ -298,13 +299,13 @@ def trajectory_step(  # noqa: PLR0913, PLR0917 - a kernel
         command: (2,) acceleration [m/s²] and steering angle [rad]; in and out.
         plan: (SAMPLES, PLAN_ROW) out.
         is_shown: Whether somebody looks at the fan.
-        scratch: Objects, their ways, paths, profiles, windows, line, accelerations, costs.
+        scratch: Objects, their ways, paths, profiles, windows, line, levels, costs.
 
     Returns:
         The best candidate of the fan; -1 without a recent ego estimate: then it coasts with the
         steering held.
     """
-    objects, ways, paths, profiles, windows, line, wanted, costs = scratch
+    objects, ways, paths, profiles, windows, line, levels, costs = scratch
     if not has_pose(pose, time):
         command[0] = memory[MEMORY_WANTED] = memory[MEMORY_COMMAND] = 0.0
         memory[MEMORY_LANE] = plan[:] = np.nan
@@ -336,7 +337,7 @@ def trajectory_step(  # noqa: PLR0913, PLR0917 - a kernel
         profiles,
         windows,
         line,
-        wanted,
+        levels,
         costs,
         is_shown,
     )

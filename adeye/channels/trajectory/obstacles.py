@@ -241,6 +241,7 @@ def overlap(  # noqa: PLR0913, PLR0917 - a kernel
 def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     target: float,
+    is_lane: bool,  # noqa: FBT001 - a kernel
     d: float,
     ego_speed: float,
     objects: Floats,
@@ -256,6 +257,7 @@ def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         record: Parameters, see ``channel.TrajectoryChannel``.
         target: Lateral place of the lane that is to be entered [m].
+        is_lane: False for the shoulder, where nobody is taken to drive who is not seen.
         d: Of the ego now [m].
         ego_speed: Its lowest speed over the horizon [m/s].
         objects: (K, OBJECT_ROW).
@@ -268,7 +270,7 @@ def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
     if abs(target - d) <= 0.5 * (record["lane_width"] + record["width"]):
         return False
     unseen = record["rear_sight"] - 0.5 * record["length"]
-    if unseen < critical_distance(record, record["speed_limit"], ego_speed):
+    if is_lane and unseen < critical_distance(record, record["speed_limit"], ego_speed):
         return True
     for row in range(count):
         body = objects[row]

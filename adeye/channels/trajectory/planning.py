@@ -11,6 +11,8 @@ from adeye.channels.pose import POSE_CURVATURE, POSE_D, POSE_S, POSE_SPEED
 from adeye.channels.trajectory.candidates import (
     CHANGE_LEFT,
     KEEP,
+    LEVEL_COST,
+    LEVEL_WANTED,
     PATH_COST,
     PATH_EXISTS,
     PATH_LANE,
@@ -38,14 +40,16 @@ from adeye.channels.trajectory.obstacles import (
 )
 from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.channels.trajectory.scoring import (
-    fill_line,
-    line_cost,
+    drive_line,
     profile_cost,
 )
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Ints
+
+UNKNOWN: Final = -1
+"""First sample of the first window while nobody has looked which objects are near."""
 
 ROUNDS: Final = 4
 """How often the step between two accelerations is halved around the best: to a sixteenth."""
@@ -55,39 +59,37 @@ ROUNDS: Final = 4
 def add_profile(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     pose: Floats,
-    acceleration: float,
-    wanted: float,
-    count: int,
-    objects: Floats,
-    ways: Floats,
+    allowed: float,
+    memory: Floats,
+    level: Floats,
     profile: Floats,
     window: Ints,
 ) -> None:
-    """Drive a speed profile and find which objects it comes near.
+    """Drive a speed profile and note what it costs on any path.
 
     Args:
         record: Parameters, see ``channel.TrajectoryChannel``.
         pose: (POSE_WIDTH,).
-        acceleration: That it begins with [m/s²].
-        wanted: That it leads to [m/s²].
-        count: How many objects there are.
-        objects: (K, OBJECT_ROW).
-        ways: (K, SAMPLES, WAY_ROW).
+        allowed: Speed that desire, limit and curves allow [m/s].
+        memory: (MEMORY_WIDTH,).
+        level: (LEVEL_ROW,) acceleration that it leads to, in; its cost, out.
         profile: (SAMPLES, PROFILE_ROW) out.
-        window: (K, 2) out.
+        window: (K, 2) out; nothing is known of the objects yet.
     """
+    speed, wanted = pose[POSE_SPEED], level[LEVEL_WANTED]
     interval = record["horizon"] / SAMPLES
-    fill_profile(pose[POSE_SPEED], acceleration, wanted, record["max_jerk"], interval, profile)
-    mark_interest(record, profile, objects, ways, count, interval, window)
+    fill_profile(speed, memory[MEMORY_COMMAND], wanted, record["max_jerk"], interval, profile)
+    level[LEVEL_COST] = profile_cost(record, profile, wanted, memory[MEMORY_WANTED], speed, allowed)
+    window[0, 0] = UNKNOWN
 
 
 @compiled
 def candidate_cost(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     pose: Floats,
-    base: float,
     row: int,
     path: Floats,
+    level: Floats,
     profile: Floats,
     window: Ints,
     count: int,
@@ -101,33 +103,31 @@ def candidate_cost(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         record: Parameters, see ``channel.TrajectoryChannel``.
         pose: (POSE_WIDTH,).
-        base: What its path and its profile cost by themselves.
         row: Which path of the fan it is.
         path: (PATH_ROW,).
+        level: (LEVEL_ROW,) of its profile.
         profile: (SAMPLES, PROFILE_ROW).
-        window: (K, 2) see ``mark_interest``.
+        window: (K, 2) see ``mark_interest``, in and out.
         count: How many objects there are.
         objects: (K, OBJECT_ROW).
         ways: (K, SAMPLES, WAY_ROW).
-        line: (SAMPLES, LINE_ROW) out, unless the base is beyond the limit.
+        line: (SAMPLES, LINE_ROW) scratch.
         limit: Cost from which nobody needs to know more.
     """
-    cost = base
+    cost = path[PATH_COST] + level[LEVEL_COST]
     if cost >= limit:
-        return cost
-    half = 0.5 * record["width"]
-    # Who is beyond an edge already may come back.
-    lowest = min(half - record["shoulder"], pose[POSE_D])
-    highest = max(record["lanes"] * record["lane_width"] - half, pose[POSE_D])
-    fill_line(path, profile, pose[POSE_S] - path[PATH_START], line)
-    cost += line_cost(record, profile, line, pose[POSE_CURVATURE], lowest, highest, row == KEEP)
-    if cost >= limit:
-        return cost
+        return float(cost)
     slowest = min(pose[POSE_SPEED], profile[SAMPLES - 1, PROFILE_SPEED])
-    if is_cut_up(record, path[PATH_TARGET], pose[POSE_D], slowest, objects, ways, count):
+    is_lane, target = not np.isnan(path[PATH_LANE]), path[PATH_TARGET]
+    if is_cut_up(record, target, is_lane, pose[POSE_D], slowest, objects, ways, count):
         return math.inf
+    cost += drive_path(record, pose, path, profile, row == KEEP, line)
     interval = record["horizon"] / SAMPLES
+    if count > 0 and window[0, 0] == UNKNOWN:
+        mark_interest(record, profile, objects, ways, count, interval, window)
     for item in range(count):
+        if cost >= limit:
+            return float(cost)
         if window[item, 0] < window[item, 1]:
             cost += object_cost(
                 record,
@@ -139,7 +139,43 @@ def candidate_cost(  # noqa: PLR0913, PLR0917 - a kernel
                 interval,
                 row >= CHANGE_LEFT,
             )
-    return cost
+    return float(cost)
+
+
+@compiled
+def drive_path(
+    record: Any,
+    pose: Floats,
+    path: Floats,
+    profile: Floats,
+    is_last_resort: bool,  # noqa: FBT001 - a kernel
+    line: Floats,
+) -> float:
+    """Return what driving a path at a speed costs, see ``scoring.drive_line``.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        pose: (POSE_WIDTH,).
+        path: (PATH_ROW,).
+        profile: (SAMPLES, PROFILE_ROW).
+        is_last_resort: Whether it is to be had in any case.
+        line: (SAMPLES, LINE_ROW) out.
+    """
+    half = 0.5 * record["width"]
+    # Who is beyond an edge already may come back.
+    lowest = min(half - record["shoulder"], pose[POSE_D])
+    highest = max(record["lanes"] * record["lane_width"] - half, pose[POSE_D])
+    return drive_line(
+        record,
+        path,
+        profile,
+        pose[POSE_S] - path[PATH_START],
+        pose[POSE_CURVATURE],
+        lowest,
+        highest,
+        is_last_resort,
+        line,
+    )
 
 
 @compiled
@@ -156,7 +192,7 @@ def choose_candidate(  # noqa: PLR0913, PLR0917 - a kernel
     profiles: Floats,
     windows: Ints,
     line: Floats,
-    wanted: Floats,
+    levels: Floats,
     costs: Floats,
     is_shown: bool,  # noqa: FBT001 - a kernel
 ) -> int:
@@ -175,12 +211,15 @@ def choose_candidate(  # noqa: PLR0913, PLR0917 - a kernel
         profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW) out, but for the last.
         windows: (PROFILES + 1, K, 2) out, but for the last.
         line: (SAMPLES, LINE_ROW) scratch.
-        wanted: (PROFILES + 1,) accelerations that the profiles lead to, out, but for the last.
+        levels: (PROFILES + 1, LEVEL_ROW) of the profiles, out, but for the last.
         costs: (CANDIDATES,) out; exact of all candidates only if they are shown.
         is_shown: Whether somebody looks at the costs.
     """
-    set_accelerations(record, wanted)
-    begin, before = memory[MEMORY_COMMAND], memory[MEMORY_WANTED]
+    set_accelerations(record, levels)
+    for column in range(PROFILES):
+        add_profile(
+            record, pose, allowed, memory, levels[column], profiles[column], windows[column]
+        )
     best, least = KEEP * PROFILES, math.inf
     for row in range(PATHS):
         paths[row, PATH_COST] = path_cost(
@@ -189,31 +228,16 @@ def choose_candidate(  # noqa: PLR0913, PLR0917 - a kernel
             record, paths[row, PATH_TARGET], pose[POSE_SPEED], allowed, objects, ways, count
         )
         for column in range(PROFILES):
-            if row == KEEP:
-                add_profile(
-                    record,
-                    pose,
-                    begin,
-                    wanted[column],
-                    count,
-                    objects,
-                    ways,
-                    profiles[column],
-                    windows[column],
-                )
             place = row * PROFILES + column
             costs[place] = math.inf
             if paths[row, PATH_EXISTS] == 0.0:
                 continue
-            base = paths[row, PATH_COST] + profile_cost(
-                record, profiles[column], wanted[column], before, pose[POSE_SPEED], allowed
-            )
             costs[place] = candidate_cost(
                 record,
                 pose,
-                base,
                 row,
                 paths[row],
+                levels[column],
                 profiles[column],
                 windows[column],
                 count,
@@ -241,7 +265,7 @@ def refine(  # noqa: PLR0913, PLR0917 - a kernel
     profiles: Floats,
     windows: Ints,
     line: Floats,
-    wanted: Floats,
+    levels: Floats,
     costs: Floats,
 ) -> None:
     """Look for a better acceleration between those of the fan, on the same path.
@@ -259,33 +283,31 @@ def refine(  # noqa: PLR0913, PLR0917 - a kernel
         profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW); the last is the chosen profile, out.
         windows: (PROFILES + 1, K, 2); the last is scratch.
         line: (SAMPLES, LINE_ROW) lateral samples of the choice, out.
-        wanted: (PROFILES + 1,) accelerations; the last is scratch.
+        levels: (PROFILES + 1, LEVEL_ROW); the last is that chosen, out.
         costs: (CANDIDATES,).
     """
     row, column = best // PROFILES, best % PROFILES
-    begin, before = memory[MEMORY_COMMAND], memory[MEMORY_WANTED]
-    chosen, least = wanted[column], costs[best]
-    lower = chosen - wanted[max(column - 1, 0)]
-    upper = wanted[min(column + 1, PROFILES - 1)] - chosen
-    profile, window = profiles[PROFILES], windows[PROFILES]
+    chosen, least = levels[column, LEVEL_WANTED], costs[best]
+    lower = chosen - levels[max(column - 1, 0), LEVEL_WANTED]
+    upper = levels[min(column + 1, PROFILES - 1), LEVEL_WANTED] - chosen
+    level, profile, window = levels[PROFILES], profiles[PROFILES], windows[PROFILES]
+    middle = chosen
     for step in range(2 * ROUNDS):
         if step % 2 == 0:
-            lower, upper = 0.5 * lower, 0.5 * upper
-            middle = chosen
+            lower, upper, middle = 0.5 * lower, 0.5 * upper, chosen
         trial = middle - lower if step % 2 == 0 else middle + upper
         if trial == middle:
             continue
-        add_profile(record, pose, begin, trial, count, objects, ways, profile, window)
-        base = path[PATH_COST] + profile_cost(
-            record, profile, trial, before, pose[POSE_SPEED], allowed
-        )
+        level[LEVEL_WANTED] = trial
+        add_profile(record, pose, allowed, memory, level, profile, window)
         cost = candidate_cost(
-            record, pose, base, row, path, profile, window, count, objects, ways, line, least
+            record, pose, row, path, level, profile, window, count, objects, ways, line, least
         )
         if cost < least:
             chosen, least = trial, cost
-    add_profile(record, pose, begin, chosen, count, objects, ways, profile, window)
-    fill_line(path, profile, pose[POSE_S] - path[PATH_START], line)
+    level[LEVEL_WANTED] = chosen
+    add_profile(record, pose, allowed, memory, level, profile, window)
+    drive_path(record, pose, path, profile, True, line)  # noqa: FBT003 - a kernel
     memory[MEMORY_WANTED] = chosen
 
 
@@ -303,7 +325,7 @@ def plan_step(  # noqa: PLR0913, PLR0917 - a kernel
     profiles: Floats,
     windows: Ints,
     line: Floats,
-    wanted: Floats,
+    levels: Floats,
     costs: Floats,
     is_shown: bool,  # noqa: FBT001 - a kernel
 ) -> int:
@@ -322,7 +344,7 @@ def plan_step(  # noqa: PLR0913, PLR0917 - a kernel
         profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW) out; the last one is that chosen.
         windows: (PROFILES + 1, K, 2) scratch.
         line: (SAMPLES, LINE_ROW) lateral samples of the choice, out.
-        wanted: (PROFILES + 1,) scratch.
+        levels: (PROFILES + 1, LEVEL_ROW) scratch.
         costs: (CANDIDATES,) out; exact of all candidates only if they are shown.
         is_shown: Whether somebody looks at the costs.
 
@@ -343,7 +365,7 @@ def plan_step(  # noqa: PLR0913, PLR0917 - a kernel
         profiles,
         windows,
         line,
-        wanted,
+        levels,
         costs,
         is_shown,
     )
@@ -361,7 +383,7 @@ def plan_step(  # noqa: PLR0913, PLR0917 - a kernel
         profiles,
         windows,
         line,
-        wanted,
+        levels,
         costs,
     )
     if not np.isnan(paths[row, PATH_LANE]):

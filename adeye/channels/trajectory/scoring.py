@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 (
     LINE_D,  # lateral place [m]
     LINE_SLOPE,  # its change along the road
-    LINE_BEND,  # the change of that [1/m]
-) = range(3)
-LINE_ROW: Final = 3
+) = range(2)
+LINE_ROW: Final = 2
 
 _SPEEDING: Final = 200.0
 _SPEEDING_FROM: Final = 0.5
@@ -79,66 +78,43 @@ def profile_cost(
 
 
 @compiled
-def fill_line(path: Floats, profile: Floats, begun: float, line: Floats) -> None:
-    """Write the lateral samples of a candidate.
-
-    Args:
-        path: (PATH_ROW,).
-        profile: (SAMPLES, PROFILE_ROW).
-        begun: Way along the path that is behind the ego [m].
-        line: (SAMPLES, LINE_ROW) out.
-    """
-    for sample in range(SAMPLES):
-        d, slope, bend = at_path(path, begun + profile[sample, PROFILE_S])
-        line[sample, LINE_D], line[sample, LINE_SLOPE] = d, slope
-        line[sample, LINE_BEND] = bend
-
-
-@inlined
-def grip_share(record: Any, acceleration: float, lateral: float) -> float:
-    """Return which share of the assumed tyre limits is used, squared; above 1 it is too much.
-
-    Args:
-        record: Has ``emergency_deceleration`` and ``max_lateral_acceleration``.
-        acceleration: Along the road [m/s²].
-        lateral: [m/s²].
-    """
-    along = acceleration / record["emergency_deceleration"]
-    across = lateral / record["max_lateral_acceleration"]
-    return float(along * along + across * across)
-
-
-@compiled
-def line_cost(  # noqa: PLR0913, PLR0917 - a kernel
+def drive_line(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
+    path: Floats,
     profile: Floats,
-    line: Floats,
+    begun: float,
     curvature: float,
     lowest: float,
     highest: float,
     is_last_resort: bool,  # noqa: FBT001 - a kernel
+    line: Floats,
 ) -> float:
     """Return what driving a path at a speed costs; infinity where limits or road do not allow it.
 
     Args:
         record: Parameters, see ``channel.TrajectoryChannel``.
+        path: (PATH_ROW,).
         profile: (SAMPLES, PROFILE_ROW).
-        line: (SAMPLES, LINE_ROW).
+        begun: Way along the path that is behind the ego [m].
         curvature: Of the road [1/m].
         lowest: Lateral places that the ego's centre may be at [m].
         highest: [m].
         is_last_resort: Whether it is to be had in any case; the vehicle then does what it can.
+        line: (SAMPLES, LINE_ROW) out, up to what is not allowed.
     """
+    along = 1.0 / (record["emergency_deceleration"] * record["emergency_deceleration"])
+    across = 1.0 / (record["max_lateral_acceleration"] * record["max_lateral_acceleration"])
     comfort = 0.0
     for sample in range(SAMPLES):
-        d = line[sample, LINE_D]
-        if not is_last_resort and (d < lowest or d > highest):
-            return math.inf
+        d, slope, bend = at_path(path, begun + profile[sample, PROFILE_S])
+        line[sample, LINE_D], line[sample, LINE_SLOPE] = d, slope
         square = profile[sample, PROFILE_SPEED] * profile[sample, PROFILE_SPEED]
-        aside = square * line[sample, LINE_BEND]
+        aside = square * bend
         lateral = square * curvature + aside
-        used = grip_share(record, profile[sample, PROFILE_ACCELERATION], lateral)
-        if used > 1.0 and not is_last_resort:
+        braking = profile[sample, PROFILE_ACCELERATION]
+        # The ellipse of what the tyres are taken to hold.
+        used = along * braking * braking + across * lateral * lateral
+        if not is_last_resort and (used > 1.0 or d < lowest or d > highest):
             return math.inf
         comfort += aside * aside
     scale = record["comfort_deceleration"] * record["comfort_deceleration"]
