@@ -34,13 +34,16 @@ SHAPES: dict[str, tuple[int, ...]] = {
     "status": (CHANNELS,),
     "monitors": (MONITORS, 2),
     "tracks": (CHANNELS, TRACKS, 6),
+    "candidates": (CHANNELS, 2, 3, 2),
+    "candidate_costs": (CHANNELS, 2),
+    "chosen": (CHANNELS,),
     "authority": (),
     "reason": (),
     "command": (2,),
     "fault_active": (FAULTS,),
 }
 BOOLS = {"foreign_contact", "sensor_alive", "detected", "monitors", "fault_active"}
-INTS = {"contact", "status", "authority", "reason"}
+INTS = {"chosen", "contact", "status", "authority", "reason"}
 LENGTH = (4, 3)
 
 

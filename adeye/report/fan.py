@@ -53,15 +53,14 @@ def _fan(places: Any, costs: Any, chosen: int) -> tuple[Candidate, ...]:
     """List the candidates, the least desirable first and the chosen one last."""
     there = np.isfinite(places).all(axis=(1, 2)) & ~np.isnan(costs)
     least = float(costs[there].min()) if there.any() else 0.0
+    rounded = np.round(places.astype(np.float64), PLACES) + 0.0
     order = sorted(np.flatnonzero(there), key=lambda row: (row == chosen, -costs[row], row))
     return tuple(
         Candidate(
             desirability=round(desirability(float(costs[row]), least), 2),
             is_chosen=bool(row == chosen),
             # The first place is that of the ego, which is known.
-            points=tuple(
-                (float(x), float(y)) for x, y in np.round(places[row, 1:], PLACES).astype(float)
-            ),
+            points=tuple((float(x), float(y)) for x, y in rounded[row, 1:]),
         )
         for row in order
     )

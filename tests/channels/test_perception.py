@@ -11,7 +11,7 @@ from adeye.testing.scenes import ego_estimate, object_measurement, straight_road
 STEP = 0.05
 SPEED = 20.0
 RECORD = parameter_record(
-    {"period": np.full(1, STEP), "coast": 0.5, "gate": 4.0, "confirm_hits": 3.0}
+    {"period": np.full(1, STEP), "coast": 0.5, "gate": 4.0, "confirm_hits": 3.0, "behind": 15.0}
 )
 
 

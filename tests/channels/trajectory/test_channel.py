@@ -20,7 +20,7 @@ from adeye.testing.scenes import ego_estimate, object_measurement, pose_measurem
 
 LINKS = ("front", "pose")
 LANE, LEFT, RIGHT = 5.25, 8.75, 1.75
-SEES_ALL_ROUND = {"rear_sight": "120 m"}
+SEES_ALL_ROUND: dict[str, Any] = {"rear_sight": "120 m"}
 
 
 def made(*, shows: bool = True, links: Any = LINKS, road: Any = None, **more: Any) -> Any:
@@ -192,7 +192,7 @@ def test_nobody_who_comes_fast_from_behind_is_cut_up() -> None:
     def sudden(speed: float) -> Any:
         others = wall_and(*beside(speed, LEFT, RIGHT, start=90.0 - 55.0 - 3.0 * speed))
 
-        def objects(time: float) -> list[list[float]]:
+        def objects(time: float) -> Any:
             hidden = [[900.0, LANE, 0.0, 0.0, 0.0]]
             return others(time) if time > 3.1 else hidden + others(time)[1:]
 

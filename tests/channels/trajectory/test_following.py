@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -94,8 +95,8 @@ def test_candidates_begin_at_the_ego_and_those_that_do_not_exist_are_not_shown()
         fill_profile(20.0, 0.0, float(row - PROFILES), 25.0, 0.25, profiles[row])
     shown = np.zeros((CANDIDATES, POINTS, 2))
     show_candidates(pose(), segments, paths, profiles, shown)
-    there = np.isfinite(shown).all(axis=(1, 2))
+    there: Any = np.isfinite(shown).all(axis=(1, 2))
     assert there.sum() == CANDIDATES - PROFILES
     assert not there[2 * PROFILES : 3 * PROFILES].any()
-    assert (shown[there][:, 0] == [0.0, LANE]).all()
+    assert shown[there, 0].tolist() == [[0.0, LANE]] * int(there.sum())
     assert shown[PROFILES - 1, -1, 0] == pytest.approx(profiles[PROFILES - 1, -1, 0])
