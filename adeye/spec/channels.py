@@ -98,7 +98,7 @@ class TrajectoryParameters(Record):
     weight_offset: Weight = 10.0
     """Of the distance from the centre of the lane, squared [1/m²]."""
     weight_lane_change: Weight = 60.0
-    """Of leaving the lane; above 25 it does so to avoid a collision only, about 3 overtakes."""
+    """Of leaving the lane; at the default only to avoid a collision, at 2 also to overtake."""
     weight_shoulder: Weight = 80.0
     """Of being on the shoulder."""
     weight_change: Weight = 0.5
