@@ -46,6 +46,9 @@ COLUMNS: Final = {
     "track_error": "(B, T, C, M, 2) track of an object minus the object, along and across the line"
     " of sight from the ego at the time of the observation [m], NaN without a confirmed track",
     "false_tracks": "(B, T, C) confirmed tracks of nothing, near the path; -1 shows no tracks",
+    "candidates": "(B, T, C, P, Q, 2) trajectories that a channel chose from, in the map [m]",
+    "candidate_costs": "(B, T, C, P) what they cost, inf where limits forbid, NaN where none",
+    "chosen": "(B, T, C) which of them it chose, -1 for none",
     "authority": "(B, T) index of the acting channel, -1 for none",
     "reason": "(B, T) why, signals.REASON_LABELS",
     "command": "(B, T, 2) acting acceleration [m/s²] and steering angle [rad]",
@@ -56,9 +59,10 @@ COLUMNS: Final = {
 NO_TRACKS: Final = -1
 """Number of false tracks of a channel that does not show its tracks."""
 
-DRAWN: Final = frozenset({"detections", "tracks"})
+DRAWN: Final = frozenset({"detections", "tracks", "candidates", "candidate_costs", "chosen"})
 """Columns for pictures of a run: the digest leaves them out, so that a campaign need not keep them.
-They have no entries (M = 0, K = 0) where they were not asked for."""
+They have no entries (M, K, P = 0) where they were not asked for, and none of the candidates where
+no channel shows any."""
 
 
 @dataclass(frozen=True, slots=True)

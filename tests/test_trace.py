@@ -36,13 +36,16 @@ SHAPES: dict[str, tuple[int, ...]] = {
     "tracks": (CHANNELS, TRACKS, 6),
     "track_error": (CHANNELS, OBJECTS, 2),
     "false_tracks": (CHANNELS,),
+    "candidates": (CHANNELS, 2, 3, 2),
+    "candidate_costs": (CHANNELS, 2),
+    "chosen": (CHANNELS,),
     "authority": (),
     "reason": (),
     "command": (2,),
     "fault_active": (FAULTS,),
 }
 BOOLS = {"foreign_contact", "sensor_alive", "detected", "monitors", "fault_active"}
-INTS = {"contact", "status", "false_tracks", "authority", "reason"}
+INTS = {"chosen", "contact", "status", "false_tracks", "authority", "reason"}
 LENGTH = (4, 3)
 
 

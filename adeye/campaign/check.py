@@ -145,7 +145,13 @@ def _check_variant(files: OddFiles, shared: Shared, where: SourceLocation) -> No
 
 def _check_parts(loaded: Loaded[Any], shared: Shared, where: SourceLocation) -> None:
     try:
-        load_parts(replace(loaded, spec=shared.architecture))
+        parts = load_parts(replace(loaded, spec=shared.architecture))
+        if parts.digest != load_parts(loaded).digest:
+            # A result names the code of its architecture, not that of a variant.
+            raise SpecError(
+                "another plug-in or policy is named",
+                remedy="Write an architecture for each, with extends.",
+            )
     except InputError as error:
         raise SpecError(
             f"with the swept values, {error.message}", where=where, remedy=error.remedy

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from adeye.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.channels.factory import make_channel, plugin_channel
+from adeye.channels.policy.channel import load_policy
 from adeye.errors import SpecError
 from adeye.registry import Part, load_part, plugins_digest, require, validate_parameters
-from adeye.spec.channels import PluginChannel
+from adeye.spec.channels import PluginChannel, PolicyChannel
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
 from adeye.units import shown
@@ -55,6 +56,9 @@ def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> 
         if isinstance(sensor, PluginSensor):
             plugins.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
     for name, channel in loaded.spec.channels.items():
+        if isinstance(channel, PolicyChannel):
+            plugins.append(_policy(loaded, name, channel))
+            continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder)
         else:
@@ -84,6 +88,16 @@ def _placed(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChann
         return plugin_channel(part)
     except SpecError as error:
         where = loaded.locate(("channels", name, "kind"))
+        raise SpecError(error.message, where=where, remedy=error.remedy) from error
+
+
+def _policy(loaded: Loaded[Architecture], name: str, spec: PolicyChannel) -> Part:
+    where = loaded.locate(("channels", name, "parameters", "policy"))
+    try:
+        return load_policy(spec.parameters.policy, loaded.path.parent)
+    except SpecError as error:
+        if error.where is not None:
+            raise
         raise SpecError(error.message, where=where, remedy=error.remedy) from error
 
 

@@ -14,6 +14,7 @@ from adeye.channels.pose import (
     POSE_S,
     POSE_SPEED,
 )
+from adeye.channels.tracks import BEHIND
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import inlined
 from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
@@ -81,7 +82,8 @@ def channel_records(context: ChannelContext, fields: dict[str, Any]) -> NDArray[
     Returns:
         (B,) structured array, see ``parameter_record``.
     """
-    return parameter_record(dict.fromkeys(_FIELDS, math.nan) | fields | vehicle_fields(context))
+    unset = dict.fromkeys(_FIELDS, math.nan) | {"behind": BEHIND}
+    return parameter_record(unset | fields | vehicle_fields(context))
 
 
 @inlined

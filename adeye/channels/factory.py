@@ -9,8 +9,10 @@ from pydantic import BaseModel
 
 from adeye.channels.guard import GuardedChannel
 from adeye.channels.nominal import NominalChannel
+from adeye.channels.policy import PolicyChannel
 from adeye.channels.safety import SafetyChannel
 from adeye.channels.scalar import ScalarChannel
+from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
 from adeye.registry import Part, load_part, require, validate_parameters
 
@@ -25,8 +27,12 @@ if TYPE_CHECKING:
 BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
     "nominal": NominalChannel,
     "safety": SafetyChannel,
+    "trajectory": TrajectoryChannel,
 }
 """Channels of the package, by kind."""
+
+POLICY: Final = "policy"
+"""Kind of the channel that asks a policy from outside; it is contained like a plug-in."""
 
 
 def make_channel(kind: str, base_dir: Path) -> ControlChannel:
@@ -35,7 +41,7 @@ def make_channel(kind: str, base_dir: Path) -> ControlChannel:
     A class with ``reset`` works on the batch; one without is made once per run.
 
     Args:
-        kind: ``nominal``, ``safety``, ``module:Class`` or ``./file.py:Class``.
+        kind: One of ``BUILT_IN``, ``policy``, ``module:Class`` or ``./file.py:Class``.
         base_dir: Folder of the file that names a plug-in.
 
     Returns:
@@ -46,6 +52,8 @@ def make_channel(kind: str, base_dir: Path) -> ControlChannel:
     """
     if kind in BUILT_IN:
         return GuardedChannel(BUILT_IN[kind](), trusted=True)
+    if kind == POLICY:
+        return GuardedChannel(PolicyChannel(base_dir))
     return plugin_channel(load_part(kind, base_dir))
 
 

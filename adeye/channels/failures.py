@@ -71,9 +71,11 @@ def silenced(command: ControlCommand, previous: ControlCommand, runs: Bools) -> 
     quiet.status[runs] = SILENT
     if quiet.monitors is not None:
         quiet.monitors[runs] = False
-    for extra in (quiet.plan, quiet.tracks):
+    for extra in (quiet.plan, quiet.tracks, quiet.candidates, quiet.candidate_costs):
         if extra is not None:
             extra[runs] = np.nan
+    if quiet.chosen is not None:
+        quiet.chosen[runs] = -1
     return quiet
 
 

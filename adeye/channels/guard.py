@@ -131,11 +131,19 @@ class GuardedChannel:
             "plan": (runs, None, 4),
             "monitors": (runs, len(self.monitor_ids), 2),
             "tracks": (runs, None, len(TRACK_COLUMNS)),
+            "candidates": (runs, None, None, 2),
+            "candidate_costs": (runs, None),
+            "chosen": (runs,),
         }
         for name, shape in wanted.items():
             wrong = _misfit(name, getattr(answer, name), shape)
             if wrong:
                 return wrong
+        if answer.candidates is not None:
+            count = answer.candidates.shape[1]
+            costs = answer.candidate_costs
+            if costs is None or answer.chosen is None or costs.shape[1] != count:
+                return "candidates come without one cost each and the one that is chosen"
         if answer.monitors is None and self.monitor_ids:
             return "monitors is None, but the channel has monitor_ids"
         return ""
@@ -151,6 +159,9 @@ class GuardedChannel:
             None if answer.plan is None else np.array(answer.plan, dtype=np.float64),
             None if monitors is None else np.array(monitors, dtype=np.bool_),
             None if answer.tracks is None else _padded(answer.tracks),
+            _numbers(answer.candidates),
+            _numbers(answer.candidate_costs),
+            None if answer.chosen is None else np.array(answer.chosen, dtype=np.int64),
         )
 
 
@@ -216,19 +227,31 @@ def _settle(  # noqa: PLR0913, PLR0917 - a kernel
     return found
 
 
+_OPTIONAL: Final = frozenset(
+    {"plan", "monitors", "tracks", "candidates", "candidate_costs", "chosen"}
+)
+_WHOLE: Final = frozenset({"status", "chosen"})
+"""Fields that hold whole numbers."""
+
+
 def _misfit(name: str, values: Any, shape: tuple[int | None, ...]) -> str:
-    if values is None and name in ("plan", "monitors", "tracks"):
+    if values is None and name in _OPTIONAL:
         return ""
     if not isinstance(values, np.ndarray):
         return f"{name} is {type(values).__name__}, not an array"
     numeric = values.dtype.kind in "fiub"
+    is_whole = name not in _WHOLE or values.dtype.kind in "iu"
     fits = len(values.shape) == len(shape) and all(
         size is None or size == have for size, have in zip(shape, values.shape, strict=True)
     )
-    if numeric and fits and (name != "status" or values.dtype.kind in "iu"):
+    if numeric and fits and is_whole:
         return ""
     text = ", ".join("K" if size is None else str(size) for size in shape)
     return f"{name} is {values.dtype} of shape {values.shape}, not numbers of shape ({text})"
+
+
+def _numbers(values: NDArray[Any] | None) -> Floats | None:
+    return None if values is None else np.array(values, dtype=np.float64)
 
 
 def _padded(tracks: NDArray[Any]) -> Floats:

@@ -80,7 +80,7 @@ def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
             shown = authority
         elif link.startswith(CHANNEL_PREFIX):
             name = link[len(CHANNEL_PREFIX) :]
-            heard[name] = commands.get(name) or no_command(name, runs)
+            heard[name] = _without_fan(commands.get(name) or no_command(name, runs))
         else:
             seen[link] = _blanked(measurements[link])
     if protect:
@@ -89,6 +89,13 @@ def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
         shown = shown and Authority(_locked(shown.channel), _locked(shown.reason))
         running = _locked(running)
     return Observation(time, seen, heard, shown, running)
+
+
+def _without_fan(command: ControlCommand) -> ControlCommand:
+    """Leave out what is there for pictures only, so that it makes no difference."""
+    if command.candidates is None:
+        return command
+    return replace(command, candidates=None, candidate_costs=None, chosen=None)
 
 
 def _blanked(measurement: Measurement) -> Measurement:

@@ -68,8 +68,9 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
         stop: Run behind the last.
         records: (B,) with ``period``: since the previous call [s], ``coast``: how long a confirmed
             track lives without a detection [s], ``gate``: largest distance between a track and its
-            detection [m], ``confirm_hits``: detections that confirm a track,
-            ``confirm_window``: samples among which these must be, 0 for any.
+            detection [m], ``behind``: how far behind the ego a track may begin [m],
+            ``confirm_hits``: detections that confirm a track, ``confirm_window``: samples among
+            which these must be, 0 for any.
         time: [s].
         running: (B,) runs that have not ended; the others are left alone.
         segments: (B, K, 5) reference line of the road.
@@ -190,6 +191,7 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
         (record["confirm_hits"], record["confirm_window"], float(sensor)),
         places,
         owner,
+        record["behind"],
     )
 
 

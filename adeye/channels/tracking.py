@@ -16,6 +16,7 @@ import numpy as np
 from adeye.channels.confirmation import CONFIRM_SENSOR, count_hit, count_misses
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED
 from adeye.channels.tracks import (
+    BEHIND,
     BLOCKED,
     FREE,
     TRACK_BEGUN_BY,
@@ -216,6 +217,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     confirm: tuple[float, float, float],
     places: Floats,
     owner: Ints,
+    behind: float = BEHIND,
 ) -> int:
     """Update tracks with one new sample of one sensor, and begin tracks for what fits none.
 
@@ -235,6 +237,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         confirm: What confirms a track, see ``confirmation.CONFIRM_HITS``.
         places: (M, 2) scratch.
         owner: (M,) scratch.
+        behind: How far behind the ego a track may begin [m].
 
     Returns:
         The end of the tracks.
@@ -262,7 +265,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         if place == BLOCKED or not np.isfinite(x + y):
             continue
         if place == FREE:
-            if not may_begin(x, y):
+            if not may_begin(x, y, behind):
                 continue
             # Once for all detections that follow one another without a track.
             if not is_known:

@@ -76,10 +76,11 @@ seen to be narrower than any."""
 _CAR_WIDTH: Final = 1.8
 """Width that an object is taken to have where sensors do not tell [m]."""
 
-_BEHIND: Final = 15.0
+BEHIND: Final = 15.0
 _ASIDE: Final = 20.0
-"""New tracks begin no further behind than this, nor further aside than this and half the distance
-ahead [m]: what is outside cannot come into the path within the prediction of three seconds."""
+"""New tracks begin no further behind than this, unless a channel asks for more, nor further aside
+than this and half the distance ahead [m]: what is outside cannot come into the path within the
+prediction of three seconds."""
 
 
 @inlined
@@ -318,9 +319,15 @@ def learn_size(track: Floats, length: float, width: float) -> None:
 
 
 @inlined
-def may_begin(x: float, y: float) -> bool:
-    """Tell whether a track may begin at a place in the vehicle frame [m]."""
-    return not (x < -_BEHIND or abs(y) > _ASIDE + 0.5 * max(0.0, x))
+def may_begin(x: float, y: float, behind: float = BEHIND) -> bool:
+    """Tell whether a track may begin at a place in the vehicle frame [m].
+
+    Args:
+        x: Forward [m].
+        y: To the left [m].
+        behind: How far behind the ego at most [m].
+    """
+    return not (x < -behind or abs(y) > _ASIDE + 0.5 * max(0.0, x))
 
 
 @inlined

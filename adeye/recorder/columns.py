@@ -44,7 +44,11 @@ _SEEN: Final = (
 )
 """Columns of the scene, which the last row of a run has too; what was decided from it is zero."""
 
+_COARSE: Final = frozenset({"candidates", "candidate_costs"})
+"""Columns of which a picture needs no more than seven digits."""
+
 _CODES: Final = {
+    "chosen": np.int16,
     "contact": np.int16,
     "status": np.int8,
     "false_tracks": np.int8,
@@ -99,7 +103,7 @@ class Recorder:
             drawn: Whether to keep the columns for pictures, ``trace.DRAWN``.
             memory: Where the columns lie; the trace is gone as soon as it is used again.
         """
-        memory = memory or Memory()
+        memory = self._memory = memory or Memory()
         self._layout = layout
         self._case_digests = case_digests
         runs = len(case_digests)
@@ -159,6 +163,7 @@ class Recorder:
             self._compare_tracks(scene, index, proposal)
             if self._is_drawn:
                 self._draw_tracks(scene, index, proposal)
+                self._draw_fan(scene, index, proposal)
         ring["authority"][place] = authority.channel
         ring["reason"][place] = authority.reason
         ring["command"][place] = command
@@ -195,6 +200,32 @@ class Recorder:
         runs = scene.running
         shown = np.nan if proposal.tracks is None else proposal.tracks[runs, :TRACKS]
         self._columns["tracks"][runs, scene.tick, channel] = shown
+
+    def _draw_fan(self, scene: Scene, channel: int, proposal: ControlCommand) -> None:
+        runs, columns = scene.running, self._columns
+        columns["chosen"][runs, scene.tick, channel] = (
+            -1 if proposal.chosen is None else proposal.chosen[runs]
+        )
+        if proposal.candidates is None or proposal.candidate_costs is None:
+            return
+        fan, costs = proposal.candidates[runs], proposal.candidate_costs[runs]
+        if columns["candidates"].shape[3] == 0:
+            self._make_room(*fan.shape[1:3])
+        count, points = (
+            min(have, size)
+            for have, size in zip(fan.shape[1:3], columns["candidates"].shape[3:5], strict=True)
+        )
+        rows = (runs, scene.tick, channel)
+        columns["candidates"][(*rows, slice(count), slice(points))] = fan[:, :count, :points]
+        columns["candidate_costs"][(*rows, slice(count))] = costs[:, :count]
+
+    def _make_room(self, count: int, points: int) -> None:
+        """Make the columns of the fan: how large it is, is known when the first one arrives."""
+        shape = self._columns["candidate_costs"].shape[:3]
+        for name, rest in (("candidates", (count, points, 2)), ("candidate_costs", (count,))):
+            column = self._memory.array(name, (*shape, *rest), _kind(name))
+            column[:] = np.nan
+            self._columns[name] = column
 
     def _draw_detections(self, scene: Scene, sensor: int, reading: Measurement) -> None:
         # The pose at the time of the sample is in the ring or in the columns already.
@@ -310,6 +341,9 @@ def _shapes(  # noqa: PLR0913 - one for each axis
         "tracks": (channels, TRACKS if is_drawn else 0, 6),
         "track_error": (channels, objects, 2),
         "false_tracks": (channels,),
+        "candidates": (channels, 0, 0, 2),
+        "candidate_costs": (channels, 0),
+        "chosen": (channels if is_drawn else 0,),
         "authority": (),
         "reason": (),
         "command": (2,),
@@ -320,4 +354,4 @@ def _shapes(  # noqa: PLR0913 - one for each axis
 def _kind(name: str) -> Any:
     if name in _FLAGS:
         return np.bool_
-    return _CODES.get(name, np.float64)
+    return np.float32 if name in _COARSE else _CODES.get(name, np.float64)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from adeye.kernel.road import position
+from adeye.report.fan import fan_of
 from adeye.report.replay import (
     ActorMotion,
     ChannelView,
@@ -261,6 +262,7 @@ def _channels(trace: Trace, run: int, held: Any) -> tuple[ChannelView, ...]:
                 )
                 if there.any()
                 else None,
+                fan=fan_of(trace, run, index, held),
             )
         )
     return tuple(made)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from adeye.report.replay import (
         ActorMotion,
         ChannelView,
+        FanView,
         Line,
         Replay,
         SensorView,
@@ -30,6 +31,10 @@ LENGTH = 1000
 """Steps per metre, and per metre per second."""
 ANGLE = 10_000
 """Steps per radian."""
+COARSE = 10
+"""Steps per metre of a candidate's places."""
+SHADES = 20
+"""Steps from the least desirable to the best."""
 DIGITS = 4
 """Digits of the largest value of a signal that are kept after the first."""
 
@@ -195,7 +200,24 @@ def _channel(channel: ChannelView) -> Packed:
     }
     if channel.tracks is not None:
         packed["tracks"] = _tracks(channel.tracks)
+    if channel.fan is not None:
+        packed["fan"] = _fan(channel.fan)
     return packed
+
+
+def _fan(view: FanView) -> Packed:
+    """Pack the fans; places are differences from the place before, within a candidate, too."""
+    listed = [candidate for fan in view.fans for candidate in fan]
+    points = [point for candidate in listed for point in candidate.points]
+    return {
+        "every": view.every,
+        "count": repeats([len(fan) for fan in view.fans]),
+        "points": repeats([len(candidate.points) for candidate in listed]),
+        "chosen": repeats([candidate.is_chosen for candidate in listed]),
+        "desirability": differences([candidate.desirability for candidate in listed], SHADES),
+        "x": differences([point[0] for point in points], COARSE),
+        "y": differences([point[1] for point in points], COARSE),
+    }
 
 
 def _tracks(ticks: Sequence[Sequence[Track]]) -> Packed:

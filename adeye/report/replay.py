@@ -99,6 +99,24 @@ class SensorView(Part):
     """Places in the map of everything in the newest sample."""
 
 
+class Candidate(Part):
+    """A trajectory that a channel might have driven."""
+
+    desirability: Annotated[float, Field(ge=0.0, le=1.0)]
+    """1 for the best, 0 for one that is not better than a collision."""
+    is_chosen: bool
+    points: tuple[Point, ...]
+    """Places in the map, from the ego on, which is not among them."""
+
+
+class FanView(Part):
+    """The trajectories that a channel chose from, now and then."""
+
+    every: Annotated[int, Field(ge=1)]
+    """Ticks from one fan to the next; the first is at the first tick."""
+    fans: tuple[tuple[Candidate, ...], ...]
+
+
 class ChannelView(Part):
     """A control channel: what it commanded, how it was, what it believed is there."""
 
@@ -108,6 +126,8 @@ class ChannelView(Part):
     status: tuple[str, ...]
     tracks: tuple[tuple[Track, ...], ...] | None = None
     """x, y, vx, vy, length, width in the vehicle frame; None for a channel that shows none."""
+    fan: FanView | None = None
+    """None for a channel that does not choose among trajectories."""
 
 
 class FaultView(Part):
@@ -194,6 +214,10 @@ class Replay(Part):
         for name, column in self._columns():
             if len(column) != self.rows:
                 msg = f"run {self.run}: {name} has {len(column)} rows, the ego has {self.rows}"
+                raise ValueError(msg)
+        for view in self.channels:
+            if view.fan is not None and len(view.fan.fans) != -(-self.rows // view.fan.every):
+                msg = f"run {self.run}: channels.{view.id} has {len(view.fan.fans)} fans"
                 raise ValueError(msg)
         for channel in self.authority:
             if not -1 <= channel < len(self.channels):

@@ -309,6 +309,10 @@ class ControlCommand:
         monitors: (B, Q, 2) raw and confirmed state of the channel's monitors, or None.
         tracks: (B, K, 6) what the channel believes is there, see ``TRACK_COLUMNS``; NaN rows are
             empty; or None.
+        candidates: (B, P, Q, 2) places in the map of the trajectories that it chose from, NaN rows
+            are empty; or None.
+        candidate_costs: (B, P) what they cost, less is better, inf for one that cannot be driven.
+        chosen: (B,) which of them it chose, -1 for none.
     """
 
     channel: str
@@ -319,6 +323,9 @@ class ControlCommand:
     plan: Floats | None = None
     monitors: Bools | None = None
     tracks: Floats | None = None
+    candidates: Floats | None = None
+    candidate_costs: Floats | None = None
+    chosen: Ints | None = None
 
     def copy(self) -> ControlCommand:
         """Copy the arrays, so that a later change leaves this command as it was."""
@@ -331,6 +338,9 @@ class ControlCommand:
             None if self.plan is None else self.plan.copy(),
             None if self.monitors is None else self.monitors.copy(),
             None if self.tracks is None else self.tracks.copy(),
+            None if self.candidates is None else self.candidates.copy(),
+            None if self.candidate_costs is None else self.candidate_costs.copy(),
+            None if self.chosen is None else self.chosen.copy(),
         )
 
 

@@ -7,7 +7,17 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from adeye.spec.misplaced import misplaced
-from adeye.spec.quantity import Acceleration, Duration, Identifier, Many, Number, Record
+from adeye.spec.quantity import (
+    Acceleration,
+    Duration,
+    Identifier,
+    Jerk,
+    Length,
+    Many,
+    Number,
+    Record,
+    Speed,
+)
 from adeye.spec.sensors import (
     NonNegativeDuration,
     NonNegativeLength,
@@ -30,8 +40,8 @@ class _Channel(Record):
     text: str = ""
 
 
-class NominalParameters(Record):
-    """Nominal channel: tracking, car following, lane keeping and emergency braking."""
+class TrackingParameters(Record):
+    """How a channel makes tracks of detections."""
 
     confirm_hits: Annotated[int, Field(ge=1, le=10)] = 3
     """Detections that confirm a track: what has fewer is not reacted to."""
@@ -41,15 +51,6 @@ class NominalParameters(Record):
     coast: NonNegativeDuration = 0.5
     """How long a confirmed track lives without a detection [s]."""
     gate: PositiveLength = 4.0
-    time_gap: Annotated[Duration, Field(gt=0.0)] = 1.8
-    standstill_gap: PositiveLength = 4.0
-    max_acceleration: PositiveAcceleration = 1.5
-    comfort_deceleration: PositiveAcceleration = 2.5
-    emergency_deceleration: PositiveAcceleration = 8.0
-    emergency_threshold: PositiveAcceleration = 3.5
-    """Required deceleration from which it brakes with the emergency deceleration."""
-    lateral_margin: NonNegativeLength = 0.3
-    """How much nearer than touching an object's side must come to count as in the path [m]."""
 
     @model_validator(mode="after")
     def _window_has_room(self) -> Self:
@@ -60,6 +61,76 @@ class NominalParameters(Record):
             )
             raise misplaced([(("confirm_window",), text)])
         return self
+
+
+class NominalParameters(TrackingParameters):
+    """Nominal channel: tracking, car following, lane keeping and emergency braking."""
+
+    time_gap: Annotated[Duration, Field(gt=0.0)] = 1.8
+    standstill_gap: PositiveLength = 4.0
+    max_acceleration: PositiveAcceleration = 1.5
+    comfort_deceleration: PositiveAcceleration = 2.5
+    emergency_deceleration: PositiveAcceleration = 8.0
+    emergency_threshold: PositiveAcceleration = 3.5
+    """Required deceleration from which it brakes with the emergency deceleration."""
+    lateral_margin: NonNegativeLength = 0.3
+    """How much nearer than touching an object's side must come to count as in the path [m]."""
+
+
+Weight = Annotated[Number, Field(ge=0.0)]
+
+
+class TrajectoryParameters(TrackingParameters):
+    """Trajectory channel: prediction, a fan of candidate trajectories, the least cost, control."""
+
+    horizon: Annotated[Duration, Field(ge=1.0, le=8.0)] = 4.0
+    """How far ahead it looks [s]."""
+    time_gap: Annotated[Duration, Field(gt=0.0)] = 1.8
+    standstill_gap: PositiveLength = 4.0
+    max_acceleration: PositiveAcceleration = 1.5
+    comfort_deceleration: PositiveAcceleration = 2.5
+    emergency_deceleration: PositiveAcceleration = 8.0
+    max_lateral_acceleration: PositiveAcceleration = 5.0
+    """With the emergency deceleration, the ellipse of what the tyres are taken to hold."""
+    max_jerk: Annotated[Jerk, Field(gt=0.0)] = 25.0
+    """How quickly the commanded acceleration changes at most [m/s³]."""
+    lateral_margin: NonNegativeLength = 0.3
+    """Distance from an object below which a trajectory counts as too near [m]."""
+    uncertainty_growth: Annotated[Speed, Field(ge=0.0)] = 0.1
+    """How fast that distance grows with the time of the prediction [m/s]."""
+    lane_change_time: Annotated[Duration, Field(gt=0.0)] = 4.0
+    """Of a lane change without haste [s]."""
+    nudge: Length = Field(default=0.4, ge=0.0, le=2.0)
+    """How far beside the centre of the lane it may drive [m]."""
+    rear_sight: NonNegativeLength = 0.0
+    """How far behind the ego its sensors see the lanes beside it [m]; at 0 it never enters one."""
+    follower_deceleration: PositiveAcceleration = 3.0
+    """Deceleration that a lane change may ask of who comes from behind."""
+    weight_collision: Weight = 1000.0
+    weight_headway: Weight = 32.0
+    weight_progress: Weight = 0.1
+    weight_comfort: Weight = 1.0
+    weight_jerk: Weight = 0.3
+    weight_offset: Weight = 10.0
+    """Of the distance from the centre of the lane, squared [1/m²]."""
+    weight_lane_change: Weight = 60.0
+    """Of leaving the lane; at the default only to avoid a collision, at 2 also to overtake."""
+    weight_shoulder: Weight = 80.0
+    """Of being on the shoulder."""
+    weight_change: Weight = 0.5
+    """Of another choice than before."""
+
+
+class PolicyParameters(TrackingParameters):
+    """Policy channel: what a policy from outside observes and how it is asked."""
+
+    policy: PluginPath
+    """A callable or an object with ``predict``: ``./file.py:name`` or ``module:name``."""
+    observation: Literal["kinematics", "kinematics_flat"] = "kinematics"
+    nearest: Annotated[int, Field(ge=1, le=8)] = 8
+    """How many objects it observes, the nearest ones."""
+    normalised: bool = True
+    """Whether observation and action are numbers from -1 to 1, not in SI units."""
 
 
 class SafetyParameters(Record):
@@ -93,6 +164,20 @@ class SafetyChannel(_Channel):
     parameters: SafetyParameters = SafetyParameters()
 
 
+class TrajectoryChannel(_Channel):
+    """The built-in channel that predicts and plans."""
+
+    kind: Literal["trajectory"]
+    parameters: TrajectoryParameters = TrajectoryParameters()
+
+
+class PolicyChannel(_Channel):
+    """The built-in channel that asks a policy from outside the package."""
+
+    kind: Literal["policy"]
+    parameters: PolicyParameters
+
+
 class PluginChannel(_Channel):
     """A channel from outside the package."""
 
@@ -100,5 +185,7 @@ class PluginChannel(_Channel):
     parameters: dict[str, Any] = {}
 
 
-BuiltInChannel = Annotated[NominalChannel | SafetyChannel, Field(discriminator="kind")]
+BuiltInChannel = Annotated[
+    NominalChannel | SafetyChannel | TrajectoryChannel | PolicyChannel, Field(discriminator="kind")
+]
 Channel = BuiltInChannel | PluginChannel

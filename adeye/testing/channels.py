@@ -41,6 +41,12 @@ OUTAGE: Final = range(20, 28)
 """Ticks at which the first sensor does not deliver and the linked channels are silent."""
 
 
+_COMPARED: Final = (
+    *("acceleration", "steering_angle", "status", "monitors", "tracks", "plan"),
+    *("candidates", "candidate_costs", "chosen"),
+)
+
+
 class ScriptedChannel:
     """Gives commands from a script, whatever it sees; the last one stays."""
 
@@ -200,17 +206,30 @@ def _check_answers(
         if count or answer.monitors is not None:
             shape = () if answer.monitors is None else answer.monitors.shape
             _demand(holds=shape == (runs, count, 2), rule=f"monitors have shape {shape}")
+        _check_fan(answer, runs)
         if answer.tracks is not None:
             shape = answer.tracks.shape
             fits = len(shape) == 3 and (shape[0], shape[2]) == (runs, len(TRACK_COLUMNS))
             _demand(holds=fits, rule=f"tracks have shape {shape}")
 
 
+def _check_fan(answer: ControlCommand, runs: int) -> None:
+    if answer.candidates is None:
+        return
+    shape = answer.candidates.shape
+    fits = len(shape) == 4 and (shape[0], shape[3]) == (runs, 2)
+    _demand(holds=fits, rule=f"candidates have shape {shape}")
+    costs = () if answer.candidate_costs is None else answer.candidate_costs.shape
+    _demand(holds=costs == shape[:2], rule=f"candidate_costs have shape {costs}")
+    chosen = () if answer.chosen is None else answer.chosen.shape
+    _demand(holds=chosen == (runs,), rule=f"chosen has shape {chosen}")
+
+
 def _demand_equal(
     one: Sequence[ControlCommand], other: Sequence[ControlCommand], rule: str
 ) -> None:
     for tick, (a, b) in enumerate(zip(one, other, strict=True)):
-        for name in ("acceleration", "steering_angle", "status", "monitors", "tracks", "plan"):
+        for name in _COMPARED:
             left, right = getattr(a, name), getattr(b, name)
             if left is None or right is None:
                 _demand(holds=left is right, rule=f"{rule}: {name} at tick {tick}")
@@ -337,4 +356,7 @@ def _one_command(command: ControlCommand, run: int) -> ControlCommand:
         None if command.plan is None else command.plan[part],
         None if command.monitors is None else command.monitors[part],
         None if command.tracks is None else command.tracks[part],
+        None if command.candidates is None else command.candidates[part],
+        None if command.candidate_costs is None else command.candidate_costs[part],
+        None if command.chosen is None else command.chosen[part],
     )

@@ -198,3 +198,21 @@ def test_swept_parameter_of_a_plugin_is_checked(
         SpecError, match=r"with the swept values, channels\.nominal\.parameters\.gain"
     ):
         check(load({"parameters": {axis: [2, "fast"]}}))
+
+
+def test_policy_cannot_be_swept_because_a_result_names_the_code_of_its_architecture(
+    project: Path, load: Callable[..., OddFiles]
+) -> None:
+    folder = project / "odd" / "architectures"
+    for name in ("one", "other"):
+        source = f"def drive(observation):\n    return 0.0, 0.0  # {name}\n"
+        (folder / f"{name}.py").write_text(source, encoding="utf-8")
+    replace(
+        folder / "camera_radar.yaml",
+        "kind: nominal",
+        "kind: policy\n    parameters: {policy: './one.py:drive'}",
+    )
+    axis = "architecture.channels.nominal.parameters.{}"
+    check(load({"parameters": {axis.format("nearest"): [2, 3]}}))
+    with pytest.raises(SpecError, match="another plug-in or policy"):
+        check(load({"parameters": {axis.format("policy"): ["./one.py:drive", "./other.py:drive"]}}))

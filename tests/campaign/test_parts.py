@@ -114,3 +114,27 @@ def test_plugin_sensor_needs_sense(project: Project) -> None:
         candidate["sensors"]["extra"] = {"kind": "./own.py:Own", "rate": "20 Hz"}
     with pytest.raises(SpecError, match=r"has no sense\(\)"):
         parts(project)
+
+
+def policy_parts(project: Project, source: str, name: str = "drive") -> Parts:
+    path = project.folder / "odd" / "architectures" / "policy.py"
+    path.write_text(source, "utf-8")
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"] = {
+            "kind": "policy",
+            "parameters": {"policy": f"./policy.py:{name}"},
+        }
+    return load_parts(load_architecture(project.folder / CANDIDATE))
+
+
+def test_code_of_a_policy_is_part_of_the_identity(project: Project) -> None:
+    source = "def drive(observation):\n    return 0.0, 0.0\n"
+    found = policy_parts(project, source)
+    assert [part.name for part in found.plugins] == ["./policy.py:drive"]
+    assert found.digest == policy_parts(project, source).digest
+    assert found.digest != policy_parts(project, source + "# changed\n").digest
+
+
+def test_policy_that_is_none_is_refused_where_it_is_named(project: Project) -> None:
+    with pytest.raises(SpecError, match=r"camera_radar\.yaml:\d+:\d+.*is no policy"):
+        policy_parts(project, "drive = 3\n")

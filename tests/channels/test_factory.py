@@ -58,8 +58,14 @@ def observation() -> Observation:
     return Observation(0.0, {}, {}, None, np.ones(1, dtype=np.bool_))
 
 
-def test_built_in_kinds_are_nominal_and_safety() -> None:
-    assert set(BUILT_IN) == {"nominal", "safety"}
+def test_built_in_kinds_are_nominal_safety_and_trajectory() -> None:
+    assert set(BUILT_IN) == {"nominal", "safety", "trajectory"}
+
+
+def test_policy_is_contained_like_a_plugin(folder: Path) -> None:
+    channel = make_channel("policy", folder)
+    channel.reset(channel_context({}, links=(), sensors={}))
+    assert channel.act(observation()).status.tolist() == [SILENT]
 
 
 def test_scalar_plugin_gets_its_parameter_model(folder: Path) -> None:

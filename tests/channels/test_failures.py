@@ -14,6 +14,9 @@ def command(acceleration: float, stamp: float) -> ControlCommand:
         np.full(2, OK, dtype=np.int64),
         monitors=np.ones((2, 1, 2), dtype=np.bool_),
         tracks=np.zeros((2, 8, 6)),
+        candidates=np.zeros((2, 5, 3, 2)),
+        candidate_costs=np.zeros((2, 5)),
+        chosen=np.zeros(2, dtype=np.int64),
     )
 
 
@@ -48,6 +51,10 @@ def test_silent_run_keeps_values_and_stamp_of_before_and_the_other_run_its_own()
     assert quiet.monitors[:, 0, 0].tolist() == [False, True]
     assert quiet.tracks is not None
     assert np.isnan(quiet.tracks[0]).all()
+    assert quiet.candidates is not None
+    assert np.isnan(quiet.candidates).any(axis=(1, 2, 3)).tolist() == [True, False]
+    assert quiet.chosen is not None
+    assert quiet.chosen.tolist() == [-1, 0]
     assert given.acceleration.tolist() == [1.0, 1.0]
 
 

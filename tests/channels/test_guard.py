@@ -112,6 +112,9 @@ def test_exception_silences_all_runs_that_have_not_ended() -> None:
         (good(status=np.zeros(RUNS)), "status"),
         (good(monitors=np.zeros((RUNS, 1, 2))), "monitors"),
         (good(tracks=np.zeros((RUNS, 2, 5))), "tracks"),
+        (good(candidates=np.zeros((RUNS, 2, 5))), "candidates"),
+        (good(candidates=np.zeros((RUNS, 4, 5, 2))), "one cost each"),
+        (good(chosen=np.zeros(RUNS)), "chosen"),
     ],
 )
 def test_answer_of_the_wrong_form_silences_all_runs(answer: Any, detail: str) -> None:
@@ -150,6 +153,19 @@ def test_failure_of_an_ended_run_is_not_recorded() -> None:
     command = act(channel, 0, [True, False, True])
     assert channel.events == [None] * RUNS
     assert np.isfinite(command.acceleration).all()
+
+
+def test_fan_of_a_plugin_is_kept() -> None:
+    fan = {
+        "candidates": np.ones((RUNS, 4, 5, 2)),
+        "candidate_costs": np.ones((RUNS, 4)),
+        "chosen": np.zeros(RUNS, dtype=np.int32),
+    }
+    command = act(guarded(repeat(good(**fan))), 0)
+    assert command.candidates is not None
+    assert command.candidates.shape == (RUNS, 4, 5, 2)
+    assert command.chosen is not None
+    assert command.chosen.dtype == np.int64
 
 
 def test_fewer_tracks_are_filled_up_and_more_are_cut() -> None:

@@ -55,6 +55,17 @@ def test_channel_that_has_not_commanded_is_seen_silent() -> None:
     assert (seen.commands["a"].stamp == -1.0).all()
 
 
+def test_fan_that_is_there_for_pictures_is_not_seen() -> None:
+    given = command()
+    given.candidates, given.candidate_costs = np.zeros((2, 5, 3, 2)), np.zeros((2, 5))
+    given.chosen = np.zeros(2, dtype=np.int64)
+    for protect in (False, True):
+        seen = observe(("channels.a",), 0.0, {}, {"a": given}, None, RUNNING, protect=protect)
+        heard = seen.commands["a"]
+        assert (heard.candidates, heard.candidate_costs, heard.chosen) == (None, None, None)
+        assert heard.plan is not None
+
+
 def test_protected_observation_cannot_alter_the_truth() -> None:
     links = ("front", "channels.a", "switch")
     given = command()

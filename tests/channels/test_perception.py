@@ -17,6 +17,7 @@ RECORD = parameter_record(
         "gate": 4.0,
         "confirm_hits": 3.0,
         "confirm_window": 0.0,
+        "behind": 15.0,
     }
 )
 

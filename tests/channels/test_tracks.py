@@ -126,6 +126,11 @@ def test_no_track_begins_where_nothing_can_come_into_the_path(place: tuple[float
     assert not may_begin(*place)
 
 
+def test_track_begins_further_behind_where_a_channel_looks_back() -> None:
+    assert may_begin(-60.0, 3.5, 100.0)
+    assert not may_begin(-60.0, 3.5)
+
+
 @pytest.mark.parametrize("place", [(-10.0, 0.0), (60.0, 40.0)])
 def test_track_begins_beside_and_far_ahead(place: tuple[float, float]) -> None:
     assert may_begin(*place)

@@ -222,6 +222,42 @@ def test_memory_is_used_again_and_leaves_nothing_behind(context: SceneContext) -
         assert np.array_equal(again[name], fresh[name], equal_nan=True), name
 
 
+def fan(count: int, points: int) -> dict[str, Any]:
+    places = np.arange(RUNS * count * points * 2.0).reshape(RUNS, count, points, 2)
+    costs = np.arange(RUNS * count * 1.0).reshape(RUNS, count)
+    chosen = np.full(RUNS, count - 1, dtype=np.int64)
+    return {"candidates": places, "candidate_costs": costs, "chosen": chosen}
+
+
+def test_fan_takes_the_size_of_the_first_and_others_are_cut_or_filled(
+    context: SceneContext,
+) -> None:
+    recorder = Recorder(layout(context), 5, ("a", "b"), drawn=True)
+    silent = command("safety", 0.0, status=SILENT)
+    add(recorder, shown(context, 0), proposals=[command("nominal", 0.0), silent])
+    first = fan(4, 3)
+    for tick, shape in ((1, first), (2, fan(6, 2)), (3, fan(2, 5))):
+        proposals = [command("nominal", 0.0, **shape), silent]
+        add(recorder, shown(context, tick), proposals=proposals)
+    trace = closed(recorder, shown(context, 4))
+    assert trace["candidates"].shape == (RUNS, 5, 2, 4, 3, 2)
+    assert np.array_equal(trace["candidates"][:, 1, 0], first["candidates"])
+    assert np.array_equal(trace["candidate_costs"][:, 1, 0], first["candidate_costs"])
+    assert np.isnan(trace["candidate_costs"][:, [0, 3], 0, 2:]).all()
+    assert np.isnan(trace["candidates"][:, 2, 0, :, 2]).all()
+    assert np.isnan(trace["candidates"][:, :4, 1]).all()
+    assert trace["chosen"][0, :4, 0].tolist() == [-1, 3, 5, 1]
+    assert trace["chosen"][0, 1, 1] == -1
+
+
+def test_fan_is_not_kept_unless_somebody_looks(context: SceneContext) -> None:
+    recorder = Recorder(layout(context), 3, ("a", "b"))
+    proposals = [command("nominal", 0.0, **fan(4, 3)), command("safety", 0.0)]
+    add(recorder, shown(context, 0), proposals=proposals)
+    trace = closed(recorder, shown(context, 1))
+    assert trace["candidates"].size == trace["chosen"].size == 0
+
+
 def test_tracks_are_cut_and_missing_ones_are_nan(context: SceneContext) -> None:
     recorder = Recorder(layout(context), 3, ("a", "b"), drawn=True)
     tracks = np.arange(RUNS * (TRACKS + 2) * 6, dtype=np.float64).reshape(RUNS, TRACKS + 2, 6)

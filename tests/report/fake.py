@@ -28,9 +28,11 @@ from adeye.report.model import (
 from adeye.report.parts import Binding, Command, Label, Margin, RunVerdict
 from adeye.report.replay import (
     ActorMotion,
+    Candidate,
     ChannelView,
     EgoMotion,
     Event,
+    FanView,
     FaultView,
     Line,
     Replay,
@@ -261,6 +263,24 @@ def drive(rows: int, *, late: bool) -> dict[str, list[float]]:
     return columns
 
 
+def build_fan(drive_: dict[str, list[float]], every: int = 10) -> FanView:
+    """Build three candidates every half a second; the last one of each fan is chosen."""
+    return FanView(
+        every=every,
+        fans=tuple(
+            tuple(
+                Candidate(
+                    desirability=0.5 * rank,
+                    is_chosen=rank == 2,
+                    points=tuple((x + 10.0 * k, y + 1.2 * k * (2 - rank)) for k in (1, 2, 3)),
+                )
+                for rank in range(3)
+            )
+            for x, y in list(zip(drive_["x"], drive_["y"], strict=True))[::every]
+        ),
+    )
+
+
 def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: str) -> Replay:
     drive_ = drive(rows, late=late)
     count = len(drive_["x"])
@@ -429,6 +449,7 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
                 steering_angle_rad=tuple(drive_["steer"]),
                 status=tuple("ok" if time < 8.0 else "silent" for time in times),
                 tracks=tracks,
+                fan=build_fan(drive_),
             ),
             ChannelView(
                 id="safety",

@@ -161,3 +161,15 @@ def test_names_are_text_and_never_run(browser: Browser, tmp_path: Path) -> None:
     key = json.dumps(f"nominal{text}")
     assert browser.run(f"document.getElementById('keys').textContent.includes({key})") is True
     assert_quiet(browser, path)
+
+
+def test_fan_is_drawn_with_its_key_and_can_be_hidden(tab: Browser, page: Path) -> None:
+    tab.run("scrub.value = 30; scrub.dispatchEvent(new Event('input'))")
+    shown = picture(tab, "belief")
+    assert "candidate" in str(tab.run("document.getElementById('keys').textContent"))
+    tab.click("#show-fan")
+    hidden = picture(tab, "belief")
+    assert hidden != shown
+    tab.click("#show-fan")
+    assert picture(tab, "belief") == shown
+    assert_quiet(tab, page)

@@ -3,6 +3,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pytest
 
 from adeye.report.embed import differences, pack_replay, repeats, script_text
@@ -90,3 +91,19 @@ def test_script_text_is_json_without_markup() -> None:
 def test_number_that_is_not_finite_is_not_written() -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         script_text({"a": float("nan")})
+
+
+def test_fan_reads_back_candidate_by_candidate(report: Report) -> None:
+    channel = report.replays[0].channels[0]
+    packed = pack_replay(report.replays[0])["channels"][0]["fan"]
+    assert channel.fan is not None
+    listed = [candidate for fan in channel.fan.fans for candidate in fan]
+    assert column(packed["count"]) == [len(fan) for fan in channel.fan.fans]
+    assert column(packed["points"]) == [len(candidate.points) for candidate in listed]
+    assert column(packed["chosen"]) == [candidate.is_chosen for candidate in listed]
+    desirable = [candidate.desirability for candidate in listed]
+    assert numbers(packed["desirability"]) == pytest.approx(desirable, abs=0.025)
+    places = list(zip(numbers(packed["x"]), numbers(packed["y"]), strict=True))
+    wanted = [point for candidate in listed for point in candidate.points]
+    assert np.array(places) == pytest.approx(np.array(wanted), abs=0.0501)
+    assert "fan" not in pack_replay(report.replays[0])["channels"][1]

@@ -77,3 +77,13 @@ def test_line_of_one_point_is_refused() -> None:
 def test_place_that_is_not_finite_is_refused() -> None:
     with pytest.raises(ValidationError, match="finite"):
         Line(x_m=(0.0, math.nan), y_m=(0.0, 0.0))
+
+
+def test_fans_that_do_not_cover_the_run_are_refused(report: Report) -> None:
+    replay = report.replays[0]
+    channel = replay.channels[0]
+    assert channel.fan is not None
+    short = channel.fan.model_copy(update={"fans": channel.fan.fans[:-1]})
+    changed = channel.model_copy(update={"fan": short})
+    with pytest.raises(ValidationError, match="fans"):
+        rebuilt(replay, channels=(changed, *replay.channels[1:]))

@@ -9,16 +9,25 @@ import pytest
 from adeye.channels.factory import BUILT_IN
 from adeye.cli.examples import EXAMPLES
 from adeye.ports import ControlChannel
-from adeye.spec.channels import NominalParameters, SafetyParameters
+from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
 from adeye.testing import ScriptedChannel, check_channel
 
 pytestmark = pytest.mark.requirements
 
-PARAMETERS = {"nominal": NominalParameters(), "safety": SafetyParameters()}
-LINKS = {"nominal": ("front", "pose"), "safety": ("truth", "channels.other", "switch")}
+PARAMETERS = {
+    "nominal": NominalParameters(),
+    "safety": SafetyParameters(),
+    "trajectory": TrajectoryParameters(),
+}
+LINKS = {
+    "nominal": ("front", "pose"),
+    "safety": ("truth", "channels.other", "switch"),
+    "trajectory": ("front", "pose"),
+}
 SENSORS = {
     "nominal": {"front": "radar", "pose": "localisation"},
     "safety": {"truth": "ground_truth"},
+    "trajectory": {"front": "radar", "pose": "localisation"},
 }
 
 

@@ -59,6 +59,9 @@ def test_copy_of_a_command_is_not_changed_with_it() -> None:
         plan=np.ones((2, 3, 4)),
         monitors=np.zeros((2, 1, 2), dtype=np.bool_),
         tracks=np.ones((2, 1, 6)),
+        candidates=np.ones((2, 4, 3, 2)),
+        candidate_costs=np.ones((2, 4)),
+        chosen=np.ones(2, dtype=np.int64),
     )
     copy = command.copy()
     for array in (command.acceleration, command.steering_angle, command.stamp, command.plan):
@@ -74,6 +77,9 @@ def test_copy_of_a_command_is_not_changed_with_it() -> None:
     assert (copy.plan == 1.0).all()
     assert copy.monitors is not None
     assert not copy.monitors.any()
+    for name in ("candidates", "candidate_costs", "chosen"):
+        getattr(command, name)[...] = -5
+        assert (getattr(copy, name) == 1).all()
 
 
 def test_copy_of_a_bare_command_stays_bare() -> None:
@@ -82,6 +88,8 @@ def test_copy_of_a_bare_command_stays_bare() -> None:
     assert copy.plan is None
     assert copy.monitors is None
     assert copy.tracks is None
+    assert copy.candidates is None
+    assert copy.chosen is None
 
 
 def test_runs_of_a_context_are_counted_by_the_ego() -> None:

@@ -8,7 +8,9 @@ from adeye.spec.channels import (
     NominalChannel,
     NominalParameters,
     PluginChannel,
+    PolicyChannel,
     SafetyChannel,
+    TrajectoryChannel,
 )
 
 CHANNEL: TypeAdapter[Any] = TypeAdapter(Channel)
@@ -19,11 +21,26 @@ CHANNEL: TypeAdapter[Any] = TypeAdapter(Channel)
     [
         ("nominal", NominalChannel),
         ("safety", SafetyChannel),
+        ("trajectory", TrajectoryChannel),
         ("./mine.py:Planner", PluginChannel),
     ],
 )
 def test_kind_chooses_the_model(kind: str, model: type) -> None:
     assert type(CHANNEL.validate_python({"kind": kind})) is model
+
+
+def test_policy_channel_names_its_policy() -> None:
+    content = {"kind": "policy", "parameters": {"policy": "./mine.py:drive", "nearest": 3}}
+    channel = CHANNEL.validate_python(content)
+    assert type(channel) is PolicyChannel
+    assert channel.parameters.nearest == 3
+
+
+def test_parameters_of_the_trajectory_channel_have_units() -> None:
+    parameters = {"rear_sight": "80 m", "max_jerk": "10 m/s^3", "weight_lane_change": 2}
+    channel = CHANNEL.validate_python({"kind": "trajectory", "parameters": parameters})
+    assert channel.parameters.rear_sight == 80.0
+    assert channel.parameters.max_jerk == 10.0
 
 
 @pytest.mark.parametrize(
@@ -33,6 +50,11 @@ def test_kind_chooses_the_model(kind: str, model: type) -> None:
         {"kind": "nominal", "delay": "-1 s"},
         {"kind": "nominal", "parameters": {"time_gap": "0 s"}},
         {"kind": "safety", "parameters": {"time_gap": "1 s"}},
+        {"kind": "trajectory", "parameters": {"horizon": "20 s"}},
+        {"kind": "trajectory", "parameters": {"weight_comfort": -1}},
+        {"kind": "policy"},
+        {"kind": "policy", "parameters": {"policy": "mine.py"}},
+        {"kind": "policy", "parameters": {"policy": "./mine.py:p", "observation": "pixels"}},
     ],
 )
 def test_impossible_channel_is_refused(content: dict[str, Any]) -> None:

@@ -60,6 +60,19 @@ function decodeChannel(packed) {
       offsets: offsetsOf(decodeRepeats(packed.tracks.count)),
       columns: packed.tracks.columns.map(decodeNumbers),
     },
+    fan: packed.fan ? decodeFan(packed.fan) : null,
+  };
+}
+
+function decodeFan(packed) {
+  return {
+    every: packed.every,
+    offsets: offsetsOf(decodeRepeats(packed.count)),
+    points: offsetsOf(decodeRepeats(packed.points)),
+    chosen: decodeRepeats(packed.chosen),
+    desirability: decodeNumbers(packed.desirability),
+    x: decodeNumbers(packed.x),
+    y: decodeNumbers(packed.y),
   };
 }
 

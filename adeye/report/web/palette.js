@@ -33,6 +33,12 @@ function withAlpha(colour, alpha) {
   return `color-mix(in srgb, ${colour} ${Math.round(alpha * 100)}%, transparent)`;
 }
 
+/* From the colour of failure, faint, to the channel's own. */
+function fanColour(colour, desirability) {
+  const share = Math.round(100 * desirability);
+  return withAlpha(`color-mix(in oklab, ${colour} ${share}%, ${palette.fail})`, 0.25 + 0.6 * desirability);
+}
+
 /* Make a canvas as sharp as the screen; returns its context, in CSS pixels. */
 function prepare(canvas) {
   const box = canvas.getBoundingClientRect();

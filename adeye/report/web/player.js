@@ -24,6 +24,7 @@ function drawAll() {
     fields: byId("show-fields").checked,
     detections: byId("show-detections").checked,
     truth: byId("show-truth").checked,
+    fan: byId("show-fan").checked,
   };
   drawWorld(size, replay, moment, options);
   drawBelief(prepare(byId("belief")), replay, moment, options);
@@ -108,6 +109,20 @@ function showKey(replay) {
       context.stroke();
     }, `command held for ${LOOK_AHEAD} s (dashed: shadow)`),
   ];
+  const fan = replay.channels.findIndex((channel) => channel.fan);
+  byId("show-fan").parentElement.hidden = fan < 0;
+  if (fan >= 0) {
+    entries.push(entry(({ context }) => {
+      [0, 0.5, 1].forEach((shade, index) => {
+        context.beginPath();
+        context.moveTo(0, 7);
+        context.lineTo(16, 2 + 5 * index);
+        context.strokeStyle = fanColour(channelColour(fan), shade);
+        context.lineWidth = 1 + 1.4 * shade;
+        context.stroke();
+      });
+    }, "candidate (stronger: better; wide: chosen; dotted: not allowed)"));
+  }
   byId("keys").replaceChildren(...entries.map(({ node }) => node));
   player.keys = entries;
 }
@@ -230,7 +245,7 @@ function startPlayer() {
     const event = eventAt(player.replay, byId("strip"), pointer);
     byId("scrub").title = event ? `${event.time_s.toFixed(2)} s: ${event.text}` : "";
   });
-  for (const id of ["show-fields", "show-detections", "show-truth"]) byId(id).addEventListener("change", drawAll);
+  for (const id of ["show-fields", "show-detections", "show-truth", "show-fan"]) byId(id).addEventListener("change", drawAll);
   for (const button of document.querySelectorAll("#runs [data-replay]")) {
     button.addEventListener("click", () => selectReplay(Number(button.dataset.replay)));
   }

@@ -124,6 +124,56 @@ function drawCommand(camera, replay, row, ego, index) {
   context.fill();
 }
 
+/* A smooth line through places of the map: straight pieces rounded at their middles. */
+function smoothPath(camera, places) {
+  const { context } = camera;
+  const points = places.map(([x, y]) => camera.place(x, y));
+  context.beginPath();
+  context.moveTo(...points[0]);
+  for (let at = 1; at < points.length - 1; at += 1) {
+    const middle = [0, 1].map((axis) => (points[at][axis] + points[at + 1][axis]) / 2);
+    context.quadraticCurveTo(...points[at], ...middle);
+  }
+  context.lineTo(...points[points.length - 1]);
+}
+
+/* The trajectories that a channel chose from: the more desirable the stronger, the chosen one wide. */
+function drawFan(camera, replay, row, channel, colour) {
+  const { fan } = channel;
+  if (!fan || channel.status[row] === "silent") return;
+  const { context } = camera;
+  const shown = Math.floor(row / fan.every);
+  const from = [replay.ego.x[shown * fan.every], replay.ego.y[shown * fan.every]];
+  context.lineCap = "round";
+  context.lineJoin = "round";
+  // They lie in the order of their desirability, so that the better ones are drawn over the worse.
+  for (let at = fan.offsets[shown]; at < fan.offsets[shown + 1]; at += 1) {
+    const places = [from];
+    for (let point = fan.points[at]; point < fan.points[at + 1]; point += 1) {
+      places.push([fan.x[point], fan.y[point]]);
+    }
+    const [x, y] = camera.place(...places[places.length - 1]);
+    smoothPath(camera, places);
+    if (fan.chosen[at]) {
+      context.strokeStyle = palette.surface;
+      context.lineWidth = 7;
+      context.stroke();
+    }
+    const shade = fan.desirability[at];
+    const look = fan.chosen[at] ? colour : fanColour(colour, shade);
+    context.strokeStyle = look;
+    context.lineWidth = fan.chosen[at] ? 4 : 1 + 1.4 * shade;
+    context.setLineDash(shade > 0 || fan.chosen[at] ? [] : [2, 5]);
+    context.stroke();
+    context.setLineDash([]);
+    context.beginPath();
+    context.arc(x, y, fan.chosen[at] ? 5 : 2.2, 0, 2 * Math.PI);
+    context.fillStyle = look;
+    context.fill();
+  }
+  context.lineCap = "butt";
+}
+
 function drawTracks(camera, ego, channel, row, colour) {
   if (!channel.tracks) return;
   const { context } = camera;
@@ -175,6 +225,9 @@ function drawBelief(size, replay, moment, options) {
         stroke: withAlpha(palette.ink, 0.55), dash: [2, 3], plain: true, lineWidth: 1,
       });
     }
+  }
+  if (options.fan) {
+    replay.channels.forEach((channel, index) => drawFan(camera, replay, row, channel, channelColour(index)));
   }
   replay.channels.forEach((channel, index) => drawTracks(camera, ego, channel, row, channelColour(index)));
   if (options.detections) drawDetections(camera, replay, row, 4.5);

@@ -1,0 +1,215 @@
+"""Any policy as a channel: it drives, it is contained, it is told apart by its code."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adeye.channels.factory import make_channel
+from adeye.channels.links import observe
+from adeye.channels.policy import PolicyChannel
+from adeye.channels.policy.channel import load_policy
+from adeye.errors import SpecError
+from adeye.signals import DEGRADED, FAULT, OK, SILENT, ControlCommand
+from adeye.spec.channels import PolicyParameters
+from adeye.testing import World, channel_context, check_channel, drive
+from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LINKS = ("front", "pose")
+SENSORS = {"front": "radar", "pose": "localisation"}
+LANE = 5.25
+
+POLICIES = '''
+import numpy as np
+
+seen = []
+
+
+def keep(observation):
+    """Keeps the lane and the desired speed, and brakes for what is close ahead."""
+    ego, objects = observation["ego"], observation["objects"]
+    speed, _, _, heading, offset, _, _, _, desired = ego
+    ahead = objects[(objects[:, 0] > 0) & (objects[:, 1] > 0) & (np.abs(objects[:, 2]) < 2)]
+    gap = ahead[:, 1].min() if len(ahead) else np.inf
+    acceleration = 0.5 * (desired - speed) if gap > 2.5 * speed + 8 else -6.0
+    return acceleration, -0.02 * offset - 0.4 * heading
+
+
+def still(observation):
+    return 0.0, 0.0
+
+
+def late_failure(observation):
+    seen.append(1)
+    if observation["ego"][0] > 25.0:
+        raise RuntimeError("too fast for me")
+    return 0.0, 0.0
+
+
+def three(observation):
+    return 1.0, 2.0, 3.0
+
+
+def words(observation):
+    return "left"
+
+
+def not_finite(observation):
+    return np.nan, 0.0
+
+
+def beyond(observation):
+    return 99.0, -99.0
+
+
+class Predictor:
+    """As in Stable-Baselines3."""
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        assert deterministic
+        count = 0 if state is None else state
+        return np.array([0.1 * count, 0.0]), count + 1
+
+
+class Batched:
+    batched = True
+
+    def __call__(self, observation):
+        assert observation["ego"].shape[1:] == (9,)
+        speed = observation["ego"][:, 0]
+        return np.stack([(25.0 - speed) / 5.0, 0.0 * speed], axis=1)
+
+
+class Flat:
+    def __call__(self, observation):
+        assert observation.shape == (9 + 3 * 7,)
+        return observation[0], 0.0
+
+
+network = Predictor()
+number = 3
+'''
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("policies")
+    (made / "mine.py").write_text(POLICIES, "utf-8")
+    return made
+
+
+def parameters(name: str, **more: Any) -> PolicyParameters:
+    values = {"policy": f"./mine.py:{name}", "normalised": False} | more
+    return PolicyParameters.model_validate(values)
+
+
+def made(folder: Path, name: str, *, runs: int = 1, **more: Any) -> Any:
+    channel = make_channel("policy", folder)
+    context = channel_context(parameters(name, **more), links=LINKS, sensors=SENSORS, runs=runs)
+    channel.reset(context)
+    return channel
+
+
+def ask(channel: Any, speeds: list[float], *, ticks: int = 1, alive: bool = True) -> ControlCommand:
+    runs, road = len(speeds), straight_road(len(speeds))
+    for tick in range(ticks):
+        time = 0.05 * tick
+        ego = np.zeros((runs, 7))
+        ego[:, 3] = speeds
+        ego[:, 0], ego[:, 1] = ego[:, 3] * time, LANE
+        front = object_measurement(ego, np.zeros((runs, 0, 5)), time)
+        front.alive[:] = alive
+        readings = {"front": front, "pose": pose_measurement(road, ego, time)}
+        running = np.ones(runs, dtype=np.bool_)
+        answer = channel.act(observe(LINKS, time, readings, {}, None, running, protect=True))
+    return answer  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("name", ["keep", "Predictor", "network", "Batched"])
+def test_conforms(folder: Path, name: str) -> None:
+    check_channel(lambda: PolicyChannel(folder), parameters(name))
+
+
+def test_tiny_policy_drives_and_stops_for_what_stands_ahead(folder: Path) -> None:
+    world = World(objects=lambda _: [[150.0, LANE, 0.0, 0.0, 0.0]], speed=20.0, offset=0.5)
+    done = drive({"p": made(folder, "keep")}, {"p": LINKS}, world, horizon=12.0)
+    assert done.ego[-1, 3] == 0.0
+    assert done.distance.min() > 2.0
+    assert done.ego[-1, 1] == pytest.approx(LANE, abs=0.2)
+
+
+def test_exception_silences_the_run_that_it_is_raised_in_and_no_other(folder: Path) -> None:
+    channel = made(folder, "late_failure", runs=2)
+    answer = ask(channel, [20.0, 30.0])
+    assert answer.status.tolist() == [OK, SILENT]
+    assert channel.events[0] is None
+    assert channel.events[1].outcome == "channel_error"
+    assert "too fast for me (mine.py:" in channel.events[1].detail
+
+
+@pytest.mark.parametrize(
+    ("name", "detail"),
+    [("three", "shape (3,)"), ("words", "not numbers"), ("not_finite", "no finite number")],
+)
+def test_answer_that_is_no_action_is_an_invalid_output(
+    folder: Path, name: str, detail: str
+) -> None:
+    channel = made(folder, name)
+    assert ask(channel, [20.0]).status.tolist() == [SILENT]
+    assert channel.events[0].outcome == "channel_invalid_output"
+    assert detail in channel.events[0].detail
+
+
+def test_action_is_cut_to_what_the_vehicle_can_follow(folder: Path) -> None:
+    answer = ask(made(folder, "beyond"), [20.0])
+    assert answer.acceleration.tolist() == [3.0]
+    assert answer.steering_angle[0] == pytest.approx(-np.radians(35.0))
+
+
+def test_normalised_action_is_a_share_of_the_limits(folder: Path) -> None:
+    answer = ask(made(folder, "beyond", normalised=True), [20.0])
+    assert answer.acceleration.tolist() == [3.0]
+
+
+def test_predictor_is_asked_deterministically_and_gets_its_state_back(folder: Path) -> None:
+    channel = made(folder, "Predictor", runs=2)
+    assert ask(channel, [20.0, 10.0], ticks=4).acceleration == pytest.approx([0.3, 0.3])
+
+
+def test_batched_policy_is_asked_once_and_answers_every_run(folder: Path) -> None:
+    answer = ask(made(folder, "Batched", runs=3), [20.0, 25.0, 30.0])
+    assert answer.acceleration == pytest.approx([1.0, 0.0, -1.0])
+
+
+def test_flat_observation_is_one_row(folder: Path) -> None:
+    channel = made(folder, "Flat", observation="kinematics_flat", nearest=3)
+    assert ask(channel, [2.0]).acceleration == pytest.approx([2.0])
+
+
+def test_dead_sensor_degrades_and_a_missing_estimate_is_a_fault(folder: Path) -> None:
+    assert ask(made(folder, "still"), [20.0], alive=False).status.tolist() == [DEGRADED]
+    channel = make_channel("policy", folder)
+    only = channel_context(parameters("still"), links=("front",), sensors={"front": "radar"})
+    channel.reset(only)
+    front = object_measurement(np.zeros((1, 7)), np.zeros((1, 0, 5)), 0.0)
+    running = np.ones(1, dtype=np.bool_)
+    seen = observe(("front",), 0.0, {"front": front}, {}, None, running, protect=True)
+    assert channel.act(seen).status.tolist() == [FAULT]
+
+
+def test_function_object_and_class_are_policies(folder: Path) -> None:
+    for name in ("keep", "network", "Predictor", "Batched"):
+        assert load_policy(f"./mine.py:{name}", folder).source_digest
+
+
+@pytest.mark.parametrize(
+    ("name", "message"), [("number", "is no policy"), ("nothing", "has no 'nothing'")]
+)
+def test_what_is_no_policy_is_refused(folder: Path, name: str, message: str) -> None:
+    with pytest.raises(SpecError, match=message):
+        load_policy(f"./mine.py:{name}", folder)
