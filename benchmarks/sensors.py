@@ -41,6 +41,12 @@ BASE: Final = "camera, objects"
 
 FRONT: Final = {"mount": {"x": "2 m", "z": "0.5 m"}, "rate": "20 Hz"}
 ROOF: Final = {"mount": {"x": "0 m", "z": "1.8 m"}, "rate": "10 Hz"}
+LIDAR: Final = {
+    "mount": {"x": "2 m", "z": "0.6 m"},
+    "rate": "10 Hz",
+    "field_of_view": "360 deg",
+    "range": "150 m",
+}
 
 CASES: Final[dict[str, tuple[Mapping[str, Any], float | None]]] = {
     BASE: (
@@ -74,6 +80,33 @@ CASES: Final[dict[str, tuple[Mapping[str, Any], float | None]]] = {
             "range": "120 m",
             "range_noise": "0.05 m",
             "bearing_noise": "0.1 deg",
+        },
+        None,
+    ),
+    "lidar, 900 beams": (
+        {
+            "kind": "lidar",
+            "fidelity": "physical",
+            **LIDAR,
+            "beams": 900,
+            "range_noise": "0.03 m",
+            "bearing_noise": "0.05 deg",
+        },
+        4.0,
+    ),
+    "lidar, 900 beams, exact": (
+        {"kind": "lidar", "fidelity": "physical", **LIDAR, "beams": 900},
+        None,
+    ),
+    "lidar, 16 x 900 beams": (
+        {
+            "kind": "lidar",
+            "fidelity": "physical",
+            **LIDAR,
+            "beams": 900,
+            "layers": 16,
+            "vertical_field_of_view": "20 deg",
+            "range_noise": "0.03 m",
         },
         None,
     ),
@@ -125,10 +158,10 @@ def scenes_of(context: SceneContext, frames: int) -> list[Scene]:
     ego[:, 3] = 30.0
     objects = np.zeros((runs, count, 5))
     of = draws[:, :-1].reshape(runs, count, 4)
-    # One lane after the other, each 15 m to 35 m behind the one before; two thirds are ahead.
+    # One lane after the other, 30 m to 50 m from row to row as at 30 m/s; two thirds are ahead.
     lane, row = np.arange(count) % 3, np.arange(count) // 3
     apart = np.where(lane == 1, 12.0, -10.0)
-    objects[:, :, 0] = apart + (row - count // 9) * 25.0 + 20.0 * (of[:, :, 0] - 0.5)
+    objects[:, :, 0] = apart + (row - count // 9) * 40.0 + 20.0 * (of[:, :, 0] - 0.5)
     objects[:, 0, 0] = 25.0 + 50.0 * of[:, 0, 0]
     objects[:, :, 1] = (np.array([1, 2, 0])[lane] + 0.5) * LANE + 0.6 * (of[:, :, 1] - 0.5)
     objects[:, :, 2] = 0.05 * (of[:, :, 2] - 0.5)

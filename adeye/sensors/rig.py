@@ -10,6 +10,7 @@ from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext, SensorModel
 from adeye.registry import load_part
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
+from adeye.sensors.lidar import LidarSensor
 from adeye.sensors.ranging import RangingSensor
 from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import model_name
@@ -25,6 +26,7 @@ BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
     "camera": RangingSensor,
     "radar": RangingSensor,
     "lidar": RangingSensor,
+    "lidar/physical": LidarSensor,
     "localisation": LocalisationSensor,
     "ground_truth": GroundTruthSensor,
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from adeye.kernel.elementary import log, power
+from adeye.kernel.elementary import exp, log, power
 from adeye.kernel.jit import compiled
 
 MM_PER_HOUR: Final = 1e-3 / 3600.0
@@ -37,6 +37,9 @@ REFLECTIVITY: Final = {
     "building": 0.4,
 }
 """Typical share of near-infrared light that surfaces return; a scenario may set its own."""
+
+ROAD_REFLECTIVITY: Final = 0.15
+"""Of the ground [1]: dry asphalt in the near infrared. Our choice."""
 
 
 @compiled
@@ -95,6 +98,21 @@ def lidar_range(
         LIDAR_RAIN_A * power(rain / MM_PER_HOUR, LIDAR_RAIN_B) if rain > 0.0 else 0.0
     ) + KOSCHMIEDER / visibility
     return range_in_extinction(clear_range * math.sqrt(reflectivity / reference), extinction)
+
+
+@compiled
+def lidar_rain_noise(rain: float) -> float:
+    """Standard deviation of a lidar's range in rain, as a share of the range: 0.02·(1-exp(-R))².
+
+    Args:
+        rain: [m/s]; R is the same in mm/h.
+
+    Source:
+        Goodin, Carruth, Doude & Hudson (2019), "Predicting the influence of rain on LIDAR in
+        ADAS", Electronics 8(1), 89.
+    """
+    wet = 1.0 - exp(-rain / MM_PER_HOUR)
+    return 0.02 * wet * wet
 
 
 @compiled
