@@ -200,8 +200,10 @@ def make(fields: Mapping[str, Any], context: SceneContext) -> SensorModel:
 
 
 def cost(fields: Mapping[str, Any], context: SceneContext, scenes: list[Scene]) -> float:
-    """CPU time of a frame of one run [µs]."""
+    """CPU time of a frame of one run [µs], once the sensor has its memory."""
     sensor = make(fields, context)
+    for scene in scenes[:2]:
+        sensor.sense(scene)
     start = time.process_time()
     for scene in scenes:
         sensor.sense(scene)
