@@ -115,7 +115,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     )
     while scene.running.any() and scene.tick != most_ticks:
         active = faults.update(scene)
-        readings = faults.on_readings(rig.sense(scene), active)
+        readings = rack.detect(faults.on_readings(rig.sense(scene), active))
         proposals = faults.on_commands(rack.act(scene, readings), active)
         command, authority = switch.arbitrate(scene.time, proposals)
         rack.remember(proposals, authority)

@@ -52,7 +52,7 @@ _NARROW: Final = 1.0
 """Length that an object is taken to have where sensors do not tell [m]: that of a car, unless it is
 seen to be narrower than any."""
 
-_CAR_WIDTH: Final = 1.8
+CAR_WIDTH: Final = 1.8
 """Width that an object is taken to have where sensors do not tell [m]."""
 
 _BEHIND: Final = 15.0
@@ -248,7 +248,7 @@ def learn_size(track: Floats, length: float, width: float) -> None:
     if width > 0.0:
         track[TRACK_WIDTH] = width
     elif track[TRACK_WIDTH] <= 0.0:
-        track[TRACK_WIDTH] = _CAR_WIDTH
+        track[TRACK_WIDTH] = CAR_WIDTH
 
 
 @inlined
