@@ -34,13 +34,14 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
+from adeye.spec.sensors import LOWEST_LIDAR
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adeye.spec.sensors import PhysicalLidar
 
-GROUND_HEIGHT: Final = 0.2
+GROUND_HEIGHT: Final = LOWEST_LIDAR
 """Returns below this height are of the ground [m]. Our choice: lower than any bumper."""
 
 _NEIGHBOURS: Final = 8

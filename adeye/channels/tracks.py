@@ -205,6 +205,8 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
         dy = places[row, 1] - y
         if detections[row, DETECTION_LENGTH] <= 0.0:
             dx += behind_face(x, track[TRACK_LENGTH], detections[row, DETECTION_WIDTH])
+        else:
+            dx -= with_face_kept(x, track[TRACK_LENGTH], detections[row, DETECTION_LENGTH])
         along, across = ux * dx + uy * dy, ux * dy - uy * dx
         # NaN compares false, so a detection that is no number fits nothing.
         if not (abs(along) < longest and abs(across) < gate):
@@ -230,6 +232,20 @@ def behind_face(x: float, length: float, width: float) -> float:
     """
     depth = length if length > 0.0 else assumed_length(width)
     return 0.5 * depth if x >= 0.0 else -0.5 * depth
+
+
+@inlined
+def with_face_kept(x: float, length: float, other: float) -> float:
+    """Return how far the centre of a box moves along x if it is longer and its face stays [m].
+
+    Args:
+        x: Of its centre [m].
+        length: Of the box [m], 0 while it is unknown.
+        other: Length that it turns out to have [m].
+    """
+    if length <= 0.0:
+        return 0.0
+    return 0.5 * (other - length) if x >= 0.0 else 0.5 * (length - other)
 
 
 @inlined

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -121,6 +121,13 @@ def _check_form(scene: SceneContext, item: Measurement) -> None:
         ("source", item.source, (count,)),
     ):
         _demand(holds=array.shape == (runs, *tail), rule=f"{name} has shape {array.shape}")
+    if item.points is not None and item.hits is not None:
+        rows = item.points.shape[1]
+        fits = item.points.shape == (runs, rows, 3) and item.hits.shape == (runs, rows)
+        _demand(
+            holds=fits, rule=f"points and hits have shapes {item.points.shape}, {item.hits.shape}"
+        )
+        _demand(holds=bool(np.isfinite(item.points).all()), rule="a point is not finite")
     if item.estimate is not None:
         fits = item.estimate.shape == (runs, len(ESTIMATE_COLUMNS))
         _demand(holds=fits, rule=f"estimate has shape {item.estimate.shape}")
@@ -143,7 +150,7 @@ def _check_detections(mask: Floats, detections: Floats, source: Floats) -> None:
 
 def _demand_equal(one: Sequence[Measurement], other: Sequence[Measurement], rule: str) -> None:
     for tick, (a, b) in enumerate(zip(one, other, strict=True)):
-        for name in ("stamp", "fresh", "alive", "mask", "detections", "source", "estimate"):
+        for name in (field.name for field in fields(Measurement)):
             left, right = getattr(a, name), getattr(b, name)
             if left is None or right is None:
                 _demand(holds=left is right, rule=f"{rule}: {name} at tick {tick}")
@@ -236,12 +243,4 @@ def _one_scene(scene: Scene, run: int) -> Scene:
 
 def _one_measurement(item: Measurement, run: int) -> Measurement:
     part = slice(run, run + 1)
-    return Measurement(
-        item.stamp[part],
-        item.fresh[part],
-        item.alive[part],
-        item.mask[part],
-        item.detections[part],
-        item.source[part],
-        None if item.estimate is None else item.estimate[part],
-    )
+    return item.map(lambda array: array[part])
