@@ -2,7 +2,9 @@
 
 Returns of the ground are left out. Two of the others belong together if they are no further apart
 in plan view than the cluster distance or, far away, than two beams: so one lost beam parts nothing.
-Each is compared with the few before it in its layer, and with the one below it.
+Each is compared with the few before it in its layer, and with the one below it. A side that beams
+meet at a flat angle falls into pieces inside of its object: to join them would join, with a parked
+car, whoever steps out behind it.
 
 Source:
     Rusu (2009), "Semantic 3D object maps for everyday manipulation in human living environments",
