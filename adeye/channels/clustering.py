@@ -119,6 +119,7 @@ def _numbers(spec: PhysicalLidar) -> dict[str, float]:
         "x": spec.mount.x,
         "y": spec.mount.y,
         "z": spec.mount.z,
+        "layers": float(spec.layers),
         "spacing": spec.field_of_view / spec.beams,
         "is_closed": float(spec.field_of_view >= _WHOLE_TURN),
         "cluster_distance": spec.cluster_distance,
@@ -178,21 +179,27 @@ def _cluster_batch(  # noqa: PLR0913, PLR0917 - a kernel
                 )
                 thing = _behind(lists[_HEAD, label], lists, hits[run], votes)
                 found = insert_box(found, row, thing, detections[run], source[run])
-        for slot in range(SLOTS):
-            mask[run, slot] = slot < found
-            if slot >= found:
+        for slot in range(found, SLOTS):
+            if mask[run, slot]:
                 source[run, slot] = -1
                 detections[run, slot] = 0.0
+        for slot in range(SLOTS):
+            mask[run, slot] = slot < found
 
 
 @inlined
 def _keep_returns(record: Any, points: Floats, places: Floats, kept: Ints) -> int:
     """Place the returns that are not of the ground in the vehicle frame; return their number."""
-    count = 0
+    # Most beams are empty; without a jump, they are soon skipped. NaN compares false.
+    found = 0
     for beam in range(points.shape[0]):
+        kept[found] = beam
+        found += 1 if points[beam, POINT_RANGE] > 0.0 else 0
+    count = 0
+    for entry in range(found):
+        beam = kept[entry]
         way = points[beam, POINT_RANGE]
-        # NaN compares false: what is no number is no return.
-        if not 0.0 < way < math.inf:
+        if way == math.inf:
             continue
         elevation = points[beam, POINT_ELEVATION]
         rise, level = sin_cos(elevation) if elevation != 0.0 else (0.0, 1.0)
@@ -214,8 +221,9 @@ def _link(record: Any, beams: int, count: int, places: Floats, lists: Ints, belo
     Returns:
         Number of labels.
     """
-    for beam in range(beams):
-        below[beam] = -1
+    if record["layers"] > 1.0:
+        for beam in range(beams):
+            below[beam] = -1
     labels, first, layer = 0, 0, -1
     for place in range(count):
         beam = lists[_BEAM, place]
@@ -226,16 +234,24 @@ def _link(record: Any, beams: int, count: int, places: Floats, lists: Ints, belo
         lists[_LABEL, place] = -1
         for other in range(max(first, place - _NEIGHBOURS), place):
             _join(record, place, other, places, lists)
-        column = beam - layer * beams
-        if below[column] >= 0:
-            _join(record, place, below[column], places, lists)
-        below[column] = place
+        if record["layers"] > 1.0:
+            _join_below(record, place, beam - layer * beams, places, lists, below)
         if lists[_LABEL, place] < 0:
             lists[_LABEL, place] = lists[_PARENT, labels] = labels
             labels += 1
     if record["is_closed"] > 0.0:
         _close(record, first, count, places, lists)
     return labels
+
+
+@inlined
+def _join_below(
+    record: Any, place: int, column: int, places: Floats, lists: Ints, below: Ints
+) -> None:
+    """Compare a return with the one below it on its bearing, and put it in its place."""
+    if below[column] >= 0:
+        _join(record, place, below[column], places, lists)
+    below[column] = place
 
 
 @inlined
@@ -249,13 +265,16 @@ def _close(record: Any, first: int, stop: int, places: Floats, lists: Ints) -> N
 @inlined
 def _join(record: Any, place: int, other: int, places: Floats, lists: Ints) -> None:
     """Give two returns labels of one root if they are near enough; the second one has a label."""
+    label, mine = lists[_LABEL, other], lists[_LABEL, place]
+    # Most are: whoever has met one of an object has met the others.
+    if label == mine:
+        return
     dx = places[_X, place] - places[_X, other]
     dy = places[_Y, place] - places[_Y, other]
     way = max(places[_WAY, place], places[_WAY, other])
     limit = max(record["cluster_distance"], _BEAMS_APART * record["spacing"] * way)
     if not dx * dx + dy * dy <= limit * limit:
         return
-    label, mine = lists[_LABEL, other], lists[_LABEL, place]
     if mine < 0:
         lists[_LABEL, place] = label
     elif mine != label:
