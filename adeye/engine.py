@@ -16,7 +16,7 @@ from adeye.channels.rack import ChannelRack
 from adeye.faults import FaultPlan
 from adeye.ports import SwitchContext
 from adeye.recorder import Memory, Recorder
-from adeye.sensors.rig import Rig
+from adeye.sensors.rig import Rig, mounts
 from adeye.spec.clock import ticks
 from adeye.switch import make_switch
 from adeye.trace import Layout, Trace
@@ -111,11 +111,16 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     )
     last = ticks(scenario.horizon, first.step, "horizon") + ticks(scenario.tail, first.step, "tail")
     recorder = Recorder(
-        layout, last + 1, tuple(case.digest for case in cases), drawn=drawn, memory=memory
+        layout,
+        last + 1,
+        tuple(case.digest for case in cases),
+        drawn=drawn,
+        memory=memory,
+        mounts=mounts(cases),
     )
     while scene.running.any() and scene.tick != most_ticks:
         active = faults.update(scene)
-        readings = faults.on_readings(rig.sense(scene), active)
+        readings = rack.detect(faults.on_readings(rig.sense(scene), active))
         proposals = faults.on_commands(rack.act(scene, readings), active)
         command, authority = switch.arbitrate(scene.time, proposals)
         rack.remember(proposals, authority)

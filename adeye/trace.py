@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.kernel.digest import LANES, absorb_bytes, absorb_words, finish
+from adeye.spec.sensors import PhysicalLidar
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,6 +38,8 @@ COLUMNS: Final = {
     "sensor_alive": "(B, T, S) the sensor delivers",
     "detected": "(B, T, S, M) the newest sample has the object",
     "detections": "(B, T, S, M, 2) its measured place in the map, by object [m]",
+    "points": "(B, T, L, P, 2) returns of the newest sample of each lidar in the map, not of the "
+    "ground, evenly thinned to at most P, NaN where none [m]",
     "acceleration": "(B, T, C) commanded acceleration of each channel, after faults [m/s²]",
     "steering_angle": "(B, T, C) commanded steering angle of each channel, after faults [rad]",
     "stamp": "(B, T, C) time of the observation behind the command [s]",
@@ -59,7 +62,9 @@ COLUMNS: Final = {
 NO_TRACKS: Final = -1
 """Number of false tracks of a channel that does not show its tracks."""
 
-DRAWN: Final = frozenset({"detections", "tracks", "candidates", "candidate_costs", "chosen"})
+DRAWN: Final = frozenset(
+    {"detections", "points", "tracks", "candidates", "candidate_costs", "chosen"}
+)
 """Columns for pictures of a run: the digest leaves them out, so that a campaign need not keep them.
 They have no entries (M, K, P = 0) where they were not asked for, and none of the candidates where
 no channel shows any."""
@@ -92,6 +97,12 @@ class Layout:
     horizon: float
     tail: float
     realised: tuple[str, ...]
+
+    @property
+    def lidars(self) -> tuple[str, ...]:
+        """Ids of the L sensors whose returns a trace may keep."""
+        sensors = self.architecture.sensors
+        return tuple(name for name in self.sensors if isinstance(sensors.get(name), PhysicalLidar))
 
 
 @dataclass(frozen=True, slots=True)

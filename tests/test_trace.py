@@ -28,6 +28,7 @@ SHAPES: dict[str, tuple[int, ...]] = {
     "sensor_alive": (SENSORS,),
     "detected": (SENSORS, OBJECTS),
     "detections": (SENSORS, OBJECTS, 2),
+    "points": (1, 5, 2),
     "acceleration": (CHANNELS,),
     "steering_angle": (CHANNELS,),
     "stamp": (CHANNELS,),

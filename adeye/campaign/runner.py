@@ -11,6 +11,7 @@ from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.kernel.jit import is_cache_warm
 from adeye.recorder import trace_bytes
+from adeye.sensors.lidar import sample_bytes
 from adeye.store.repository import Repository
 from adeye.store.totals import gate_code, totals
 
@@ -179,9 +180,9 @@ def block_size(plan: CampaignPlan) -> int:
 
     A small plan has small blocks, so that a kill costs little and every worker has something to
     do; a large one has large blocks, over which compiled code and inserts cost least, as far as
-    their traces fit into memory.
+    their traces and the returns of their lidars fit into memory.
     """
-    largest = max(trace_bytes(case) for case in plan.examples())
+    largest = max(trace_bytes(case) + sample_bytes(case.architecture) for case in plan.examples())
     return _block_size(plan.expansion.count, TRACE_MEMORY // largest)
 
 

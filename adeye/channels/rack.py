@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from adeye.channels.clock import ClockedChannel
+from adeye.channels.clustering import Clustering
 from adeye.channels.factory import BUILT_IN, make_channel
 from adeye.channels.links import observe
 from adeye.ports import ChannelContext, ControlChannel
 from adeye.sensors.rig import data_sheets, mounts
 from adeye.signals import Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.spec.clock import period_ticks, ticks
+from adeye.spec.sensors import PhysicalLidar
 from adeye.world.compile import ego_desired_speeds
 
 if TYPE_CHECKING:
@@ -76,6 +78,11 @@ class ChannelRack:
             self._inner[name] = inner
             self._clocked[name] = clocked
             self._is_plugin[name] = spec.kind not in BUILT_IN
+        self._clusterings: dict[str, Clustering] = {}
+        for name, sensor in architecture.sensors.items():
+            if isinstance(sensor, PhysicalLidar):
+                specs: list[Any] = [case.architecture.sensors[name] for case in cases]
+                self._clusterings[name] = Clustering(specs, len(scene.object_ids))
         self._commands: dict[str, ControlCommand] = {}
         self._authority: Authority | None = None
 
@@ -92,6 +99,17 @@ class ChannelRack:
             own = getattr(channel, "events", merged)
             merged = [_earlier(a, b) for a, b in zip(merged, own, strict=True)]
         return merged
+
+    def detect(self, readings: Mapping[str, Measurement]) -> dict[str, Measurement]:
+        """Find objects in what needs perception to show any, once for all channels.
+
+        Args:
+            readings: Newest measurement of every sensor, after faults.
+        """
+        found = dict(readings)
+        for name, clustering in self._clusterings.items():
+            found[name] = clustering.detect(readings[name])
+        return found
 
     def act(self, scene: Scene, readings: Mapping[str, Measurement]) -> list[ControlCommand]:
         """Ask every channel for its command at this tick."""

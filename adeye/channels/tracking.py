@@ -42,6 +42,7 @@ from adeye.channels.tracks import (
     learn_size,
     may_begin,
     room_for_track,
+    with_face_kept,
 )
 from adeye.kernel.jit import inlined
 from adeye.signals import (
@@ -328,6 +329,9 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     """
     if detection[DETECTION_LENGTH] <= 0.0:
         x += behind_face(x, track[TRACK_LENGTH], detection[DETECTION_WIDTH])
+    else:
+        # What was seen so far is the face; another length is no motion.
+        track[TRACK_X] += with_face_kept(x, track[TRACK_LENGTH], detection[DETECTION_LENGTH])
     dx, dy = x - mount_x, y - mount_y
     distance = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)

@@ -73,7 +73,7 @@ _NARROW: Final = 1.0
 """Length that an object is taken to have where sensors do not tell [m]: that of a car, unless it is
 seen to be narrower than any."""
 
-_CAR_WIDTH: Final = 1.8
+CAR_WIDTH: Final = 1.8
 """Width that an object is taken to have where sensors do not tell [m]."""
 
 BEHIND: Final = 15.0
@@ -232,6 +232,8 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
         dy = places[row, 1] - y
         if detections[row, DETECTION_LENGTH] <= 0.0:
             dx += behind_face(x, track[TRACK_LENGTH], detections[row, DETECTION_WIDTH])
+        else:
+            dx -= with_face_kept(x, track[TRACK_LENGTH], detections[row, DETECTION_LENGTH])
         along, across = ux * dx + uy * dy, ux * dy - uy * dx
         # NaN compares false, so a detection that is no number fits nothing.
         if not (abs(along) < longest and abs(across) < gate):
@@ -300,6 +302,20 @@ def behind_face(x: float, length: float, width: float) -> float:
 
 
 @inlined
+def with_face_kept(x: float, length: float, other: float) -> float:
+    """Return how far the centre of a box moves along x if it is longer and its face stays [m].
+
+    Args:
+        x: Of its centre [m].
+        length: Of the box [m], 0 while it is unknown.
+        other: Length that it turns out to have [m].
+    """
+    if length <= 0.0:
+        return 0.0
+    return 0.5 * (other - length) if x >= 0.0 else 0.5 * (length - other)
+
+
+@inlined
 def assumed_length(width: float) -> float:
     """Return the length that an object of a width is taken to have [m]; of a car if unknown (0)."""
     return _SHORT if 0.0 < width < _NARROW else _CAR_LENGTH
@@ -315,7 +331,7 @@ def learn_size(track: Floats, length: float, width: float) -> None:
     if width > 0.0:
         track[TRACK_WIDTH] = width
     elif track[TRACK_WIDTH] <= 0.0:
-        track[TRACK_WIDTH] = _CAR_WIDTH
+        track[TRACK_WIDTH] = CAR_WIDTH
 
 
 @inlined

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.recorder.beliefs import compare_tracks, show_nothing
-from adeye.recorder.rows import clear, mark_detected, move, place_detections
+from adeye.recorder.rows import clear, mark_detected, move, place_detections, place_points
 from adeye.trace import COLUMNS, DRAWN, ChannelEvent, Layout, Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 TRACKS: Final = 8
 """Tracks of a channel that a trace keeps."""
+
+POINTS: Final = 256
+"""Returns of a lidar's sample that a trace keeps."""
 
 RING: Final = 16
 """Ticks that are collected before they are moved."""
@@ -44,8 +47,8 @@ _SEEN: Final = (
 )
 """Columns of the scene, which the last row of a run has too; what was decided from it is zero."""
 
-_COARSE: Final = frozenset({"candidates", "candidate_costs"})
-"""Columns of which a picture needs no more than seven digits."""
+_COARSE: Final = frozenset({"candidates", "candidate_costs", "points"})
+"""Columns of which a picture needs no more than seven digits: a millimetre in ten kilometres."""
 
 _CODES: Final = {
     "chosen": np.int16,
@@ -93,6 +96,7 @@ class Recorder:
         *,
         drawn: bool = False,
         memory: Memory | None = None,
+        mounts: Mapping[str, Floats] | None = None,
     ) -> None:
         """Allocate the columns.
 
@@ -102,6 +106,7 @@ class Recorder:
             case_digests: Digest of the test case behind each run.
             drawn: Whether to keep the columns for pictures, ``trace.DRAWN``.
             memory: Where the columns lie; the trace is gone as soon as it is used again.
+            mounts: (B, 4) x, y, z, yaw of each sensor that has a mount, for pictures of returns.
         """
         memory = self._memory = memory or Memory()
         self._layout = layout
@@ -118,14 +123,16 @@ class Recorder:
             channels=len(layout.channels),
             monitors=len(layout.monitors),
             faults=len(layout.faults),
+            lidars=len(layout.lidars),
             is_drawn=drawn,
         )
+        self._mounts = mounts or {}
         # Which columns hold floats, codes or flags is the table's business, not the checker's.
         self._columns: dict[str, Any] = {
             name: memory.array(name, (runs, rows, *shapes[name]), _kind(name)) for name in COLUMNS
         }
         for name in DRAWN:
-            self._columns[name][:] = 0.0
+            self._columns[name][:] = np.nan if name == "points" else 0.0
         self._ring: dict[str, Any] = {
             name: memory.array(f"ring of {name}", (RING, runs, *shapes[name]), _kind(name))
             for name in _COLLECTED
@@ -151,6 +158,9 @@ class Recorder:
             mark_detected(reading.mask, reading.source, ring["detected"][place, :, index])
             if self._is_drawn:
                 self._draw_detections(scene, index, reading)
+        if self._is_drawn:
+            for index, name in enumerate(self._layout.lidars):
+                self._draw_points(scene, index, name, readings[name])
         monitor = 0
         ring["monitors"][place] = False
         for index, proposal in enumerate(proposals):
@@ -241,6 +251,18 @@ class Recorder:
             self._columns["detections"][:, scene.tick, sensor],
         )
 
+    def _draw_points(self, scene: Scene, lidar: int, name: str, reading: Measurement) -> None:
+        if reading.points is not None and name in self._mounts:
+            place_points(
+                scene.running,
+                reading.points,
+                reading.stamp,
+                self._mounts[name],
+                self._layout.context.step,
+                self._columns["ego"],
+                self._columns["points"][:, scene.tick, lidar],
+            )
+
     def close(self, scene: Scene) -> None:
         """Write the scene in which the last runs ended."""
         self._add_scene(scene)
@@ -302,6 +324,7 @@ def trace_bytes(case: TestCase) -> int:
         channels=len(architecture.channels),
         # Of a byte each; how many a plug-in has is not known before it is built.
         monitors=0,
+        lidars=0,
         faults=len(case.faults),
     )
     row = sum(int(np.prod(shapes[name])) * int(np.dtype(_kind(name)).itemsize) for name in COLUMNS)
@@ -317,6 +340,7 @@ def _shapes(  # noqa: PLR0913 - one for each axis
     channels: int,
     monitors: int,
     faults: int,
+    lidars: int,
     is_drawn: bool = False,
 ) -> dict[str, tuple[int, ...]]:
     """Give the shape of one row of each column."""
@@ -333,6 +357,7 @@ def _shapes(  # noqa: PLR0913 - one for each axis
         "sensor_alive": (sensors,),
         "detected": (sensors, objects),
         "detections": (sensors, objects if is_drawn else 0, 2),
+        "points": (lidars, POINTS if is_drawn else 0, 2),
         "acceleration": (channels,),
         "steering_angle": (channels,),
         "stamp": (channels,),

@@ -17,6 +17,7 @@ from adeye.report.replay import (
     FaultView,
     Floats,
     Line,
+    Point,
     Replay,
     RoadGeometry,
     SensorView,
@@ -227,8 +228,23 @@ def _sensors(trace: Trace, run: int, held: Any) -> tuple[SensorView, ...]:
                     tuple((float(x), float(y)) for x, y in points[mask])
                     for points, mask in zip(places, found, strict=True)
                 ),
+                points=_points(trace, run, held, name) if name in trace.layout.lidars else None,
             )
         )
+    return tuple(made)
+
+
+def _points(trace: Trace, run: int, held: Any, name: str) -> tuple[tuple[Point, ...], ...]:
+    """Place the returns of a lidar; rows that show one sample share its places."""
+    column: Any = trace["points"]
+    samples = column[run, held, trace.layout.lidars.index(name)]
+    made: list[tuple[Point, ...]] = []
+    for row, sample in enumerate(samples):
+        if row and np.array_equal(sample, samples[row - 1], equal_nan=True):
+            made.append(made[-1])
+            continue
+        there = np.round(sample[np.isfinite(sample[:, 0])].astype(np.float64), 1) + 0.0
+        made.append(tuple((float(x), float(y)) for x, y in there))
     return tuple(made)
 
 

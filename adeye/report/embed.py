@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         ChannelView,
         FanView,
         Line,
+        Point,
         Replay,
         SensorView,
         SignalPlot,
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 LENGTH = 1000
 """Steps per metre, and per metre per second."""
+POINT = 10
+"""Steps per metre of the returns of a lidar."""
 ANGLE = 10_000
 """Steps per radian."""
 COARSE = 10
@@ -187,6 +190,19 @@ def _sensor(sensor: SensorView) -> Packed:
         "count": repeats([len(sample) for sample in sensor.detections]),
         "dx": differences([point[0] for point in found], LENGTH),
         "dy": differences([point[1] for point in found], LENGTH),
+        "points": None if sensor.points is None else _points(sensor.points),
+    }
+
+
+def _points(rows: Sequence[Sequence[Point]]) -> Packed:
+    """Pack the returns of a lidar, each sample once; a dot is as wide as a tenth of a metre."""
+    samples = [(sample, sum(1 for _ in group)) for sample, group in itertools.groupby(rows)]
+    found = [point for sample, _ in samples for point in sample]
+    return {
+        "rows": [rows for _, rows in samples],
+        "count": [len(sample) for sample, _ in samples],
+        "x": differences([point[0] for point in found], POINT),
+        "y": differences([point[1] for point in found], POINT),
     }
 
 

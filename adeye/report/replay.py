@@ -97,6 +97,8 @@ class SensorView(Part):
     alive: tuple[bool, ...]
     detections: tuple[tuple[Point, ...], ...]
     """Places in the map of everything in the newest sample."""
+    points: tuple[tuple[Point, ...], ...] | None = None
+    """Places in the map of the returns in the newest sample; None of a sensor without beams."""
 
 
 class Candidate(Part):

@@ -13,6 +13,7 @@ from adeye.sensors.camera import PhysicalCameraSensor
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
 from adeye.sensors.gnss import GnssSensor
 from adeye.sensors.imu import ImuSensor
+from adeye.sensors.lidar import LidarSensor
 from adeye.sensors.radar import RadarSensor
 from adeye.sensors.ranging import RangingSensor
 from adeye.sensors.ultrasonic import UltrasonicSensor
@@ -36,6 +37,7 @@ BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
     "ultrasonic": UltrasonicSensor,
     "gnss": GnssSensor,
     "imu": ImuSensor,
+    "lidar/physical": LidarSensor,
     "localisation": LocalisationSensor,
     "ground_truth": GroundTruthSensor,
 }

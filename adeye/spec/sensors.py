@@ -160,6 +160,10 @@ class PhysicalCamera(SensorRecord):
     patches: ById[Patch] = {}
 
 
+LOWEST_LIDAR: Final = 0.2
+"""Least height of a lidar above the ground [m]; a bumper is higher."""
+
+
 class PhysicalLidar(SensorRecord):
     """Lidar with beams: a return per beam that is strong enough, clustered by the perception."""
 
@@ -182,9 +186,19 @@ class PhysicalLidar(SensorRecord):
     drop_out: Share = 0.0
     """Share of returns that are lost at random, on top of the weather."""
     cluster_distance: PositiveLength = 1.0
-    """Returns no further apart belong to one object."""
+    """Neighbouring returns no further apart belong to one object; far away, two beams may be."""
     min_points: Annotated[int, Field(ge=1, le=1000)] = 2
     """Least returns of an object."""
+
+    @model_validator(mode="after")
+    def _is_above_the_ground(self) -> Self:
+        if self.mount.z < LOWEST_LIDAR:
+            msg = (
+                f"mount.z is {self.mount.z:g} m, but a lidar stands at least {LOWEST_LIDAR:g} m "
+                "above the ground: what it sees below is taken for the ground"
+            )
+            raise ValueError(msg)
+        return self
 
 
 MOST_CLUTTER: Final = 50.0

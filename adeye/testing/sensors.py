@@ -171,6 +171,13 @@ def _check_form(scene: SceneContext, item: Measurement) -> None:
         _demand(holds=array.shape == (runs, *tail), rule=f"{name} has shape {array.shape}")
     known = (item.source >= -1) & (item.source < len(scene.object_ids))
     _demand(holds=bool(known.all()), rule="source names an object that is not there")
+    if item.points is not None and item.hits is not None:
+        rows = item.points.shape[1]
+        fits = item.points.shape == (runs, rows, 3) and item.hits.shape == (runs, rows)
+        _demand(
+            holds=fits, rule=f"points and hits have shapes {item.points.shape}, {item.hits.shape}"
+        )
+        _demand(holds=bool(np.isfinite(item.points).all()), rule="a point is not finite")
     if item.estimate is not None:
         fits = item.estimate.shape == (runs, len(ESTIMATE_COLUMNS))
         _demand(holds=fits, rule=f"estimate has shape {item.estimate.shape}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from adeye.kernel.elementary import atan2, cos, log, power, sin
+from adeye.kernel.elementary import atan2, cos, exp, log, power, sin
 from adeye.kernel.jit import compiled
 from adeye.signals import ILLUMINANCE
 
@@ -40,20 +40,8 @@ GREY: Final = 0.2
 _DARK: Final = ILLUMINANCE["night"]
 _BRIGHT: Final = ILLUMINANCE["day"]
 
-REFLECTIVITY: Final = {
-    "car": 0.5,
-    "van": 0.5,
-    "truck": 0.5,
-    "bus": 0.5,
-    "motorcycle": 0.3,
-    "cyclist": 0.3,
-    "pedestrian": 0.3,
-    "parked_truck": 0.5,
-    "parked_car": 0.5,
-    "barrier": 0.4,
-    "building": 0.4,
-}
-"""Typical share of near-infrared light that surfaces return; a scenario may set its own."""
+ROAD_REFLECTIVITY: Final = 0.15
+"""Of the ground [1]: dry asphalt in the near infrared. Our choice."""
 
 
 @compiled
@@ -112,6 +100,21 @@ def lidar_range(
         LIDAR_RAIN_A * power(rain / MM_PER_HOUR, LIDAR_RAIN_B) if rain > 0.0 else 0.0
     ) + KOSCHMIEDER / visibility
     return range_in_extinction(clear_range * math.sqrt(reflectivity / reference), extinction)
+
+
+@compiled
+def lidar_rain_noise(rain: float) -> float:
+    """Standard deviation of a lidar's range in rain, as a share of the range: 0.02·(1-exp(-R))².
+
+    Args:
+        rain: [m/s]; R is the same in mm/h.
+
+    Source:
+        Goodin, Carruth, Doude & Hudson (2019), "Predicting the influence of rain on LIDAR in
+        ADAS", Electronics 8(1), 89.
+    """
+    wet = 1.0 - exp(-rain / MM_PER_HOUR)
+    return 0.02 * wet * wet
 
 
 @compiled

@@ -115,6 +115,32 @@ def base(mini: Executed) -> TestCase:
     return mini.plan.cases[0]
 
 
+def test_only_physical_lidars_are_clustered_and_others_pass_as_they_are(
+    base: TestCase, tmp_path: Path
+) -> None:
+    lidar = {
+        "kind": "lidar",
+        "fidelity": "physical",
+        "mount": {"z": 1.0},
+        "field_of_view": 6.283185307179586,
+        "range": 80.0,
+        "rate": 20.0,
+    }
+    content = base.architecture.model_dump(mode="json")
+    content["sensors"]["lidar"] = lidar
+    changed = Architecture.model_validate(content, context=SI)
+    cases = [replace(base, architecture=changed, faults=())] * 2
+    context = scene_context(runs=2)
+    shown = scene(context, [(30.0, 0.0)])
+    readings = Rig(cases, context, tmp_path).sense(shown)
+    found = ChannelRack(cases, context, tmp_path).detect(readings)
+    assert list(found) == list(readings)
+    assert not readings["lidar"].mask.any()
+    assert found["lidar"].mask.sum(axis=1).tolist() == [1, 1]
+    assert found["lidar"].source[:, 0].tolist() == [0, 0]
+    assert all(found[name] is readings[name] for name in found if name != "lidar")
+
+
 def recorder(**changes: Any) -> dict[str, Any]:
     return {"kind": "./plugin.py:Recorder", **changes}
 

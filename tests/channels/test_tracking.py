@@ -20,7 +20,9 @@ from adeye.signals import Floats
 STEP = 0.05
 EGO_SPEED = 20.0
 CONFIRM = (3.0, 0.0, 0.0)
-TRUTH, RADAR, CAMERA = (SENSOR_KINDS.index(kind) for kind in ("ground_truth", "radar", "camera"))
+TRUTH, RADAR, CAMERA, LIDAR = (
+    SENSOR_KINDS.index(kind) for kind in ("ground_truth", "radar", "camera", "lidar")
+)
 
 
 def ego_pose() -> Floats:
@@ -191,6 +193,23 @@ def test_detection_that_is_no_number_makes_no_track() -> None:
     tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
     assert update(tracks, pose, TRUTH, sample(np.nan, 0.0), 0.0) == 0
     assert (tracks[:, TRACK_HITS] == 0.0).all()
+
+
+def test_length_that_turns_out_to_be_another_is_no_motion() -> None:
+    # A truck whose rear stands still relative to the ego, taken for a car until its side is seen.
+    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    row = np.zeros((1, 7))
+    row[0, [0, 4, 5]] = (20.0, 0.0, 2.5)
+    speeds = []
+    for tick in range(40):
+        if tick == 20:
+            row[0, [0, 4]] = (26.0, 12.0)
+        predict(tracks, pose, STEP * tick)
+        update(tracks, pose, LIDAR, row, STEP * tick)
+        speeds.append(tracks[0, TRACK_VX])
+    assert tracks[0, TRACK_X] == pytest.approx(26.0, abs=0.05)
+    assert speeds[19:] == pytest.approx([EGO_SPEED] * 21, abs=0.05)
+    assert np.count_nonzero(tracks[:, TRACK_HITS]) == 1
 
 
 def test_end_of_the_tracks_is_behind_the_last_live_one() -> None:

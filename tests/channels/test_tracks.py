@@ -21,6 +21,7 @@ from adeye.channels.tracks import (
     carry_by,
     may_begin,
     room_for_track,
+    with_face_kept,
 )
 from adeye.signals import (
     DETECTION_CLASS,
@@ -144,10 +145,18 @@ def test_face_of_a_truck_fits_its_track_though_its_centre_is_far() -> None:
     owner = np.full(1, FREE, dtype=np.int64)
     associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
     assert owner.tolist() == [0]
-    detections[:, DETECTION_LENGTH] = 4.5
-    owner[:] = FREE
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
-    assert owner.tolist() == [FREE]
+    # Whoever tells the length has the same face, or another one.
+    for place, length, expected in ((10.25, 4.5, FREE), (16.25, 4.5, 0), (22.0, 16.0, 0)):
+        places[0, 0], detections[:, DETECTION_LENGTH], owner[:] = place, length, FREE
+        associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
+        assert owner.tolist() == [expected], (place, length)
+
+
+def test_centre_moves_by_half_of_what_a_box_is_longer_away_from_its_face() -> None:
+    assert with_face_kept(20.0, 4.5, 10.5) == 3.0
+    assert with_face_kept(-20.0, 4.5, 10.5) == -3.0
+    assert with_face_kept(20.0, 4.5, 4.5) == 0.0
+    assert with_face_kept(20.0, 0.0, 4.5) == 0.0
 
 
 @pytest.mark.parametrize(

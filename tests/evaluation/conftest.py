@@ -95,6 +95,7 @@ class HandMade:
             "sensor_alive": ~flags(2),
             "detected": flags(2, many),
             "detections": np.zeros((*shape, 2, many, 2)),
+            "points": np.zeros((*shape, 0, 0, 2), dtype=np.float32),
             "acceleration": np.zeros((*shape, 2)),
             "steering_angle": np.zeros((*shape, 2)),
             "stamp": np.broadcast_to(self.time[:, None], (*shape, 2)).copy(),

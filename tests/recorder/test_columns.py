@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.recorder import TRACKS, Memory, Recorder
+from adeye.recorder.columns import POINTS
 from adeye.sensors.delivery import no_measurement
 from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.trace import COLUMNS, NO_TRACKS, ChannelEvent, Layout, Trace
@@ -176,6 +178,63 @@ def test_detection_is_placed_in_the_map_by_the_pose_of_its_sample(context: Scene
     assert trace["detected"][0, 1, 0].tolist() == [False, True]
     assert trace["detections"][0, 1, 0, 1].tolist() == pytest.approx([8.0, 12.0])
     assert not trace["detected"][0, 1, 1].any()
+
+
+LIDAR = {
+    "kind": "lidar",
+    "fidelity": "physical",
+    "mount": {"x": "2 m", "y": "1 m", "z": "1 m"},
+    "field_of_view": "360 deg",
+    "range": "80 m",
+    "rate": "20 Hz",
+}
+
+
+def with_points(context: SceneContext, points: list[tuple[float, float, float]]) -> Any:
+    """Record two ticks of a lidar that shows these returns of the first; give its places."""
+    made = replace(
+        layout(context), architecture=architecture({"front": LIDAR, "pose": SENSORS["pose"]})
+    )
+    mounts = {"front": np.tile([2.0, 1.0, 1.0, 0.0], (RUNS, 1))}
+    recorder = Recorder(made, 3, ("a", "b"), drawn=True, mounts=mounts)
+    turned = shown(context, 0)
+    turned.ego[:, :3] = (10.0, 5.0, math.pi / 2.0)
+    add(recorder, turned, front=reading(-1.0))
+    found = reading(0.0)
+    found.points = np.tile(np.array(points), (RUNS, 1, 1))
+    add(recorder, shown(context, 1), front=found)
+    trace = closed(recorder, shown(context, 2))
+    assert trace["points"].dtype == np.float32
+    return trace["points"][0]
+
+
+def test_return_is_placed_in_the_map_by_mount_and_pose_of_its_sample(context: SceneContext) -> None:
+    beams = [(7.0, 0.0, 0.0), (0.0, 0.0, 0.0), (math.sqrt(2.0), math.pi / 4.0, 0.0)]
+    points = with_points(context, beams)
+    assert points.shape[1:] == (1, POINTS, 2)
+    # The vehicle looks along y, so 9 m ahead and 1 m to the left is (-1, 9) from it.
+    assert points[1, 0, :3].tolist() == [
+        pytest.approx([9.0, 14.0]),
+        pytest.approx([8.0, 8.0]),
+        pytest.approx([np.nan, np.nan], nan_ok=True),
+    ]
+    assert np.isnan(points[[0, 2]]).all()
+
+
+def test_returns_of_the_ground_are_not_drawn(context: SceneContext) -> None:
+    down = -math.asin(1.0 / 7.0)
+    points = with_points(context, [(7.0, 0.0, down), (3.0, 0.0, down), (9.0, 0.0, 0.0)])
+    assert np.isfinite(points[1, 0, :, 0]).sum() == 2
+
+
+def test_many_returns_are_thinned_evenly(context: SceneContext) -> None:
+    many = 3 * POINTS - 7
+    points = with_points(context, [(5.0 + k, 0.0, 0.0) for k in range(many)])[1, 0]
+    assert np.isfinite(points).all()
+    # The ego looked along y then.
+    steps = np.diff(points[:, 1])
+    assert points[0, 1] == pytest.approx(5.0 + 2.0 + 5.0)
+    assert set(np.round(steps).astype(int)) == {2, 3}
 
 
 def test_monitors_of_all_channels_stand_in_the_order_of_the_channels(context: SceneContext) -> None:

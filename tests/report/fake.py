@@ -440,6 +440,10 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
                     )
                     for row in range(count)
                 ),
+                points=tuple(
+                    tuple((drive_["cx"][row // 2 * 2] - 2.2, -0.9 + 0.2 * k) for k in range(10))
+                    for row in range(count)
+                ),
             ),
         ),
         channels=(

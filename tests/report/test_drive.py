@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from adeye import engine
 from adeye.evaluation.verdict import Outcome
 from adeye.kernel.road import position
 from adeye.report.drive import VIEW, replay_of
+from adeye.spec.architecture import Architecture
+from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from tests.project import Executed, run_cases
 
@@ -123,6 +126,35 @@ def changed_road(trace: Trace, **changes: Any) -> Trace:
     road = replace(trace.layout.context.road, **changes)
     context = replace(trace.layout.context, road=road)
     return replace(trace, layout=replace(trace.layout, context=context))
+
+
+def test_returns_of_a_lidar_are_drawn_once_per_sample(mini: Executed) -> None:
+    case = mini.plan.cases[0]
+    content = case.architecture.model_dump(mode="json")
+    content["sensors"]["lidar"] = {
+        "kind": "lidar",
+        "fidelity": "physical",
+        "mount": {"x": 2.0, "z": 0.6},
+        "field_of_view": 2.0 * math.pi,
+        "range": 150.0,
+        "rate": 10.0,
+    }
+    architecture = Architecture.model_validate(content, context=SI)
+    trace = engine.run([replace(case, architecture=architecture, faults=())], drawn=True)
+    made = drawn(trace)
+    lidar = next(sensor for sensor in made.sensors if sensor.id == "lidar")
+    assert lidar.points is not None
+    assert len(lidar.points) == made.rows
+    assert all(sensor.points is None for sensor in made.sensors if sensor.id != "lidar")
+    for row in (40, 41, 80):
+        cutter = made.actors[0]
+        then = row // 2 * 2
+        away = [math.dist(p, (cutter.x_m[then], cutter.y_m[then])) for p in lidar.points[row]]
+        assert away
+        # All on the outline of the one car that is there, when the sample was made.
+        assert 0.8 < min(away) <= max(away) < 2.7
+    assert lidar.points[40] == lidar.points[41]
+    assert lidar.points[40] != lidar.points[42]
 
 
 def test_bend_is_drawn_in_short_pieces_on_the_arc(trace: Trace) -> None:

@@ -71,6 +71,20 @@ def test_detections_and_tracks_read_back_tick_by_tick(report: Report) -> None:
     assert packed["channels"][1]["tracks"] is None
 
 
+def test_returns_read_back_tick_by_tick_and_each_sample_is_there_once(report: Report) -> None:
+    replay = report.replays[0]
+    one = tuple((10.0 + 0.1 * k, -3.0) for k in range(5))
+    samples = (one, one, (), *[((1.25, 2.0), (-7.5, 0.5))] * (replay.rows - 3))
+    sensor = replay.sensors[0].model_copy(update={"points": samples})
+    packed = pack_replay(replay.model_copy(update={"sensors": (sensor,)}))["sensors"][0]["points"]
+    assert packed["rows"] == [2, 1, replay.rows - 3]
+    assert packed["count"] == [5, 0, 2]
+    found = list(zip(numbers(packed["x"]), numbers(packed["y"]), strict=True))
+    expected = [point for sample in (one, samples[-1]) for point in sample]
+    assert np.array(found) == pytest.approx(np.array(expected), abs=0.0501)
+    assert pack_replay(replay)["sensors"][0]["points"] is None
+
+
 @pytest.mark.parametrize("size", [1e-5, 0.02, 1.0, 40.0, 3e5])
 def test_signal_keeps_four_digits_of_its_largest_value(report: Report, size: float) -> None:
     replay = report.replays[1]

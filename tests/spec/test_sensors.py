@@ -21,6 +21,7 @@ from adeye.spec.sensors import (
 )
 
 SENSOR: TypeAdapter[SensorRecord] = TypeAdapter(Sensor)
+LOW = {"z": "0.5 m"}
 SEEING: dict[str, Any] = {"rate": "10 Hz", "mount": {"x": "1 m"}, "field_of_view": "60 deg"}
 KINDS: list[tuple[dict[str, Any], type[SensorRecord], str]] = [
     ({"kind": "camera", "range": "80 m"}, Camera, "camera"),
@@ -33,7 +34,11 @@ KINDS: list[tuple[dict[str, Any], type[SensorRecord], str]] = [
     ({"kind": "radar", "range": "80 m"}, Radar, "radar"),
     ({"kind": "radar", "fidelity": "physical", "range": "80 m"}, PhysicalRadar, "radar/physical"),
     ({"kind": "lidar", "range": "80 m"}, Lidar, "lidar"),
-    ({"kind": "lidar", "fidelity": "physical", "range": "80 m"}, PhysicalLidar, "lidar/physical"),
+    (
+        {"kind": "lidar", "fidelity": "physical", "range": "80 m", "mount": {"z": "1 m"}},
+        PhysicalLidar,
+        "lidar/physical",
+    ),
     ({"kind": "ultrasonic", "range": "5 m"}, Ultrasonic, "ultrasonic"),
 ]
 
@@ -72,7 +77,8 @@ def test_plugin_is_named_by_its_entry_point() -> None:
             "mount": {"z": "1 m"},
             "field_of_view": "170 deg",
         },
-        {"kind": "lidar", "fidelity": "physical", "range": "80 m", "beams": 1},
+        {"kind": "lidar", "fidelity": "physical", "range": "80 m", "mount": LOW, "beams": 1},
+        {"kind": "lidar", "fidelity": "physical", "range": "80 m", "mount": {"z": "0.1 m"}},
         {"kind": "radar", "fidelity": "physical", "range": "80 m", "false_alarm_rate": 0.0},
         {"kind": "ultrasonic", "range": "5 m", "fidelity": "object"},
     ],

@@ -14,6 +14,7 @@ from adeye.world.weather import (
     SUN_ILLUMINANCE,
     camera_range,
     glare_contrast,
+    lidar_rain_noise,
     lidar_range,
     light_extinction,
     light_share,
@@ -39,6 +40,13 @@ def test_lidar_table(rain: float) -> None:
     for reflectivity, expected in zip(REFLECTIVITIES, TABLE[rain], strict=True):
         found = lidar_range(150.0, reflectivity, 0.9, rain * MM_PER_HOUR, math.inf)
         assert found == pytest.approx(expected, abs=0.051)
+
+
+def test_lidar_noise_table() -> None:
+    # At 50 m [m].
+    for rain, sigma in ((0.0, 0.0), (0.5, 0.155), (1.5, 0.604), (3.5, 0.941), (7.5, 0.999)):
+        found = 50.0 * lidar_rain_noise(rain * MM_PER_HOUR)
+        assert found == pytest.approx(sigma, abs=6e-4)
 
 
 def test_lidar_range_solves_its_equation() -> None:

@@ -47,7 +47,15 @@ function decodeSensor(packed) {
     offsets: offsetsOf(decodeRepeats(packed.count)),
     dx: decodeNumbers(packed.dx),
     dy: decodeNumbers(packed.dy),
+    points: packed.points && decodePoints(packed.points),
   };
+}
+
+/* Returns of a lidar: rows that show one sample share its places. */
+function decodePoints(packed) {
+  const ends = offsetsOf(packed.count);
+  const sample = packed.rows.flatMap((rows, index) => Array(rows).fill(index));
+  return { ends, sample, x: decodeNumbers(packed.x), y: decodeNumbers(packed.y) };
 }
 
 function decodeChannel(packed) {

@@ -31,7 +31,21 @@ function drawFields(camera, replay, row, ego) {
   });
 }
 
+function drawPoints(camera, replay, row) {
+  const { context } = camera;
+  replay.sensors.forEach(({ points }, index) => {
+    if (!points) return;
+    context.fillStyle = withAlpha(sensorColour(index), 0.75);
+    const sample = points.sample[row];
+    for (let at = points.ends[sample]; at < points.ends[sample + 1]; at += 1) {
+      const [x, y] = camera.place(points.x[at], points.y[at]);
+      context.fillRect(x - 1, y - 1, 2, 2);
+    }
+  });
+}
+
 function drawDetections(camera, replay, row, radius) {
+  drawPoints(camera, replay, row);
   replay.sensors.forEach((sensor, index) => {
     for (let at = sensor.offsets[row]; at < sensor.offsets[row + 1]; at += 1) {
       const [x, y] = camera.place(sensor.dx[at], sensor.dy[at]);

@@ -1,0 +1,321 @@
+"""From the returns of a lidar to detections: what stands together is an object.
+
+Returns of the ground are left out. Two of the others belong together if they are no further apart
+in plan view than the cluster distance or, far away, than two beams: so one lost beam parts nothing.
+Each is compared with the few before it in its layer, and with the one below it. A side that beams
+meet at a flat angle falls into pieces inside of its object: to join them would join, with a parked
+car, whoever steps out behind it.
+
+Source:
+    Rusu (2009), "Semantic 3D object maps for everyday manipulation in human living environments",
+    section 6.2, for clusters by Euclidean distance; Borges and Aldon (2004), "Line extraction in 2D
+    range images for mobile robotics", J. Intelligent and Robotic Systems 40, for a distance that
+    grows with the range along the order of the beams. The factors are our choice.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.channels.boxes import SLOTS, fit_box, insert_box
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled, inlined
+from adeye.signals import (
+    DETECTION_COLUMNS,
+    POINT_BEARING,
+    POINT_ELEVATION,
+    POINT_RANGE,
+    Bools,
+    Floats,
+    Ints,
+    Measurement,
+    parameter_record,
+    spec_columns,
+)
+from adeye.spec.sensors import LOWEST_LIDAR
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.spec.sensors import PhysicalLidar
+
+GROUND_HEIGHT: Final = LOWEST_LIDAR
+"""Returns below this height are of the ground [m]. Our choice: lower than any bumper."""
+
+_NEIGHBOURS: Final = 8
+"""How many returns before it in its layer one is compared with. Our choice: noise in range and a
+pole in front of a car do not part it."""
+
+_BEAMS_APART: Final = 2.2
+"""How many beams apart neighbours may be, far away: two, and a face that stands aslant."""
+
+_WHOLE_TURN: Final = 2.0 * math.pi - 1e-6
+"""Field of view from which on the last beam stands beside the first [rad]."""
+
+# Rows of what is known of the returns of a sample; the last is scratch by object.
+_X, _Y, _WAY = range(3)
+_LABEL, _NEXT, _HEAD, _SIZE, _PARENT, _BEAM = range(6)
+
+
+class Clustering:
+    """Makes the detections of one lidar, once per sample, whoever is linked to it."""
+
+    def __init__(self, specs: Sequence[PhysicalLidar], objects: int) -> None:
+        """Prepare for the runs of a batch.
+
+        Args:
+            specs: (B) record of the lidar in each run.
+            objects: How many there are; behind which one a cluster is, is for the recorder only.
+        """
+        runs, size = len(specs), specs[0].beams * specs[0].layers
+        self._beams = specs[0].beams
+        self._parameters = parameter_record(spec_columns(specs, _numbers))
+        self._mask: Bools = np.zeros((runs, SLOTS), dtype=np.bool_)
+        self._detections: Floats = np.zeros((runs, SLOTS, len(DETECTION_COLUMNS)))
+        self._source: Ints = np.full((runs, SLOTS), -1, dtype=np.int64)
+        self._stamp: Floats = np.full(runs, -1.0)
+        self._alive: Bools = np.ones(runs, dtype=np.bool_)
+        self._places: Floats = np.zeros((3, size))
+        self._lists: Ints = np.zeros((6, size), dtype=np.int64)
+        self._below: Ints = np.zeros(self._beams, dtype=np.int64)
+        self._votes: Ints = np.zeros(objects, dtype=np.int64)
+
+    def detect(self, reading: Measurement) -> Measurement:
+        """Return a reading with the detections in its returns; those of old returns stay.
+
+        Args:
+            reading: Newest measurement of the lidar, after faults. It is not altered; the
+                detections are overwritten at a later tick.
+        """
+        if reading.points is None or reading.hits is None:
+            msg = "a lidar that is to be clustered delivers points and hits"
+            raise TypeError(msg)
+        todo = reading.fresh | (reading.stamp != self._stamp) | (reading.alive != self._alive)
+        if todo.any():
+            _cluster_batch(
+                todo,
+                self._parameters,
+                self._beams,
+                reading.points,
+                reading.hits,
+                self._places,
+                self._lists,
+                self._below,
+                self._votes,
+                self._mask,
+                self._detections,
+                self._source,
+            )
+            self._stamp[:], self._alive[:] = reading.stamp, reading.alive
+        return replace(reading, mask=self._mask, detections=self._detections, source=self._source)
+
+
+def _numbers(spec: PhysicalLidar) -> dict[str, float]:
+    return {
+        "x": spec.mount.x,
+        "y": spec.mount.y,
+        "z": spec.mount.z,
+        "layers": float(spec.layers),
+        "spacing": spec.field_of_view / spec.beams,
+        "is_closed": float(spec.field_of_view >= _WHOLE_TURN),
+        "cluster_distance": spec.cluster_distance,
+        "min_points": float(spec.min_points),
+    }
+
+
+@compiled
+def _cluster_batch(  # noqa: PLR0913, PLR0917 - a kernel
+    todo: Bools,
+    parameters: Any,
+    beams: int,
+    points: Floats,
+    hits: Ints,
+    places: Floats,
+    lists: Ints,
+    below: Ints,
+    votes: Ints,
+    mask: Bools,
+    detections: Floats,
+    source: Ints,
+) -> None:
+    """Cluster the returns of some runs.
+
+    Args:
+        todo: (B,) which runs; the others are left as they are.
+        parameters: (B,) records of the lidar.
+        beams: In a layer.
+        points: (B, P, 3) returns.
+        hits: (B, P) object behind each.
+        places: (3, P) scratch.
+        lists: (6, P) scratch.
+        below: (beams,) scratch.
+        votes: (M,) scratch, zero before and after.
+        mask: (B, SLOTS) out.
+        detections: (B, SLOTS, 7) out.
+        source: (B, SLOTS) out.
+    """
+    for run in range(todo.shape[0]):
+        if not todo[run]:
+            continue
+        record = parameters[run]
+        count = _keep_returns(record, points[run], places, lists[_BEAM])
+        labels = _link(record, beams, count, places, lists, below)
+        _gather(count, labels, lists)
+        found = 0
+        for label in range(labels):
+            if lists[_SIZE, label] > 0 and lists[_SIZE, label] >= record["min_points"]:
+                row = fit_box(
+                    record["x"],
+                    record["y"],
+                    record["spacing"],
+                    lists[_HEAD, label],
+                    lists[_NEXT],
+                    places[_X],
+                    places[_Y],
+                )
+                thing = _behind(lists[_HEAD, label], lists, hits[run], votes)
+                found = insert_box(found, row, thing, detections[run], source[run])
+        for slot in range(found, SLOTS):
+            if mask[run, slot]:
+                source[run, slot] = -1
+                detections[run, slot] = 0.0
+        for slot in range(SLOTS):
+            mask[run, slot] = slot < found
+
+
+@inlined
+def _keep_returns(record: Any, points: Floats, places: Floats, kept: Ints) -> int:
+    """Place the returns that are not of the ground in the vehicle frame; return their number."""
+    # Most beams are empty; without a jump, they are soon skipped. NaN compares false.
+    found = 0
+    for beam in range(points.shape[0]):
+        kept[found] = beam
+        found += 1 if points[beam, POINT_RANGE] > 0.0 else 0
+    count = 0
+    for entry in range(found):
+        beam = kept[entry]
+        way = points[beam, POINT_RANGE]
+        if way == math.inf:
+            continue
+        elevation = points[beam, POINT_ELEVATION]
+        rise, level = sin_cos(elevation) if elevation != 0.0 else (0.0, 1.0)
+        if not record["z"] + way * rise >= GROUND_HEIGHT:
+            continue
+        sine, cosine = sin_cos(points[beam, POINT_BEARING])
+        places[_X, count] = record["x"] + way * level * cosine
+        places[_Y, count] = record["y"] + way * level * sine
+        places[_WAY, count] = way * level
+        kept[count] = beam
+        count += 1
+    return count
+
+
+@inlined
+def _link(record: Any, beams: int, count: int, places: Floats, lists: Ints, below: Ints) -> int:
+    """Label the returns so that those that belong together have labels of one root.
+
+    Returns:
+        Number of labels.
+    """
+    if record["layers"] > 1.0:
+        for beam in range(beams):
+            below[beam] = -1
+    labels, first, layer = 0, 0, -1
+    for place in range(count):
+        beam = lists[_BEAM, place]
+        if beam // beams != layer:
+            if record["is_closed"] > 0.0:
+                _close(record, first, place, places, lists)
+            first, layer = place, beam // beams
+        lists[_LABEL, place] = -1
+        for other in range(max(first, place - _NEIGHBOURS), place):
+            _join(record, place, other, places, lists)
+        if record["layers"] > 1.0:
+            _join_below(record, place, beam - layer * beams, places, lists, below)
+        if lists[_LABEL, place] < 0:
+            lists[_LABEL, place] = lists[_PARENT, labels] = labels
+            labels += 1
+    if record["is_closed"] > 0.0:
+        _close(record, first, count, places, lists)
+    return labels
+
+
+@inlined
+def _join_below(
+    record: Any, place: int, column: int, places: Floats, lists: Ints, below: Ints
+) -> None:
+    """Compare a return with the one below it on its bearing, and put it in its place."""
+    if below[column] >= 0:
+        _join(record, place, below[column], places, lists)
+    below[column] = place
+
+
+@inlined
+def _close(record: Any, first: int, stop: int, places: Floats, lists: Ints) -> None:
+    """Compare the first returns of a layer that goes all around with its last ones."""
+    for place in range(first, min(stop, first + _NEIGHBOURS)):
+        for other in range(max(place + 1, stop - _NEIGHBOURS), stop):
+            _join(record, place, other, places, lists)
+
+
+@inlined
+def _join(record: Any, place: int, other: int, places: Floats, lists: Ints) -> None:
+    """Give two returns labels of one root if they are near enough; the second one has a label."""
+    label, mine = lists[_LABEL, other], lists[_LABEL, place]
+    # Most are: whoever has met one of an object has met the others.
+    if label == mine:
+        return
+    dx = places[_X, place] - places[_X, other]
+    dy = places[_Y, place] - places[_Y, other]
+    way = max(places[_WAY, place], places[_WAY, other])
+    limit = max(record["cluster_distance"], _BEAMS_APART * record["spacing"] * way)
+    if not dx * dx + dy * dy <= limit * limit:
+        return
+    if mine < 0:
+        lists[_LABEL, place] = label
+    elif mine != label:
+        one, two = _root(mine, lists[_PARENT]), _root(label, lists[_PARENT])
+        lists[_PARENT, max(one, two)] = min(one, two)
+
+
+@inlined
+def _root(label: int, parent: Ints) -> int:
+    """Return the label that stands for all that belong together."""
+    while parent[label] != label:
+        label = parent[label]
+    return label
+
+
+@inlined
+def _gather(count: int, labels: int, lists: Ints) -> None:
+    """Chain the returns of each root, in order."""
+    for label in range(labels):
+        lists[_HEAD, label] = -1
+        lists[_SIZE, label] = 0
+    for back in range(count):
+        place = count - 1 - back
+        root = _root(lists[_LABEL, place], lists[_PARENT])
+        lists[_NEXT, place] = lists[_HEAD, root]
+        lists[_HEAD, root] = place
+        lists[_SIZE, root] += 1
+
+
+@inlined
+def _behind(head: int, lists: Ints, hits: Ints, votes: Ints) -> int:
+    """Return the object of most returns of a cluster, -1 for none; for the recorder only."""
+    best, most = -1, 0
+    place = head
+    while place >= 0:
+        thing = hits[lists[_BEAM, place]]
+        if 0 <= thing < votes.shape[0]:
+            votes[thing] += 1
+        place = lists[_NEXT, place]
+    for thing in range(votes.shape[0]):
+        if votes[thing] > most:
+            best, most = thing, votes[thing]
+        votes[thing] = 0
+    return best
