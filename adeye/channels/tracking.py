@@ -61,10 +61,9 @@ from adeye.signals import (
 SENSOR_KINDS: Final = ("ground_truth", "lidar", "radar", "camera", "ultrasonic")
 """Kinds that have a row in the table of assumed noise; every other sensor takes the camera's."""
 
-# Standard deviations that a channel assumes; sensors do not tell it theirs. Along the line of
-# sight: constant [m], growth with the distance squared [1/m]; across: constant [m], growth with
-# the distance; of the range rate [m/s]. Our choice, of the order of data sheets: a camera's
-# distance error grows with the square (stereo and size alike), radar is sharp in range and rate.
+# Standard deviations that a channel assumes: along the line of sight constant [m] and growing with
+# the distance squared [1/m]; across constant [m] and growing with the distance; of the range rate
+# [m/s]. Our choice, of the order of data sheets.
 _NOISE: Final = np.array(
     [
         [0.02, 0.0, 0.02, 0.0, 0.05],

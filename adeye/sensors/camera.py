@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import numpy as np
 
 from adeye.kernel.components import RUN_WIDTH
+from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled
 from adeye.sensors.delivery import Delivery, clear, no_measurement, sample_at
@@ -23,7 +24,6 @@ from adeye.sensors.exposure import (
     expose,
 )
 from adeye.sensors.imaging import Image, draw, empty_image, wipe
-from adeye.sensors.light import threshold_at
 from adeye.sensors.noise import log_of_miss
 from adeye.sensors.recognition import FOUND, recognise
 from adeye.signals import Bools, Floats, Ints, Measurement, Scene, parameter_record, spec_columns
@@ -218,7 +218,7 @@ def _fill_misses(parameters: Any, patches: Floats) -> None:
     """
     for run in range(parameters.shape[0]):
         record = parameters[run]
-        threshold = threshold_at(record["threshold"], record["illuminance"])
+        threshold = contrast_threshold(record["threshold"], record["illuminance"])
         own = record["noise"] * record["noise"]
         record["miss"] = log_of_miss(threshold, record["noise"])
         for patch in range(patches.shape[1]):

@@ -10,6 +10,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.kernel.components import GHOST
+from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.raster import (
     NEAR,
@@ -26,7 +27,7 @@ from adeye.kernel.raster import (
     VIEW_Y,
 )
 from adeye.sensors.imaging import ABSENT, EACH, HIDDEN, WHOLE, Image
-from adeye.sensors.light import CONTRASTS, SHINE, beam, shown_contrast, threshold_at
+from adeye.sensors.light import CONTRASTS, SHINE, beam, shown_contrast
 from adeye.sensors.noise import GREATEST, noise_of, skip
 from adeye.world.weather import veil
 
@@ -175,10 +176,10 @@ def _judge(parameters: Any, kind: int, box: Floats, size: Floats, image: Image) 
     passed, extinction = CONTRASTS[kind] * parameters["transmission"], parameters["extinction"]
     threshold, noise = parameters["threshold"], GREATEST * parameters["noise"]
     best = shown_contrast(passed, near, extinction, most, weak) + noise
-    if best < (1.0 - _SURE) * threshold_at(threshold, most):
+    if best < (1.0 - _SURE) * contrast_threshold(threshold, most):
         return HIDDEN
     worst = shown_contrast(passed, far, extinction, least, strong) - noise
-    if worst >= (1.0 + _SURE) * threshold_at(threshold, least):
+    if worst >= (1.0 + _SURE) * contrast_threshold(threshold, least):
         return WHOLE
     return EACH
 
@@ -263,7 +264,7 @@ def _shown(  # noqa: PLR0913, PLR0917 - a kernel
         return NOTHING
     contrast, illuminance = contrast_at(parameters, kind, CONTRASTS[kind], column, row, image)
     contrast *= transmission
-    threshold = threshold_at(parameters["threshold"], illuminance)
+    threshold = contrast_threshold(parameters["threshold"], illuminance)
     noise = 0.0
     if variance > 0.0:
         pixel = column * image.owner.shape[1] + row

@@ -37,12 +37,10 @@ from adeye.sensors.radar_cells import (
 )
 from adeye.sensors.radar_equation import (
     LEAST_SIGNAL,
-    NEPER,
     cross_sections,
     detection_threshold,
     facing,
     rain_echo,
-    rain_extinction,
     signal_for,
     signal_to_noise,
 )
@@ -66,6 +64,7 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
+from adeye.world.weather import NEPER, radar_rain_extinction
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -95,7 +94,7 @@ class RadarSensor:
         self._parameters = parameter_record(
             {
                 **columns,
-                "extinction": np.array([rain_extinction(each) for each in rain]),
+                "extinction": np.array([radar_rain_extinction(each) for each in rain]),
                 "rain_in_cell": volume,
             }
         )

@@ -9,38 +9,14 @@ import numpy as np
 from adeye.kernel.elementary import exp, log, power
 from adeye.kernel.jit import compiled, inlined
 from adeye.signals import OBJECT_CLASSES, Floats, Ints
-from adeye.world.weather import MM_PER_HOUR
-
-CROSS_SECTION: Final = {
-    "car": (10.0, 15.0),
-    "van": (12.0, 17.0),
-    "truck": (20.0, 25.0),
-    "bus": (20.0, 25.0),
-    "motorcycle": (5.0, 8.0),
-    "cyclist": (0.0, 3.0),
-    "pedestrian": (-8.0, -8.0),
-    "parked_truck": (20.0, 25.0),
-    "parked_car": (10.0, 15.0),
-    "barrier": (5.0, 10.0),
-    "building": (25.0, 25.0),
-}
-"""Mean radar cross section of the front or rear and of a side, seen at right angles [dBsm]. Our
-choice, of the order of what is published for 76 to 81 GHz: a person around -8, a car around 10, a
-truck around 20, sides a few decibels more than ends."""
-
-RAIN_K: Final = 1.1276
-RAIN_ALPHA: Final = 0.7073
-"""Specific attenuation in rain at 77 GHz, k·R^alpha [dB/km] with R [mm/h], of vertical polarisation
-(Recommendation ITU-R P.838-3, 2005, eqs. 1 to 3); horizontal differs by less than 6 %."""
+from adeye.world.objects import CROSS_SECTION
+from adeye.world.weather import MM_PER_HOUR, NEPER
 
 RAIN_ECHO_A: Final = 1.354e-4
 RAIN_ECHO_B: Final = 0.682
 """Radar cross section of rain per volume at 77 GHz, a·R^b [m²/m³] with R [mm/h]. Computed for
 spheres (Mie 1908) with the drop sizes of Marshall & Palmer (1948) and the permittivity of water at
 20 °C of Liebe, Hufford & Manabe (1991), and fitted from 1 to 100 mm/h, within 17 %."""
-
-NEPER: Final = 4.342944819032518
-"""Decibels of a power that is e times another."""
 
 LEAST_SIGNAL: Final = 1e-3
 """Signal-to-noise ratio below which an echo is left out: what it adds to noise decides nothing."""
@@ -83,18 +59,6 @@ def signal_for(probability: float, false_alarm_rate: float) -> float:
         one pulse (here one frame).
     """
     return log(false_alarm_rate) / log(probability) - 1.0
-
-
-@compiled
-def rain_extinction(rain: float) -> float:
-    """Return the extinction of one way through rain [1/m].
-
-    Args:
-        rain: [m/s].
-    """
-    if not rain > 0.0:
-        return 0.0
-    return RAIN_K * power(rain / MM_PER_HOUR, RAIN_ALPHA) / (1e3 * NEPER)
 
 
 @compiled

@@ -28,6 +28,7 @@ from adeye.kernel.components import (
     find_parts,
     main_owner,
 )
+from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.raster import (
     VIEW_COLUMN,
@@ -39,7 +40,6 @@ from adeye.kernel.raster import (
 )
 from adeye.sensors.delivery import clear, insert
 from adeye.sensors.exposure import contrast_at, patch_at
-from adeye.sensors.light import threshold_at
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_LENGTH,
@@ -147,7 +147,7 @@ def _is_accepted(parameters: Any, patches: Floats, runs: Ints, part: int, image:
     """Tell whether a part is large enough, the larger the fainter it is.
 
     What is told from its background needs a product of contrast and angular size that rises as the
-    light falls (Rose 1948, see ``light.threshold_at``). So a part counts as many rows as it fills,
+    light falls (Rose 1948, see ``contrast_threshold``). So a part counts as many rows as it fills,
     times the share of its contrast that is left in its nearest pixel; rounded. Of a sliver at a
     side of the image nothing can be told: uprights lean where the camera is pitched, so its lower
     end is not where the object stands.
@@ -165,7 +165,7 @@ def _is_accepted(parameters: Any, patches: Floats, runs: Ints, part: int, image:
     column, row = nearest[RUN_COLUMN], nearest[RUN_STOP] - 1
     transmission, _, _ = patch_at(patches, column, row)
     share, illuminance = contrast_at(parameters, kind, transmission, column, row, image)
-    share /= threshold_at(1.0, illuminance)
+    share /= contrast_threshold(1.0, illuminance)
     return bool(rows * share >= parameters["min_rows"] - 0.5)
 
 

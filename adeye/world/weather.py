@@ -21,6 +21,14 @@ LIGHT_RAIN_B: Final = 0.67
 """Extinction of visible light in rain, a·R^b [1/m] with R [mm/h]: 1.076·R^0.67 dB/km
 (Carbonneau 1998, as in ITU-R P.1814), divided by 4.343 dB per neper."""
 
+RAIN_K: Final = 1.1276
+RAIN_ALPHA: Final = 0.7073
+"""Specific attenuation in rain at 77 GHz, k·R^alpha [dB/km] with R [mm/h], of vertical polarisation
+(Recommendation ITU-R P.838-3, 2005, eqs. 1 to 3); horizontal differs by less than 6 %."""
+
+NEPER: Final = 4.342944819032518
+"""Decibels of a power that is e times another."""
+
 KOSCHMIEDER: Final = 3.912
 """Extinction times visibility in fog: contrast falls to 2 % (Koschmieder 1924)."""
 
@@ -115,6 +123,18 @@ def lidar_rain_noise(rain: float) -> float:
     """
     wet = 1.0 - exp(-rain / MM_PER_HOUR)
     return 0.02 * wet * wet
+
+
+@compiled
+def radar_rain_extinction(rain: float) -> float:
+    """Return the extinction of a radar's power on one way through rain [1/m].
+
+    Args:
+        rain: [m/s].
+    """
+    if not rain > 0.0:
+        return 0.0
+    return RAIN_K * power(rain / MM_PER_HOUR, RAIN_ALPHA) / (1e3 * NEPER)
 
 
 @compiled

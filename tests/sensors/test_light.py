@@ -6,14 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from adeye.kernel.detection_range import contrast_threshold
 from adeye.sensors.light import (
-    CONTRAST,
     SHINE,
     beam,
     shown_contrast,
-    threshold_at,
 )
 from adeye.signals import ILLUMINANCE, OBJECT_CLASSES
+from adeye.world.objects import CONTRAST
 from adeye.world.weather import GREY, SUN_ILLUMINANCE, veil
 
 LIGHT = st.floats(1e-3, 1e5)
@@ -26,26 +26,28 @@ def test_every_class_has_a_contrast() -> None:
 
 
 def test_threshold_by_day_is_the_one_that_is_given() -> None:
-    assert threshold_at(0.05, ILLUMINANCE["day"]) == pytest.approx(0.05, rel=0.005)
+    assert contrast_threshold(0.05, ILLUMINANCE["day"]) == pytest.approx(0.05, rel=0.005)
 
 
 def test_threshold_at_night_falls_with_the_root_of_the_light() -> None:
-    assert threshold_at(0.05, 1e-3) == pytest.approx(10.0 * threshold_at(0.05, 0.1), rel=0.01)
+    assert contrast_threshold(0.05, 1e-3) == pytest.approx(
+        10.0 * contrast_threshold(0.05, 0.1), rel=0.01
+    )
 
 
 def test_pedestrian_needs_five_lux() -> None:
-    assert threshold_at(0.05, 5.0) == pytest.approx(CONTRAST["pedestrian"])
+    assert contrast_threshold(0.05, 5.0) == pytest.approx(CONTRAST["pedestrian"])
 
 
 def test_nothing_is_seen_in_the_dark() -> None:
     for light in (0.0, -1.0, math.nan):
-        assert threshold_at(0.05, light) == math.inf
+        assert contrast_threshold(0.05, light) == math.inf
 
 
 @given(LIGHT, LIGHT)
 def test_threshold_falls_as_light_rises(one: float, other: float) -> None:
     low, high = sorted((one, other))
-    assert threshold_at(0.05, low) >= threshold_at(0.05, high) > 0.05
+    assert contrast_threshold(0.05, low) >= contrast_threshold(0.05, high) > 0.05
 
 
 def test_headlamps_light_with_the_square_of_the_distance() -> None:

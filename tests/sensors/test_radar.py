@@ -9,7 +9,7 @@ import pytest
 
 from adeye import engine
 from adeye.sensors.radar import RadarSensor
-from adeye.sensors.radar_equation import CROSS_SECTION, decibels
+from adeye.sensors.radar_equation import decibels
 from adeye.sensors.ranging import RangingSensor
 from adeye.signals import (
     DETECTION_CLASS,
@@ -28,6 +28,7 @@ from adeye.signals import (
 from adeye.spec.architecture import Architecture
 from adeye.spec.sensors import PhysicalRadar, Radar
 from adeye.trace import Trace
+from adeye.world.objects import CROSS_SECTION
 from adeye.world.weather import MM_PER_HOUR
 from tests.motorway import ARCHITECTURE, make_case, make_scenario
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context

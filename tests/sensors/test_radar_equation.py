@@ -7,20 +7,17 @@ import numpy as np
 import pytest
 
 from adeye.sensors.radar_equation import (
-    CROSS_SECTION,
-    RAIN_ALPHA,
-    RAIN_K,
     cross_sections,
     decibels,
     detection_threshold,
     facing,
     rain_echo,
-    rain_extinction,
     signal_for,
     signal_to_noise,
 )
 from adeye.signals import OBJECT_CLASSES
-from adeye.world.weather import MM_PER_HOUR
+from adeye.world.objects import CROSS_SECTION
+from adeye.world.weather import MM_PER_HOUR, RAIN_ALPHA, RAIN_K, radar_rain_extinction
 
 STRENGTH = 1e9
 
@@ -95,9 +92,9 @@ def test_attenuation_has_the_coefficients_of_itu_r_p838() -> None:
 
 
 def test_ten_millimetres_of_rain_cost_5_7_decibels_per_kilometre() -> None:
-    loss = 1e4 * math.log10(math.e) * rain_extinction(10.0 * MM_PER_HOUR)
+    loss = 1e4 * math.log10(math.e) * radar_rain_extinction(10.0 * MM_PER_HOUR)
     assert loss == pytest.approx(1.1276 * 10.0**0.7073)
-    assert (rain_extinction(0.0), rain_extinction(math.nan)) == (0.0, 0.0)
+    assert (radar_rain_extinction(0.0), radar_rain_extinction(math.nan)) == (0.0, 0.0)
 
 
 def water(frequency: float) -> complex:
@@ -149,7 +146,7 @@ def test_more_rain_never_makes_an_echo_stronger() -> None:
     def through(rate: float) -> float:
         rain = rate * MM_PER_HOUR
         in_cell = 0.5 * 0.03 * 0.17 * rain_echo(rain)
-        return signal_to_noise(STRENGTH, 1.0, 80.0, 0.1, 0.5, rain_extinction(rain), in_cell)
+        return signal_to_noise(STRENGTH, 1.0, 80.0, 0.1, 0.5, radar_rain_extinction(rain), in_cell)
 
     strengths = [through(rate) for rate in (0.0, 0.5, 2.5, 7.5, 25.0, 100.0)]
     assert strengths == sorted(strengths, reverse=True)
@@ -195,6 +192,6 @@ def test_face_returns_the_squared_cosine_of_the_incidence_and_nothing_from_behin
     assert facing(*place, 2.0) == pytest.approx(squared_cosine)
 
 
-@pytest.mark.parametrize("kernel", [rain_extinction, rain_echo])
+@pytest.mark.parametrize("kernel", [radar_rain_extinction, rain_echo])
 def test_negative_rain_is_none(kernel: Callable[[float], float]) -> None:
     assert kernel(-1.0) == 0.0

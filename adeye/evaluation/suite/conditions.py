@@ -47,11 +47,6 @@ class Condition:
         return ILLUMINANCE[self.light]
 
     @property
-    def is_dark(self) -> bool:
-        """Whether object-level cameras see as at night."""
-        return self.light in {"lit_night", "night"}
-
-    @property
     def text(self) -> str:
         """Say in short what it is."""
         parts = [self.light.replace("_", " ")]

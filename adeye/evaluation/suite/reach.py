@@ -10,18 +10,18 @@ from adeye.kernel.detection_range import (
     contrast_range,
     cross_section_range,
     focal_length,
+    headlamp_share,
     pixel_range,
     sure_beams,
 )
-from adeye.kernel.elementary import cos, power, tan
+from adeye.kernel.elementary import cos, tan
 from adeye.spec.sensors import model_name
 from adeye.world.weather import (
-    KOSCHMIEDER,
-    LIGHT_RAIN_A,
-    LIGHT_RAIN_B,
-    MM_PER_HOUR,
     camera_range,
     lidar_range,
+    light_extinction,
+    light_share,
+    radar_rain_extinction,
     range_in_extinction,
 )
 
@@ -40,15 +40,6 @@ if TYPE_CHECKING:
         Sensor,
         Ultrasonic,
     )
-
-HEADLAMPS: Final = 20_000.0
-"""Intensity of the ego's headlamps straight ahead [cd]. Our choice: a low beam of two lamps."""
-
-_RAIN_K: Final = 1.1276
-_RAIN_ALPHA: Final = 0.7073
-_NEPER: Final = 4.342944819032518
-"""Specific attenuation of 77 GHz in rain, k·R^alpha [dB/km] with R [mm/h], of vertical polarisation
-(Recommendation ITU-R P.838-3, 2005, eqs. 1 to 3), and decibels in a neper of power."""
 
 GROUND: Final = 0.2
 """A return from lower than this is taken for the ground [m]. Our choice."""
@@ -84,7 +75,7 @@ def reach_of(sensor: Sensor, target: Target, condition: Condition) -> Reach | No
 
 def _camera(sensor: Sensor, _target: Target, condition: Condition) -> Reach:
     spec = cast("Camera", sensor)
-    share = spec.night_range if condition.is_dark else 1.0
+    share = light_share(spec.night_range, condition.illuminance)
     if share <= 0.0:
         return NOTHING
     far = camera_range(spec.range, condition.rain_mps, condition.visibility_m, share)
@@ -96,17 +87,13 @@ def _physical_camera(sensor: Sensor, target: Target, condition: Condition) -> Re
     spec = cast("PhysicalCamera", sensor)
     rows = float(spec.min_pixel_height)
     tall = pixel_range(target.height_m, focal_length(spec.columns, spec.field_of_view), rows)
-    extinction = KOSCHMIEDER / condition.visibility_m
-    if condition.rain_mps > 0.0:
-        extinction += LIGHT_RAIN_A * power(condition.rain_mps / MM_PER_HOUR, LIGHT_RAIN_B)
-    # A beam's intensity falls with the twelfth power of the cosine to the heading.
-    beam = power(max(0.0, cos(spec.mount.yaw)), 12.0)
+    extinction = light_extinction(condition.rain_mps, condition.visibility_m)
     clear = contrast_range(
         target.contrast * spec.transmission,
         spec.contrast_threshold,
         extinction,
         condition.illuminance,
-        beam * float(getattr(spec, "headlamps", HEADLAMPS)),
+        spec.headlamps * headlamp_share(cos(spec.mount.yaw)),
     )
     return Reach(0.0, min(tall, clear))
 
@@ -123,10 +110,8 @@ def _physical_radar(sensor: Sensor, target: Target, condition: Condition) -> Rea
     spec = cast("PhysicalRadar", sensor)
     reference = spec.reference_cross_section
     clear = cross_section_range(spec.range, target.cross_section_m2, reference)
-    decibels = 0.0
-    if condition.rain_mps > 0.0:
-        decibels = _RAIN_K * power(condition.rain_mps / MM_PER_HOUR, _RAIN_ALPHA)
-    return Reach(0.0, range_in_extinction(clear, 0.5 * decibels / (1e3 * _NEPER)))
+    extinction = radar_rain_extinction(condition.rain_mps)
+    return Reach(0.0, range_in_extinction(clear, 0.5 * extinction))
 
 
 def _lidar(sensor: Sensor, target: Target, condition: Condition) -> Reach:

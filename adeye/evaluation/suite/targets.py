@@ -5,15 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from adeye.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
-
-CROSS_SECTIONS: Final = {"car": 10.0, "pedestrian": 0.16}
-"""Mean radar cross section at 77 GHz from behind or before [m²]: 10 and -8 dBsm. Our choice, of the
-order of what is published for 76 to 81 GHz."""
-
-CONTRASTS: Final = {"car": 0.5, "pedestrian": 0.25}
-"""Contrast against road and sky where nothing weakens it. Our choice: painted vehicles with shadow,
-windows and lamps stand out, clothing of people less."""
+from adeye.kernel.elementary import power
+from adeye.world.objects import CONTRAST, CROSS_SECTION, DEFAULT_REFLECTIVITY, DEFAULT_SIZES
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +38,8 @@ def target(kind: str) -> Target:
         kind,
         *DEFAULT_SIZES[kind],
         DEFAULT_REFLECTIVITY[kind],
-        CROSS_SECTIONS[kind],
-        CONTRASTS[kind],
+        power(10.0, 0.1 * CROSS_SECTION[kind][0]),
+        CONTRAST[kind],
     )
 
 

@@ -18,7 +18,6 @@ def test_defaults_are_a_dry_day_rain_and_night() -> None:
         "day, 7.5 mm/h rain, friction 0.6",
         "night, friction 0.9",
     ]
-    assert [item.is_dark for item in DEFAULTS] == [False, False, True]
 
 
 def test_fair_odd_has_one_condition() -> None:

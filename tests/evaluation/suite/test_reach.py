@@ -117,7 +117,7 @@ def test_covered_lens_sees_nothing() -> None:
 def test_physical_radar_follows_the_fourth_root_of_the_cross_section() -> None:
     eye = sensor(kind="radar", fidelity="physical", mount=LOW, field_of_view=0.7, range=200.0)
     assert far(eye) == pytest.approx(200.0)
-    assert far(eye, "pedestrian") == pytest.approx(200.0 * (0.16 / 10.0) ** 0.25)
+    assert far(eye, "pedestrian") == pytest.approx(200.0 * 10.0 ** (0.25 * -1.8))
 
 
 def test_physical_radar_loses_in_rain_what_the_attenuation_takes() -> None:
