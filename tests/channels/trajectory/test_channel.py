@@ -291,4 +291,6 @@ def test_whoever_looks_changes_nothing() -> None:
         assert other.plan is not None
         assert one.plan.tobytes() == other.plan.tobytes()
     assert other.candidates is None
-    assert other.tracks is None
+    assert one.tracks is not None
+    assert other.tracks is not None
+    assert one.tracks.tobytes() == other.tracks.tobytes()
