@@ -12,7 +12,7 @@ from adeye.campaign.content import Contents
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
 from adeye.campaign.provenance import provenance
-from adeye.campaign.work import WorkContext
+from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.errors import InputError, SpecError
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
@@ -207,6 +207,13 @@ class CampaignPlan:
                 inside_odd=columns.inside_odd,
                 point_index=range(columns.first, columns.first + len(columns)),
             )
+
+    @property
+    def compiled_parts(self) -> frozenset[str]:
+        """Names of what is compiled for these architectures and not for every one."""
+        work = self.work
+        parts = (compiled_parts(item.spec, work) for item in self.files.architectures.values())
+        return frozenset().union(*parts)
 
     def examples(self) -> list[TestCase]:
         """Make the first test case of each structure."""

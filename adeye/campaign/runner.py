@@ -149,7 +149,7 @@ def run_campaign(
         executor = _executor(workers, threads)
         tasks = _Tasks(repository, plan, stored)
         try:
-            if max(workers, threads) > 1 and not is_cache_warm():
+            if max(workers, threads) > 1 and not is_cache_warm(*plan.compiled_parts):
                 # Compiled once here, the kernels are loaded by every worker.
                 for task in islice(tasks, 1):
                     state = _absorb(repository, tasks, Done(task, execute(task)), state)

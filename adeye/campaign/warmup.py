@@ -11,7 +11,7 @@ import numpy as np
 
 from adeye.campaign.executors import Processes
 from adeye.campaign.runner import Progress
-from adeye.campaign.work import BatchTask, evaluate, execute
+from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.engine import run as run_batch
 from adeye.errors import PlatformError
 from adeye.kernel.jit import mark_cache_warm
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adeye.campaign.plan import CampaignPlan
+    from adeye.sweep.case import TestCase
 
 
 def warm_up(plan: CampaignPlan, progress: Callable[[Progress], None] | None = None) -> float:
@@ -52,8 +53,8 @@ def warm_up(plan: CampaignPlan, progress: Callable[[Progress], None] | None = No
 def compile_aside(plan: CampaignPlan) -> bool:
     """Compile most of what a plan needs in two processes, each on a processor of its own.
 
-    The compiler uses one processor, and memory that it never gives back. One process executes a
-    test case, the other judges one in which nothing moves. What this process needs it loads
+    The compiler uses one processor, and memory that it never gives back. One process executes test
+    cases, the other judges one in which nothing moves. What this process needs it loads
     afterwards; if something fails aside, it fails here again, where it is reported.
 
     Args:
@@ -62,14 +63,26 @@ def compile_aside(plan: CampaignPlan) -> bool:
     Returns:
         Whether both came to their end.
     """
-    case = plan.cases[0]
-    task = BatchTask(0, (case,), (), plan.work)
+    task = BatchTask(0, tuple(_covering(plan)), (), plan.work)
     processes = Processes(_compile_part, 2)
     parts = ((_drive, task), (_judge, task))
     ended = [done.result is True for done in processes.run(iter(parts))]
     if all(ended):
-        mark_cache_warm()
+        mark_cache_warm(*plan.compiled_parts)
     return all(ended)
+
+
+def _covering(plan: CampaignPlan) -> list[TestCase]:
+    """Choose test cases in which every compiled part is used, those with the most parts first."""
+    parts = {case.architecture.architecture: case for case in reversed(plan.examples())}
+    used = [(compiled_parts(case.architecture, plan.work), case) for case in parts.values()]
+    used.sort(key=lambda item: (-len(item[0]), item[1].architecture.architecture))
+    chosen, known = [], frozenset[str]()
+    for names, case in used:
+        if not names <= known:
+            chosen.append(case)
+            known |= names
+    return chosen
 
 
 def _compile_part(part: tuple[Callable[[BatchTask], None], BatchTask]) -> bool:
@@ -84,16 +97,17 @@ def _compile_part(part: tuple[Callable[[BatchTask], None], BatchTask]) -> bool:
 
 
 def _drive(task: BatchTask) -> None:
-    """Execute the test case of a task."""
+    """Execute the test cases of a task."""
     work = task.context
-    run_batch(task.execute, backend=work.backend, variant=work.variant, base_dirs=work.folders)
+    for case in task.execute:
+        run_batch((case,), backend=work.backend, variant=work.variant, base_dirs=work.folders)
 
 
 def _judge(task: BatchTask) -> None:
-    """Judge the first scene of the test case of a task as if it lasted until the horizon."""
+    """Judge the first scene of the first test case of a task as if it lasted until the horizon."""
     work, case = task.context, task.execute[0]
     first = run_batch(
-        task.execute,
+        (case,),
         backend=work.backend,
         variant=work.variant,
         base_dirs=work.folders,
@@ -114,4 +128,4 @@ def _judge(task: BatchTask) -> None:
         columns=columns,
     )
     trace.digests()
-    evaluate(trace, task.execute, work.requirements, work.faults)
+    evaluate(trace, (case,), work.requirements, work.faults)

@@ -26,6 +26,7 @@ from adeye.evaluation.requirements import (
 from adeye.evaluation.source import TraceSignals
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.recorder import Memory
+from adeye.spec.sensors import model_name
 from adeye.store.block import JudgedBlock, MetricBlock, PluginBlock, RunBlock, VerdictBlock
 from adeye.store.columns import Dictionary, Texts
 from adeye.store.tables import METRIC_IDS
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.evaluation.judgement import JudgementColumns
+    from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Requirement
     from adeye.spec.odd import Attributes
     from adeye.store.rows import EngineKey
@@ -133,9 +135,25 @@ def execute(task: BatchTask) -> BatchResult:
         raise
     except Exception as error:  # noqa: BLE001 - recorded with the block, the campaign goes on
         return BatchResult(failure=f"{type(error).__name__}: {error}")
-    if not is_cache_warm():
-        mark_cache_warm()
+    if task.execute:
+        parts = compiled_parts(task.execute[0].architecture, task.context)
+        if not is_cache_warm(*parts):
+            mark_cache_warm(*parts)
     return done
+
+
+def compiled_parts(architecture: Architecture, context: WorkContext) -> frozenset[str]:
+    """Name what is compiled for an architecture and not for every one.
+
+    Args:
+        architecture: Whose sensors and channels are meant.
+        context: Tells the traffic and its arithmetic.
+    """
+    sensors = {f"sensor-{model_name(sensor)}" for sensor in architecture.sensors.values()}
+    channels = {f"channel-{channel.kind}" for channel in architecture.channels.values()}
+    traffic = f"traffic-{context.backend}-{context.variant}"
+    # What is not built in is not compiled here.
+    return frozenset(name for name in sensors | channels | {traffic} if ":" not in name)
 
 
 def _execute(task: BatchTask) -> BatchResult:

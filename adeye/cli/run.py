@@ -76,7 +76,8 @@ def run(
     from adeye.campaign.plan import make_plan
     from adeye.kernel.jit import is_cache_warm
 
-    if not quiet and not is_cache_warm():
+    was_told = not quiet and not is_cache_warm()
+    if was_told:
         talk("Compiling for this machine; only the first run does, it takes half a minute.")
     hint = _resume_hint(
         odd,
@@ -92,6 +93,8 @@ def run(
         },
     )
     plan = make_plan(odd, backend=backend, variant=variant)
+    if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
+        talk("Compiling sensors or channels that were not used before, for up to a minute.")
     lanes = parallel(plan, threads, workers)
     if not quiet:
         for notice in plan.notices:
@@ -202,7 +205,7 @@ def _execute(
     from adeye.campaign.warmup import compile_aside
     from adeye.kernel.jit import is_cache_warm
 
-    if not is_cache_warm() and usable_processors() > 1:
+    if not is_cache_warm(*plan.compiled_parts) and usable_processors() > 1:
         compile_aside(plan)
     with reporting(f"{plan.expansion.count:,} test cases, {lanes.text}", quiet=quiet) as progress:
         return run_campaign(

@@ -135,25 +135,34 @@ def cache_directory() -> Path:
     return _DIRECTORY
 
 
-def is_cache_warm() -> bool:
+def is_cache_warm(*parts: str) -> bool:
     """Tell whether a test case was executed with the compiled functions of these sources before.
 
     Without them, the first run compiles for half a minute. With ``NUMBA_DISABLE_JIT`` nothing is
     ever compiled, which counts as warm.
+
+    Args:
+        parts: Names of what is only compiled where it is used, such as a kind of sensor.
     """
-    return bool(numba.config.DISABLE_JIT) or _mark().exists()
+    return bool(numba.config.DISABLE_JIT) or all(_mark(part).exists() for part in ("", *parts))
 
 
-def mark_cache_warm() -> None:
-    """Note that compiled functions of these sources are stored; a folder may refuse the note."""
-    with suppress(OSError):
-        _mark().touch()
+def mark_cache_warm(*parts: str) -> None:
+    """Note that compiled functions of these sources are stored; a folder may refuse the note.
+
+    Args:
+        parts: Which of those that are only compiled where they are used are among them.
+    """
+    for part in ("", *parts):
+        with suppress(OSError):
+            _mark(part).touch()
 
 
 @cache
-def _mark() -> Path:
+def _mark(part: str) -> Path:
     # A folder that the user chose serves several versions of the sources.
-    return _DIRECTORY / f"warm-{source_digest()}"
+    ending = f"-{part.replace('/', '_')}" if part else ""
+    return _DIRECTORY / f"warm-{source_digest()}{ending}"
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:

@@ -8,8 +8,8 @@ import pytest
 
 from adeye import engine
 from adeye.campaign import warmup, work
-from adeye.campaign.warmup import _compile_part, _drive, _judge, compile_aside, warm_up
-from adeye.campaign.work import BatchTask
+from adeye.campaign.warmup import _compile_part, _covering, _drive, _judge, compile_aside, warm_up
+from adeye.campaign.work import BatchTask, compiled_parts
 from adeye.errors import PlatformError
 from adeye.evaluation.judgement import VERDICTS
 from adeye.evaluation.verdict import Verdict
@@ -85,4 +85,14 @@ def test_failure_aside_is_left_to_the_run(make_project: MakeProject) -> None:
     plan = make_project().plan()
     assert compile_aside(plan)
     task = BatchTask(0, (), (), plan.work)
-    assert not _compile_part((_drive, task))
+    assert not _compile_part((_judge, task))
+
+
+def test_every_part_is_compiled_aside_and_none_for_nothing(make_project: MakeProject) -> None:
+    plan = make_project().plan()
+    chosen = _covering(plan)
+    parts = [compiled_parts(case.architecture, plan.work) for case in chosen]
+    assert frozenset().union(*parts) == plan.compiled_parts
+    assert {"sensor-camera", "channel-nominal", "traffic-batch-reference-1"} <= plan.compiled_parts
+    for number in range(len(parts)):
+        assert not parts[number] <= frozenset().union(*parts[:number])

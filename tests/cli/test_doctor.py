@@ -73,7 +73,7 @@ def test_database_of_another_schema_is_not_fine(
 def test_state_of_the_compiled_code(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, word: str
 ) -> None:
-    monkeypatch.setattr(adeye.kernel.jit, "is_cache_warm", lambda: word == "warm")
+    monkeypatch.setattr(adeye.kernel.jit, "is_cache_warm", lambda *_: word == "warm")
     monkeypatch.setattr(adeye.kernel.jit, "cache_directory", lambda: tmp_path)
     check = doctor.check_compiled_code()
     assert check.is_ok

@@ -63,6 +63,7 @@ class Campaign:
             notices=("an\x1b axis is dead",),
             expansion=SimpleNamespace(count=12),
             is_compiled=self.is_compiled,
+            compiled_parts=frozenset({"channel-nominal"}),
         )
 
     def run_campaign(self, _plan: Any, **options: Any) -> CampaignSummary:
@@ -87,7 +88,7 @@ def campaign(monkeypatch: pytest.MonkeyPatch) -> Campaign:
     monkeypatch.setattr(adeye.campaign.plan, "make_plan", fake.make_plan)
     monkeypatch.setattr(adeye.campaign.runner, "run_campaign", fake.run_campaign)
     monkeypatch.setattr(adeye.reporting, "write_reports", fake.write_reports)
-    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda: True)
+    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *_: True)
     return fake
 
 
@@ -128,7 +129,7 @@ def test_first_compilation_is_announced(
     options: list[str],
 ) -> None:
     compiled: list[Any] = []
-    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda: warm)
+    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *_: warm)
     monkeypatch.setattr(warmup, "compile_aside", compiled.append)
     monkeypatch.setattr(cli_run, "usable_processors", lambda: 2)
     ended = adeye("run", "odd.yaml", *options)
@@ -136,6 +137,17 @@ def test_first_compilation_is_announced(
     assert campaign.runs
     is_expected = not warm and not options
     assert ("Compiling for this machine" in ended.err) is is_expected
+
+
+def test_compilation_of_what_was_not_used_before_is_announced(
+    adeye: Any, campaign: Campaign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *parts: not parts)
+    monkeypatch.setattr(warmup, "compile_aside", lambda _plan: True)
+    ended = adeye("run", "odd.yaml")
+    assert campaign.runs
+    assert "Compiling sensors or channels" in ended.err
+    assert "Compiling for this machine" not in ended.err
 
 
 def test_threads_and_workers_exclude_each_other(adeye: Any, campaign: Campaign) -> None:

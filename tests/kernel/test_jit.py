@@ -107,6 +107,12 @@ def test_cache_is_warm_once_it_is_said_to_be_and_cold_for_other_sources(
         assert run(program, package, **cache) == ["False", "True"]
 
 
+def test_a_part_is_warm_once_it_was_used(package: Path, tmp_path: Path) -> None:
+    program = ASK + "from adeye.kernel.jit import mark_cache_warm; mark_cache_warm('camera/a'); "
+    program += "print(is_cache_warm(), is_cache_warm('camera/a'), is_cache_warm('camera/a', 'b'))"
+    assert run(program, package, XDG_CACHE_HOME=str(tmp_path)) == ["True True False"]
+
+
 def test_nothing_to_compile_is_warm(package: Path, tmp_path: Path) -> None:
     program = ASK + "print(is_cache_warm())"
     environment = {"XDG_CACHE_HOME": str(tmp_path / "cache"), "NUMBA_DISABLE_JIT": "1"}
