@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from adeye.campaign.reproduce import describe_run, replay_run
 from adeye.errors import SweepError
 from adeye.spec.sensors import Radar
 from adeye.sweep.structure import structure_key
@@ -130,6 +131,11 @@ def test_whole_lists_of_links_are_an_axis_of_a_sweep(make_project: MakeProject) 
     rows = project.rows()
     assert {row["point"][LINKS] for row in rows} == {f"[{', '.join(links)}]" for links in LISTS}
     assert len({row["trace_digest"] for row in rows}) == len(rows)
+    # Each run says which list it had, and comes out again.
+    last = rows[-1]
+    described = describe_run(project.db, last["run"])
+    assert described["swept_paths"] == {LINKS: last["point"][LINKS]}
+    assert replay_run(project.db, last["run"]).identical
 
 
 def test_list_with_an_unknown_link_is_refused_at_its_axis(make_project: MakeProject) -> None:
