@@ -90,7 +90,7 @@ _SLOW: Final = 3.0
 to its centre the rear of a car of 2 m reaches 16 degrees to each side of a sensor in the grille."""
 
 _SURE_SPEED: Final = 1.0
-"""Variance of the speed below which its change is no noise [m²/s²]; a camera alone stays above."""
+"""Variance of the speed below which its change is no noise [m²/s²]: no camera's. Our choice."""
 
 _SMOOTHING: Final = 0.3
 """Time constant of the smoothed acceleration [s]. Our choice: a brake needs about that long."""
