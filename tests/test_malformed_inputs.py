@@ -387,7 +387,36 @@ FLAWS = [
         IN_ODD,
         SPEEDS,
         "ego_speed: [true]",
-        "must be a quantity, like 60 km/h, or a number (True)",
+        "ego_speed: true is not a quantity like '100 km/h'",
+    ),
+    Flaw(
+        "list on an axis of a quantity",
+        IN_ODD,
+        SPEEDS,
+        "ego_speed: [[80 km/h, 100 km/h]]",
+        "ego_speed: [80 km/h, 100 km/h] is not a quantity like '100 km/h'",
+    ),
+    Flaw(
+        "mapping on an axis",
+        IN_ODD,
+        SPEEDS,
+        "ego_speed: [{a: b}]",
+        "must be",
+    ),
+    Flaw(
+        "unknown sensor in a swept list of links",
+        IN_ODD,
+        SPEEDS,
+        "architecture.channels.nominal.links: [[pose], [pose, sonar]]",
+        "with channels.nominal.links = [pose, sonar]: channels.nominal.links.1: "
+        "channel 'nominal' links 'sonar', which is none of camera, pose,",
+    ),
+    Flaw(
+        "sensor twice in a swept list of links",
+        IN_ODD,
+        SPEEDS,
+        "architecture.channels.nominal.links: [[pose, pose]]",
+        "channel 'nominal' links 'pose' twice",
     ),
     Flaw(
         "infeasible where",

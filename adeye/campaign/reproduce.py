@@ -184,7 +184,8 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         campaign = repository.find_campaign(ref.campaign)
         odd = repository.content("odd", campaign.odd_digest)
         concept = repository.content("concept", campaign.concept_digest)
-    point = named_values(dict(case.parameters), odd, ref.scenario)
+    parameters = named_values(dict(case.parameters), odd, ref.scenario)
+    paths = {name: value for name, value in ref.point.items() if name not in case.parameters}
     option = f" --db {db}" if db else ""
     described: dict[str, Any] = {
         "run": ref.result_digest,
@@ -198,7 +199,8 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         "replicate": case.replicate,
         "seed": case.seed,
         "step_s": case.step_s,
-        "parameters": {item.label: item.value for item in point},
+        "parameters": {item.label: item.value for item in parameters},
+        "swept_paths": {item.label: item.value for item in named_values(paths, odd, ref.scenario)},
         "is_done": stored is not None,
         "command": f"adeye replay {ref.result_digest[:12]}{option}",
     }

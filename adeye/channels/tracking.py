@@ -90,8 +90,7 @@ _SLOW: Final = 3.0
 to its centre the rear of a car of 2 m reaches 16 degrees to each side of a sensor in the grille."""
 
 _SURE_SPEED: Final = 1.0
-"""Variance of the speed from which its change is an acceleration, not noise [m²/s²]: ground truth
-and radar get there, a camera alone does not. Our choice."""
+"""Variance of the speed below which its change is no noise [m²/s²]: no camera's. Our choice."""
 
 _SMOOTHING: Final = 0.3
 """Time constant of the smoothed acceleration [s]. Our choice: a brake needs about that long."""
@@ -100,8 +99,7 @@ _PRIOR_PLACE: Final = 100.0
 """Standard deviation of its place before its first detection [m]: nothing is known."""
 
 _TENTATIVE: Final = 0.25
-"""How long a track that is not confirmed lives without a detection [s]: two missed samples at
-10 Hz."""
+"""How long an unconfirmed track lives without a detection [s]: two missed samples at 10 Hz."""
 
 
 @inlined

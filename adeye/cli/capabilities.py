@@ -69,8 +69,18 @@ CAPABILITIES: Final = (
         Status.PARTLY,
         f"{PROOFS}/test_r06_physics.py",
     ),
-    Capability("R7", "every sensor parameter can be varied from YAML"),
-    Capability("R8", "radar, lidar, GNSS, IMU, camera and ultrasonic sensors"),
+    Capability(
+        "R7",
+        "every sensor parameter can be varied from YAML",
+        Status.PROVEN,
+        f"{PROOFS}/test_r07_modifiable_sensors.py",
+    ),
+    Capability(
+        "R8",
+        "radar, lidar, GNSS, IMU, camera and ultrasonic sensors",
+        Status.PROVEN,
+        f"{PROOFS}/test_r08_six_sensor_types.py",
+    ),
     Capability(
         "R9",
         "ground truth at every tick, to the channels allowed it and to the trace",
@@ -134,7 +144,7 @@ CAPABILITIES: Final = (
     Capability(
         "R19",
         "which sensor feeds which channel is configurable and swept",
-        Status.PARTLY,
+        Status.PROVEN,
         f"{PROOFS}/test_r19_links.py",
     ),
     Capability(

@@ -47,7 +47,7 @@ def show(run: RunId, db: Db = None, json: Json = False) -> None:
     emit_fields(head)
     for name, value in description.items():
         if name not in head and name != _COMMAND:
-            emit_value(name.capitalize(), value)
+            emit_value(name.capitalize().replace("_", " "), value)
     if _COMMAND in description:
         emit(f"\nReproduce it:  {clean(description[_COMMAND])}")
 

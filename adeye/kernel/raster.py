@@ -245,7 +245,7 @@ def _columns(
         centre: Its depth and its place to the right, from the camera [m].
         length: What half its length adds to both [m].
         width: What half its width adds to both [m].
-        tilt: What half its height adds to the depth, to and fro [m].
+        tilt: What half its height adds to the depth, both ways [m].
     """
     least, most = math.inf, -math.inf
     for corner in range(4):

@@ -181,13 +181,14 @@ def _numbers(spec: PhysicalCamera) -> dict[str, float]:
 def _environment(weather: Surroundings) -> dict[str, Any]:
     """List what the compiled step reads of the environment, a column each."""
     runs = len(weather.rain)
-    columns = {name: np.zeros(runs) for name in ("extinction", "sun_x", "sun_y", "sun_z")}
+    columns = {name: np.zeros(runs) for name in ("extinction", "sun_x", "sun_y")}
+    # A sun that is not up shines no more than none: both are below the horizon.
+    columns["sun_z"] = np.full(runs, -1.0)
     for run in range(runs):
         columns["extinction"][run] = light_extinction(
             weather.rain[run], weather.fog_visibility[run]
         )
-        # A sun that is not up shines no more than none.
-        if weather.sun_elevation[run] > 0.0:
+        if weather.sun_elevation[run] >= 0.0:
             up, level = sin_cos(weather.sun_elevation[run])
             sine, cosine = sin_cos(weather.sun_azimuth[run])
             columns["sun_x"][run], columns["sun_y"][run] = level * cosine, level * sine

@@ -138,7 +138,7 @@ def draw(
 def _find_sun(parameters: Any, view: Floats, sun: Floats) -> tuple[float, float]:
     """Note how the sun shines on the lens; return where it is in the image [pixels]."""
     sun[0] = 0.0
-    if not parameters["sun_z"] > 0.0:
+    if not parameters["sun_z"] >= 0.0:
         return 0.0, 0.0
     x, y, z = parameters["sun_x"], parameters["sun_y"], parameters["sun_z"]
     ahead = view[VIEW_COSINE] * x + view[VIEW_SINE] * y

@@ -113,7 +113,10 @@ class Steps(Record):
     step: Value
 
 
-Axis = Many[Value] | Steps
+Level = Value | bool | Many[Value]
+"""What an axis may write at a place of a file: a value, true or false, or a list, as of links."""
+
+Axis = Many[Level] | Steps
 
 
 class Sweep(Record):
@@ -121,7 +124,7 @@ class Sweep(Record):
 
     design: Literal["full_factorial", "zip", "list", "random"] = "full_factorial"
     parameters: dict[str, Axis] = {}
-    points: Many[dict[str, Value]] = ()
+    points: Many[dict[str, Level]] = ()
     """The points of a ``list`` design, each with its own values."""
     samples: Annotated[int, Field(ge=1)] | None = None
     """How many points a ``random`` design draws, uniformly between the ends of each axis."""
@@ -157,7 +160,7 @@ class ScenarioUse(Record):
     exposure: Annotated[Frequency, Field(gt=0.0)] | None = None
     faults: Many[FaultEntry] | None = None
     sweep: Sweep = Sweep()
-    parameters: dict[str, Value] = {}
+    parameters: dict[str, Level] = {}
     """Fixed values that replace the scenario's defaults, by parameter or dotted path."""
 
     @property

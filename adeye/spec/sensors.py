@@ -55,7 +55,9 @@ class Mount(Record):
     x: Length = 0.0
     y: Length = 0.0
     z: Length = 0.0
+    """Of physical cameras and lidars; the others are drawn in plan view and do not look at it."""
     yaw: Angle = 0.0
+    """Of whatever looks in a direction: satellite receiver and inertial unit do not look at it."""
     pitch: Annotated[Angle, Field(ge=-1.0, le=1.0)] = 0.0
     """Of physical cameras and lidars; the others are drawn in plan view and do not look at it."""
 

@@ -144,6 +144,7 @@ def run_ref(item: Row[Any]) -> RunRef:
         architecture=item.architecture,
         inside_odd=bool(item.inside_odd),
         is_done=bool(item._mapping.get("is_done", True)),
+        point=json.loads(item._mapping.get("point", "{}")),
     )
 
 

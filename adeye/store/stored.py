@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -209,7 +209,10 @@ class FsrStatus:
 
 @dataclass(frozen=True)
 class RunRef:
-    """A run in a campaign."""
+    """A run in a campaign.
+
+    ``point`` holds the swept values by the name that the sweep uses, quantities in SI.
+    """
 
     campaign: str
     ordinal: int
@@ -219,6 +222,7 @@ class RunRef:
     architecture: str
     inside_odd: bool
     is_done: bool
+    point: Mapping[str, float | str] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from adeye.errors import InputError, SourceLocation, SweepError, suggest
 from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
-from adeye.spec.odd import Steps
+from adeye.spec.odd import Level, Steps
 from adeye.units import Dimension, shown
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Axis:
     name: str
     kind: Kind
     path: tuple[str, ...]
-    texts: tuple[Value, ...]
+    texts: tuple[Level, ...]
     values: tuple[float | str, ...]
     where: SourceLocation
 
@@ -80,6 +80,7 @@ class AxisReader:
         Raises:
             SweepError: Unknown name, empty axis, a value of the wrong unit or out of range.
         """
+        texts: tuple[Level, ...]
         texts = _steps(name, spec, where) if isinstance(spec, Steps) else tuple(spec)
         if not texts:
             raise SweepError(f"{name}: the axis has no values", where=where, remedy="List some.")
@@ -139,7 +140,7 @@ class AxisReader:
             remedy=suggest(name, sorted(parameters)),
         )
 
-    def _value(self, name: str, kind: Kind, text: Value, where: SourceLocation) -> float | str:
+    def _value(self, name: str, kind: Kind, text: Level, where: SourceLocation) -> float | str:
         if kind == "parameter":
             parameter = self.scenario.spec.parameters[name]
             return parameter_value(name, parameter, text, where)
@@ -167,7 +168,7 @@ def _check_varied(name: str, kind: Kind, path: tuple[str, ...], where: SourceLoc
 
 
 def parameter_value(
-    name: str, parameter: Parameter, text: Value, where: SourceLocation | None
+    name: str, parameter: Parameter, text: Level, where: SourceLocation | None
 ) -> float:
     """Read a value of a scenario parameter in the unit family of its default.
 
@@ -177,8 +178,9 @@ def parameter_value(
     value, dimension = quantity_or_text(text)
     _, expected = quantity_or_text(parameter.default)
     if isinstance(value, str) or dimension is None or expected is None:
+        told = value if isinstance(text, bool | tuple) else repr(text)
         raise SweepError(
-            f"{name}: {text!r} is not a quantity like {parameter.default!r}", where=where
+            f"{name}: {told} is not a quantity like {parameter.default!r}", where=where
         )
     if dimension.exponents != expected.exponents:
         raise SweepError(
@@ -199,14 +201,20 @@ def parameter_value(
     return value
 
 
-def quantity_or_text(text: Value) -> tuple[float | str, Dimension | None]:
-    """Read a quantity as SI with its dimension; other text stays text without dimension.
+def quantity_or_text(text: Level) -> tuple[float | str, Dimension | None]:
+    """Read a quantity as SI with its dimension; what else there is becomes text without dimension.
 
     >>> quantity_or_text("90 m")[0]
     90.0
     >>> quantity_or_text("left")
     ('left', None)
+    >>> quantity_or_text(("localisation", "front_radar"))
+    ('[localisation, front_radar]', None)
     """
+    if isinstance(text, tuple):
+        return f"[{', '.join(str(item) for item in text)}]", None
+    if isinstance(text, bool):
+        return str(text).lower(), None
     if isinstance(text, int | float):
         if not math.isfinite(text):
             raise SweepError(f"{text!r} is not a finite number")

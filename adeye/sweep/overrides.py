@@ -10,11 +10,13 @@ from adeye.errors import InputError, InputErrors, SourceLocation, SweepError
 from adeye.spec.fault import Fault
 from adeye.spec.problems import validate
 from adeye.spec.quantity import Record
+from adeye.sweep.axes import quantity_or_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from adeye.spec.load import Loaded
+    from adeye.spec.odd import Level
 
 Spec = TypeVar("Spec", bound=Record)
 Path = tuple[str, ...]
@@ -33,12 +35,15 @@ class Change:
     """
 
     path: Path
-    value: str | int | float
+    value: Level
     where: SourceLocation = field(compare=False)
 
     def __str__(self) -> str:
         """Write it as ``path = value``."""
-        return f"{'.'.join(self.path)} = {self.value}"
+        shown = self.value
+        if isinstance(shown, bool | tuple):
+            shown, _ = quantity_or_text(shown)
+        return f"{'.'.join(self.path)} = {shown}"
 
 
 @dataclass(frozen=True)
@@ -120,7 +125,8 @@ def _guilty(changes: tuple[Change, ...], loc: tuple[str | int, ...]) -> Change:
 def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:
     changed = copy.deepcopy(dict(content))
     for change in changes:
-        set_path(changed, change.path, change.value)
+        value = list(change.value) if isinstance(change.value, tuple) else change.value
+        set_path(changed, change.path, value)
     try:
         return validate(_Changed(changed, changes), model)
     except InputError as error:

@@ -55,6 +55,7 @@ def test_description_holds_everything_about_a_run(mini: Executed, row: dict[str,
     found = describe_run(mini.db, str(row["run"])[:12])
     assert found["is_done"] is True
     assert found["parameters"]["gap"] in {"30 m", "50 m"}
+    assert found["swept_paths"] == {}
     assert found["command"] == f"adeye replay {str(row['run'])[:12]} --db {mini.db}"
     assert {item["fsr"]: item["verdict"] for item in found["verdicts"]} == row["verdicts"]
     assert found["metrics"]["min_distance_m"]["value"] == row["min_distance_m"]

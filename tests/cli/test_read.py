@@ -17,6 +17,7 @@ DESCRIPTION: dict[str, Any] = {
     "architecture": "legacy\x1b_camera",
     "fault_entry": "none",
     "parameters": {"gap": 30.0, "rain": 0.0},
+    "swept_paths": {"architecture.channels.nominal.links": "[localisation, front_radar]"},
     "outcome": "completed",
     "metrics": {"min_ttc_s": {"value": None, "status": "no_conflict"}, "contact": {"value": 1.0}},
     "verdicts": [{"fsr": "FSR-01", "verdict": "FAIL", "margin": None}],
@@ -74,6 +75,7 @@ def results(monkeypatch: pytest.MonkeyPatch) -> Results:
 def test_show_prints_everything_harmlessly(adeye: Any, results: Results) -> None:
     ended = adeye("show", "abab", "--db", "x.db")
     assert (ended.code, results.calls) == (0, [("x.db", "abab")])
+    assert "\nSwept paths\n" in ended.out
     for part in ("legacy_camera", "gap", "no_conflict", "FSR-01", "contact", "cutter", "2.5"):
         assert part in ended.out
     assert "\x1b" not in ended.out

@@ -1,14 +1,16 @@
-"""R4: nominal and safety channel are in the package as readable source, and can be replaced."""
+"""R4: the channels of the package are readable source, and each can be replaced, from YAML too."""
 
 from __future__ import annotations
 
 import importlib
 import inspect
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import pytest
 
 from adeye.channels.factory import BUILT_IN
+from adeye.channels.policy import PolicyChannel
+from adeye.spec.channels import BuiltInChannel
 from tests.project import CANDIDATE, MINI
 
 if TYPE_CHECKING:
@@ -31,9 +33,28 @@ class Gentle:
 '''
 
 
-@pytest.mark.parametrize("kind", ["nominal", "safety"])
+POLICY = '''
+"""A policy of somebody else: keeps its speed and steers to the middle of the lane."""
+
+
+def keep(observation):
+    ego = observation["ego"]
+    return 0.0, -0.02 * ego[4] - 0.4 * ego[3]
+'''
+
+CHANNELS = {**BUILT_IN, "policy": PolicyChannel}
+
+
+def test_every_built_in_kind_of_channel_is_here() -> None:
+    union, *_ = get_args(BuiltInChannel)
+    assert CHANNELS.keys() == {
+        get_args(record.model_fields["kind"].annotation)[0] for record in get_args(union)
+    }
+
+
+@pytest.mark.parametrize("kind", CHANNELS)
 def test_channel_is_source_in_the_package(kind: str) -> None:
-    built: object = BUILT_IN[kind]
+    built: object = CHANNELS[kind]
     module = importlib.import_module(f"adeye.channels.{kind}.channel")
     assert getattr(built, "__module__", "").startswith(f"adeye.channels.{kind}")
     source = inspect.getsource(module)
@@ -60,3 +81,48 @@ def test_channel_can_be_replaced_without_a_change_here(make_project: MakeProject
     assert gentle["trace_digest"] != built_in["trace_digest"]
     # It does what its code says, whatever is ahead.
     assert gentle["max_deceleration_mps2"] != built_in["max_deceleration_mps2"]
+
+
+def test_nominal_channel_is_exchanged_for_another_one_by_its_kind(
+    make_project: MakeProject,
+) -> None:
+    """The simple one, the one that plans trajectories, and a policy, on one situation."""
+    kinds: dict[str, dict[str, object]] = {
+        "nominal": {},
+        "trajectory": {},
+        "policy": {"policy": "./keep.py:keep", "normalised": False},
+    }
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [
+                {
+                    "use": "cut_in",
+                    "faults": ["none"],
+                    "sweep": {"parameters": {"gap": ["20 m"], "ego_speed": ["100 km/h"]}},
+                }
+            ],
+            "faults": [],
+            "architectures": [f"architectures/{kind}_logic.yaml" for kind in kinds],
+            "gate": {"architectures": ["nominal_logic"]},
+        }
+    )
+    (project.folder / "odd" / "architectures" / "keep.py").write_text(POLICY, "utf-8")
+    base = project.read(CANDIDATE)
+    for kind, parameters in kinds.items():
+        base["architecture"] = f"{kind}_logic"
+        base["channels"]["nominal"] |= {"kind": kind, "parameters": parameters}
+        # What it does on its own: the safety channel watches and does not act.
+        base["switch"]["policy"] = "stuck"
+        project.write(f"odd/architectures/{kind}_logic.yaml", base)
+    summary = project.run()
+    assert (summary.planned, summary.executed) == (3, 3)
+    rows = {row["architecture"]: row for row in project.rows()}
+    assert len({row["situation"] for row in rows.values()}) == 1
+    assert len({row["trace_digest"] for row in rows.values()}) == 3
+    assert {row["outcome"] for row in rows.values()} == {"completed"}
+    # Both built-in channels brake for the cutter; the policy does not look at it.
+    braking = {name: row["max_deceleration_mps2"] for name, row in rows.items()}
+    assert braking["nominal_logic"] > 1.0
+    assert braking["trajectory_logic"] > 1.0
+    assert braking["policy_logic"] < 0.5

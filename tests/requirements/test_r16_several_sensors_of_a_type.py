@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from adeye.campaign.plan import signal_table
+from adeye.report.compare import CompareOptions
+from adeye.reporting import compare_campaign
 from tests.project import CANDIDATE, MINI, run_cases
+from tests.requirements.test_r08_six_sensor_types import SUITE
 
 if TYPE_CHECKING:
     from tests.conftest import MakeProject
@@ -47,3 +50,74 @@ def test_second_radar_is_an_instance_of_its_own(make_project: MakeProject) -> No
     assert np.array_equal(before["detections"][0, :, then], places[:, one, np.newaxis])
     names_of_signals = {row.name for row in signal_table(plan)}
     assert "sensor.right_radar.detects.cutter" in names_of_signals
+
+
+def drives(rows: list[dict[str, Any]], architecture: str) -> list[dict[str, Any]]:
+    """The runs of an architecture in the order of their situations."""
+    own = [row for row in rows if row["architecture"] == architecture]
+    return sorted(own, key=lambda row: str(row["situation"]))
+
+
+def told(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Situation, outcome, verdicts and every metric."""
+    words = {"situation", "outcome", "verdicts"}
+    return [
+        {key: value for key, value in row.items() if key in words or isinstance(value, float)}
+        for row in rows
+    ]
+
+
+def test_further_sensor_that_nobody_reads_changes_no_verdict_and_no_drive(
+    make_project: MakeProject,
+) -> None:
+    """Of any model: a suite, its copy, and the suite with one more of each, on common numbers."""
+    names = ("suite", "copy", "spare")
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [
+                {
+                    "use": "cut_in",
+                    "faults": ["none"],
+                    "sweep": {
+                        "parameters": {
+                            "gap": ["15 m", "30 m"],
+                            "ego_speed": ["80 km/h", "120 km/h"],
+                            "rain": ["0 mm/h", "7.5 mm/h"],
+                        }
+                    },
+                }
+            ],
+            "faults": [],
+            "architectures": [f"architectures/{name}.yaml" for name in names],
+            "gate": {"architectures": ["suite"]},
+        }
+    )
+    base = project.read(CANDIDATE)
+    base["sensors"] = SUITE | {"truth": base["sensors"]["truth"]}
+    base["channels"]["nominal"]["links"] = list(SUITE)
+    for name in names:
+        made = copy.deepcopy(base) | {"architecture": name}
+        if name == "spare":
+            made["sensors"] |= {f"spare_{id_}": record for id_, record in SUITE.items()}
+        project.write(f"odd/architectures/{name}.yaml", made)
+    summary = project.run()
+    assert summary.executed == 24
+    rows = {name: drives(project.rows(), name) for name in names}
+    assert len(rows["suite"]) == 8
+    # What is told of the drive itself; the traces of the spare have more columns.
+    assert told(rows["suite"]) == told(rows["copy"]) == told(rows["spare"])
+    assert "max_deceleration_mps2" in told(rows["suite"])[0]
+    assert {row["trace_digest"] for row in rows["copy"]} == {
+        row["trace_digest"] for row in rows["suite"]
+    }
+    comparison = compare_campaign(project.db, (), CompareOptions(baseline="suite"))
+    assert {(item.a, item.b) for item in comparison.differences} >= {
+        ("suite", "copy"),
+        ("suite", "spare"),
+    }
+    for item in comparison.differences:
+        assert item.only_a_fails == item.only_b_fails == 0
+        assert all(one == other for one, other in (words.split("/") for words in item.verdicts))
+        if item.margin is not None:
+            assert (item.margin.least, item.margin.greatest) == (0.0, 0.0)

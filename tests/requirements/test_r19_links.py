@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from adeye.campaign.reproduce import describe_run, replay_run
+from adeye.errors import SweepError
 from adeye.spec.sensors import Radar
+from adeye.sweep.structure import structure_key
 from tests.project import CANDIDATE, MINI, Project, run_cases
 
 if TYPE_CHECKING:
@@ -82,6 +85,63 @@ def test_link_tables_are_compared_as_an_axis_of_one_campaign(make_project: MakeP
     rows = {row["architecture"]: row for row in project.rows()}
     assert rows["both"]["situation"] == rows["camera_only"]["situation"]
     assert rows["both"]["trace_digest"] != rows["camera_only"]["trace_digest"]
+
+
+LINKS = "architecture.channels.nominal.links"
+LISTS = [
+    ["localisation", "front_camera", "front_radar"],
+    ["localisation", "front_camera"],
+    ["localisation", "front_radar"],
+    ["localisation"],
+]
+
+
+def swept_links(make_project: MakeProject, lists: list[list[str]]) -> Project:
+    """One cut-in of one architecture; the list of links of its nominal channel is an axis."""
+    return make_project(
+        {
+            **MINI,
+            "scenarios": [
+                {
+                    "use": "cut_in",
+                    "faults": ["none"],
+                    "sweep": {"parameters": {"gap": ["15 m", "20 m"], LINKS: lists}},
+                }
+            ],
+            "faults": [],
+            "architectures": ["architectures/camera_radar.yaml"],
+        }
+    )
+
+
+def test_whole_lists_of_links_are_an_axis_of_a_sweep(make_project: MakeProject) -> None:
+    project = swept_links(make_project, LISTS)
+    plan = project.plan()
+    cases = list(plan.cases)
+    assert len(cases) == len(LISTS) * 2
+    assert {case.architecture.channels["nominal"].links for case in cases} == {
+        tuple(links) for links in LISTS
+    }
+    assert len({case.digest for case in cases}) == len(cases)
+    # One situation per gap, whoever listens to what; one batch never mixes two lists.
+    assert len({case.situation_digest for case in cases}) == 2
+    assert len({structure_key(case) for case in cases}) == len(LISTS)
+    summary = project.run()
+    assert (summary.planned, summary.executed) == (len(cases), len(cases))
+    rows = project.rows()
+    assert {row["point"][LINKS] for row in rows} == {f"[{', '.join(links)}]" for links in LISTS}
+    assert len({row["trace_digest"] for row in rows}) == len(rows)
+    # Each run says which list it had, and comes out again.
+    last = rows[-1]
+    described = describe_run(project.db, last["run"])
+    assert described["swept_paths"] == {LINKS: last["point"][LINKS]}
+    assert replay_run(project.db, last["run"]).identical
+
+
+def test_list_with_an_unknown_link_is_refused_at_its_axis(make_project: MakeProject) -> None:
+    project = swept_links(make_project, [["localisation"], ["localisation", "sonar"]])
+    with pytest.raises(SweepError, match=r"tested\.yaml:\d+:\d+: .*'sonar', which is none of"):
+        project.plan()
 
 
 def test_parameters_of_a_linked_sensor_are_swept(make_project: MakeProject) -> None:

@@ -85,6 +85,13 @@ def test_low_sun_hides_what_stands_before_it() -> None:
     assert pixels(frame, 1) > 0
 
 
+def test_sun_on_the_horizon_hides_what_stands_beside_it() -> None:
+    for elevation, is_hidden in ((0.0, True), (-1e-9, False)):
+        context = scene_context(sun_elevation=elevation)
+        frame = picture(context, scene(context, [(60.0, 1.8)]))
+        assert (pixels(frame) == 0) == is_hidden
+
+
 def test_sun_below_the_horizon_or_behind_does_nothing() -> None:
     clear = shown({})
     assert np.array_equal(shown({"sun_elevation": -0.01}), clear)

@@ -1,15 +1,27 @@
-"""Range of object-level sensors: it falls with rain, fog, darkness and a low sun, never rises."""
+"""What sensors see of a car: rain, fog, darkness and a low sun take from it and add nothing."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
+from adeye.channels.clustering import Clustering
 from adeye.sensors.ranging import RangingSensor
-from adeye.signals import ILLUMINANCE, SceneContext
-from adeye.spec.sensors import Camera, Lidar, Radar
+from adeye.sensors.rig import BUILT_IN
+from adeye.signals import ILLUMINANCE, Bools, SceneContext
+from adeye.spec.sensors import (
+    Camera,
+    Lidar,
+    PhysicalCamera,
+    PhysicalLidar,
+    PhysicalRadar,
+    Radar,
+    Ultrasonic,
+)
 from adeye.world.weather import MM_PER_HOUR, glare_contrast
 from tests.sensors.scenes import CAR, scene, scene_context, seen, sensor_context
 
@@ -79,3 +91,71 @@ def test_low_sun_takes_less_the_farther_an_object_is_from_its_bearing() -> None:
 def test_sun_below_the_horizon_blinds_nobody() -> None:
     context = scene_context(sun_elevation=-0.01)
     assert reach("camera", context) == pytest.approx(100.0, abs=1e-4)
+
+
+# --- sensors that make what the device makes ------------------------------------------------------
+
+LOOK: dict[str, Any] = {"mount": {"z": "1.3 m"}, "field_of_view": "50 deg", "rate": "20 Hz"}
+PHYSICAL: dict[str, Any] = {
+    "camera": PhysicalCamera.model_validate(
+        # It needs much contrast and has pixels enough, so that it is the weather that decides.
+        {
+            "kind": "camera",
+            "fidelity": "physical",
+            **LOOK,
+            "contrast_threshold": 0.35,
+            "columns": 320,
+            "rows": 120,
+        }
+    ),
+    "lidar": PhysicalLidar.model_validate(
+        {"kind": "lidar", "fidelity": "physical", **LOOK, "range": "100 m"}
+    ),
+    "radar": PhysicalRadar.model_validate(
+        {"kind": "radar", "fidelity": "physical", **LOOK, "range": "100 m"}
+    ),
+    "ultrasonic": Ultrasonic.model_validate({"kind": "ultrasonic", **LOOK, "range": "100 m"}),
+}
+PHYSICS = {
+    "camera": {"rain", "fog", "darkness", "sun"},
+    "lidar": {"rain", "fog"},
+    "radar": {"rain"},
+    "ultrasonic": set(),
+}
+"""What a sensor suffers from. A radar of 77 GHz loses in rain, and fog drops are too small for it;
+what ultrasound loses in rain over its few metres is left out."""
+DISTANCES = np.arange(6.0, 180.0, 2.0)
+
+
+def detected(kind: str, **weather: Any) -> Bools:
+    """Tell at which distances, in which run (D, B), a car ahead is detected."""
+    runs = 40 if kind == "radar" else 1
+    # Parked, because the lamps of a car that drives are seen from afar by night.
+    context = scene_context(kinds=["parked_car"], runs=runs, **weather)
+    spec = PHYSICAL[kind]
+    model = BUILT_IN[kind if kind == "ultrasonic" else f"{kind}/physical"]
+    sensor = model(sensor_context(spec, context))
+    clustering = Clustering([spec] * runs, 1) if kind == "lidar" else None
+    found = []
+    for tick, distance in enumerate(DISTANCES):
+        sample = sensor.sense(scene(context, [(distance + 0.5 * CAR[0], 0.0)], tick=tick))
+        if clustering is not None:
+            sample = clustering.detect(sample)
+        found.append((sample.mask & (sample.source == 0)).any(axis=1))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize("kind", PHYSICAL)
+def test_what_a_physical_sensor_detects_in_worse_conditions_it_detects_in_better_ones(
+    kind: str, condition: str
+) -> None:
+    # Random numbers are common to all conditions, so this holds for every sample of every run.
+    # The sun stands beside the car, which would shade the lens.
+    aside = {"sun_azimuth": math.radians(12.0)}
+    steps = [detected(kind, **aside, **weather) for weather in CONDITIONS[condition]]
+    assert steps[0].any()
+    for better, worse in itertools.pairwise(steps):
+        assert not (worse & ~better).any()
+    assert (steps[-1].sum() < steps[0].sum()) == (condition in PHYSICS[kind])
+    assert np.array_equal(steps[-1], steps[0]) == (condition not in PHYSICS[kind])

@@ -11,7 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.errors import SpecError
-from adeye.sensors.rig import DATA_SHEETS, Rig, data_sheets, mounts
+from adeye.sensors.rig import BUILT_IN, DATA_SHEETS, Rig, data_sheets, mounts
 from adeye.signals import Measurement, Scene
 from adeye.sweep.case import TestCase
 from tests.sensors.scenes import CAR, architecture, scene, scene_context
@@ -37,7 +37,6 @@ CAMERA = {
 POSE = {"kind": "localisation", "rate": "20 Hz", "lateral_noise": "0.1 m"}
 GNSS = {"kind": "gnss", "rate": "10 Hz", "position_noise": "0.5 m", "bias": "0.5 m"}
 IMU = {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.1 deg/s"}
-LATE = {**RADAR, "jitter": "0.15 s"}
 
 PLUGIN = """
 from adeye.sensors.delivery import no_measurement
@@ -98,13 +97,81 @@ def test_second_sensor_of_a_kind_is_a_second_name_with_noise_of_its_own() -> Non
         assert not np.array_equal(left.detections, right.detections)
 
 
-@pytest.mark.parametrize("added", [RADAR, CAMERA, POSE, GNSS, LATE])
-def test_another_sensor_leaves_every_other_measurement_bit_identical(added: Any) -> None:
-    base = {"radar": RADAR, "camera": CAMERA, "pose": POSE, "gnss": GNSS, "late": LATE}
-    # Neither its presence nor its place in the file matters.
-    for changed in ({**base, "more": added}, {"more": added, **base}):
-        for before, after in zip(sense(base), sense(changed), strict=True):
-            assert all(same(before[name], after[name]) for name in base)
+PHYSICAL = {"fidelity": "physical", "field_of_view": "60 deg", "rate": "20 Hz"}
+ALL: dict[str, dict[str, Any]] = {
+    "camera": CAMERA,
+    "camera/physical": {
+        **PHYSICAL,
+        "kind": "camera",
+        "mount": {"x": "1.5 m", "z": "1.3 m"},
+        "noise": 0.02,
+    },
+    "radar": RADAR,
+    "radar/physical": {
+        **PHYSICAL,
+        "kind": "radar",
+        "mount": {"x": "2 m"},
+        "range": "150 m",
+        "clutter": 3,
+    },
+    "lidar": {
+        "kind": "lidar",
+        "mount": {"x": "1 m"},
+        "field_of_view": "360 deg",
+        "range": "100 m",
+        "rate": "10 Hz",
+        "range_noise": "0.05 m",
+    },
+    "lidar/physical": {
+        **PHYSICAL,
+        "kind": "lidar",
+        "mount": {"x": "1 m", "z": "0.8 m"},
+        "range": "100 m",
+        "range_noise": "0.05 m",
+        "drop_out": 0.1,
+    },
+    "ultrasonic": {
+        "kind": "ultrasonic",
+        "mount": {"x": "2 m"},
+        "field_of_view": "60 deg",
+        "range": "60 m",
+        "rate": "20 Hz",
+        "range_noise": "0.02 m",
+    },
+    "gnss": GNSS,
+    "imu": IMU,
+    "localisation": POSE,
+    "ground_truth": {"kind": "ground_truth", "rate": "20 Hz"},
+}
+"""One sensor of each model, with noise where it has any."""
+
+
+def test_there_is_a_sensor_of_every_model_here() -> None:
+    assert ALL.keys() == BUILT_IN.keys()
+
+
+@pytest.mark.parametrize("added", ALL)
+@pytest.mark.parametrize("jitter", ["0 s", "0.15 s"])
+def test_another_sensor_leaves_every_other_measurement_bit_identical(
+    added: str, jitter: str
+) -> None:
+    base = {f"s{number}": record for number, record in enumerate(ALL.values())}
+    more = {**ALL[added], "jitter": jitter}
+    alone = [sense({name: record}) for name, record in base.items()]
+    # Neither what else is there, nor a further one, nor its place in the file matters.
+    for suite in (base, {**base, "more": more}, {"more": more, **base}):
+        together = sense(suite)
+        for name, expected in zip(base, alone, strict=True):
+            for before, after in zip(expected, together, strict=True):
+                assert same(before[name], after[name]), name
+
+
+def test_one_sensor_is_no_other_one() -> None:
+    # What the law above compares does tell sensors apart: two of one kind differ by their names.
+    for model, record in ALL.items():
+        readings = sense({"one": record, "other": record}, ticks=12)
+        differs = not all(same(item["one"], item["other"]) for item in readings)
+        assert differs == (model != "ground_truth"), model
 
 
 def test_halving_the_step_leaves_every_sample_bit_identical() -> None:

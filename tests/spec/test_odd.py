@@ -133,7 +133,9 @@ def test_greatest_seed_fits_a_signed_column() -> None:
         ({"design": "sobol"}, "full_factorial"),
         ({"where": "gap > 1 m"}, "valid tuple"),
         ({"where": ["gap"]}, "neither true nor false"),
-        ({"parameters": {"gap": [True]}}, "valid string"),
+        ({"parameters": {"gap": [None]}}, "valid string"),
+        ({"parameters": {"gap": [{"from": "1 m"}]}}, "valid string"),
+        ({"parameters": {"links": [[["front_radar"]]]}}, "valid string"),
         ({"parameters": {"gap": {"from": "1 m", "to": "2 m"}}}, "step"),
     ],
 )

@@ -98,6 +98,9 @@ def test_steps_are_as_many_as_asked_and_evenly_spaced(start: int, count: int, st
         ("gap", ["30 s"], "is a time, not a length"),
         ("gap", [30], "is a plain number, not a length"),
         ("gap", ["far"], "is not a quantity like '30 m'"),
+        ("gap", [True], "is not a quantity like '30 m'"),
+        ("gap", [["30 m", "40 m"]], "is not a quantity like '30 m'"),
+        ("architecture.channels.nominal.links", [["a", "b"], ["a", "b"]], "a value occurs twice"),
         ("gap", ["30 kmm"], "is not a quantity like '30 m'"),
         ("gap", ["61 m"], "outside the scenario's range"),
         ("gap", ["-1 m"], "outside the scenario's range"),
@@ -162,6 +165,15 @@ def test_words_are_kept_as_text(read: Read) -> None:
         "stuck",
         "fixed_priority",
     )
+
+
+def test_lists_and_truths_are_kept_as_written_and_named_by_their_text(read: Read) -> None:
+    links = read("architecture.channels.nominal.links", [["a"], ["a", "b"], []])
+    assert links.texts == (("a",), ("a", "b"), ())
+    assert links.values == ("[a]", "[a, b]", "[]")
+    assert read("architecture.switch.latch", [True, False]).values == ("true", "false")
+    # 1 is no truth: what a file needs decides.
+    assert read("architecture.channels.nominal.parameters.confirm_hits", [1, 2]).values == (1, 2)
 
 
 @pytest.mark.parametrize(

@@ -69,6 +69,17 @@ def test_numbers_and_words_keep_their_type(load: Callable[..., OddFiles]) -> Non
     assert made.environment.illumination == "night"
 
 
+def test_lists_and_truths_are_written_as_they_stand(load: Callable[..., OddFiles]) -> None:
+    loaded = load().architectures["camera_radar"]
+    links = ("front_radar", "localisation")
+    latch = Change(("switch", "latch"), value=False, where=HERE)
+    made = Variants().of(loaded, (change("channels.nominal.links", links), latch))
+    assert made.channels["nominal"].links == links
+    assert made.switch.latch is False
+    with pytest.raises(SweepError, match=r"with switch.latch = 0: switch.latch: .*true or false"):
+        Variants().of(loaded, (change("switch.latch", 0),))
+
+
 def test_flaw_is_placed_at_the_axis_that_wrote_it(load: Callable[..., OddFiles]) -> None:
     loaded = load().architectures["camera_radar"]
     changes = (change("vehicle.mass", 2000), change("sensors.front_radar.range", "5 s", THERE))

@@ -1,0 +1,372 @@
+"""R7: every parameter of every sensor is varied from YAML, and what it stands for changes."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+import pytest
+
+from adeye.channels.clustering import Clustering
+from adeye.errors import SweepError
+from adeye.sensors.rig import BUILT_IN, Rig
+from adeye.signals import Floats, Measurement
+from adeye.spec import sensors as records
+from adeye.spec.quantity import Record
+from adeye.world.weather import MM_PER_HOUR
+from tests.project import CANDIDATE, MINI, Project
+from tests.sensors.scenes import CAR, TRUCK, scene, scene_context
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from adeye.sweep.case import TestCase
+
+pytestmark = pytest.mark.requirements
+
+TESTED = "architecture.sensors.tested"
+
+RECORDS: dict[str, type[Record]] = {
+    "camera": records.Camera,
+    "camera/physical": records.PhysicalCamera,
+    "radar": records.Radar,
+    "radar/physical": records.PhysicalRadar,
+    "lidar": records.Lidar,
+    "lidar/physical": records.PhysicalLidar,
+    "ultrasonic": records.Ultrasonic,
+    "gnss": records.Gnss,
+    "imu": records.Imu,
+    "localisation": records.Localisation,
+    "ground_truth": records.GroundTruth,
+}
+
+MOUNT = {"x": "1.5 m", "y": "0 m", "z": "1.3 m", "yaw": "0 deg", "pitch": "0 deg"}
+SEEING = {"mount": MOUNT, "field_of_view": "80 deg", "range": "100 m"}
+BASES: dict[str, dict[str, Any]] = {
+    "camera": SEEING | {"bearing_noise": "0.1 deg"},
+    "camera/physical": {
+        "mount": MOUNT,
+        "field_of_view": "80 deg",
+        "patches": {"dirt": {"column": 70, "row": 20, "columns": 30, "rows": 25}},
+    },
+    "radar": SEEING | {"bearing_noise": "0.1 deg"},
+    "radar/physical": SEEING,
+    "lidar": SEEING | {"bearing_noise": "0.1 deg"},
+    "lidar/physical": SEEING | {"layers": 4, "vertical_field_of_view": "4 deg"},
+    "ultrasonic": {"mount": MOUNT, "field_of_view": "60 deg", "range": "5 m"},
+    "gnss": {
+        "mount": MOUNT,
+        "position_noise": "0.5 m",
+        "bias": "1 m",
+        "outages": {"tunnel": {"begin": "0.5 s", "duration": "0.3 s"}},
+    },
+    "imu": {"mount": MOUNT, "yaw_rate_bias": "0.1 deg/s"},
+    "localisation": {},
+    "ground_truth": {},
+}
+"""A record of each model, beside its kind, fidelity and rate."""
+
+CLOCK: dict[str, list[Any]] = {
+    "rate": ["20 Hz", "10 Hz"],
+    "latency": ["0 s", "0.1 s"],
+    "jitter": ["0 s", "0.1 s"],
+}
+PAPERS: dict[str, list[Any]] = {
+    "cost": [10, 20],
+    "text": ["one maker", "another maker"],
+    "realises": ["front_camera", "front_radar"],
+}
+"""What is written about a sensor: no run depends on it."""
+PLACE: dict[str, list[Any]] = {
+    "mount.x": ["1.5 m", "2 m"],
+    "mount.y": ["0 m", "0.5 m"],
+    "mount.z": ["1.3 m", "1.6 m"],
+    "mount.yaw": ["0 deg", "30 deg"],
+    "mount.pitch": ["0 deg", "3 deg"],
+}
+VIEW: dict[str, list[Any]] = {"field_of_view": ["80 deg", "40 deg"], "range": ["100 m", "20 m"]}
+OBJECTS = VIEW | PLACE | {"min_visible": [0.0, 1.0], "bearing_noise": ["0 deg", "1 deg"]}
+
+AXES: dict[str, dict[str, list[Any]]] = {
+    "camera": OBJECTS | {"distance_noise": [0.0, 0.1], "night_range": [1.0, 0.1]},
+    "camera/physical": PLACE
+    | {
+        "field_of_view": ["80 deg", "40 deg"],
+        "columns": [160, 320],
+        "rows": [60, 120],
+        "min_pixel_height": [2, 12],
+        "min_pixel_width": [1, 12],
+        "contrast_threshold": [0.05, 0.5],
+        "noise": [0, 0.05],
+        "transmission": [1, 0.1],
+        "headlamps": [20_000, 0],
+        "patches.dirt.column": [70, 90],
+        "patches.dirt.row": [20, 40],
+        "patches.dirt.columns": [30, 5],
+        "patches.dirt.rows": [25, 2],
+        "patches.dirt.transmission": [0, 1],
+        "patches.dirt.noise": [0, 1],
+    },
+    "radar": OBJECTS | {"range_noise": ["0 m", "1 m"], "range_rate_noise": ["0 m/s", "1 m/s"]},
+    "radar/physical": VIEW
+    | PLACE
+    | {
+        "edge_loss": [3, 6],
+        "reference_cross_section": [10, 100],
+        "false_alarm_rate": [1e-6, 1e-5],
+        "range_resolution": ["0.5 m", "5 m"],
+        "bearing_resolution": ["2 deg", "10 deg"],
+        "range_rate_resolution": ["0.2 m/s", "2 m/s"],
+        "max_range_rate": ["80 m/s", "4 m/s"],
+        "elevation_beam": ["10 deg", "40 deg"],
+        "clutter": [0.2, 5],
+    },
+    "lidar": OBJECTS | {"range_noise": ["0 m", "1 m"], "reference_reflectivity": [0.9, 0.1]},
+    "lidar/physical": VIEW
+    | PLACE
+    | {
+        "beams": [900, 1800],
+        "layers": [4, 8],
+        "vertical_field_of_view": ["4 deg", "10 deg"],
+        "reference_reflectivity": [0.9, 0.1],
+        "range_noise": ["0 m", "0.1 m"],
+        "bearing_noise": ["0 deg", "0.1 deg"],
+        "drop_out": [0, 0.5],
+        "cluster_distance": ["1 m", "0.02 m"],
+        "min_points": [2, 40],
+    },
+    "ultrasonic": PLACE
+    | {
+        "field_of_view": ["60 deg", "10 deg"],
+        "range": ["5 m", "1 m"],
+        "blind_zone": ["0.2 m", "4 m"],
+        "range_noise": ["0 m", "0.1 m"],
+        "cross_talk": [False, True],
+    },
+    "gnss": PLACE
+    | {
+        "position_noise": ["0 m", "1 m"],
+        "bias": ["0 m", "1 m"],
+        "bias_time": ["1 s", "100 s"],
+        "speed_noise": ["0 m/s", "1 m/s"],
+        "outages.tunnel.begin": ["0.5 s", "1 s"],
+        "outages.tunnel.duration": ["0.3 s", "0.6 s"],
+    },
+    "imu": PLACE
+    | {
+        "acceleration_noise": ["0 m/s^2", "0.1 m/s^2"],
+        "acceleration_bias": ["0 m/s^2", "0.1 m/s^2"],
+        "yaw_rate_noise": ["0 deg/s", "0.1 deg/s"],
+        "yaw_rate_bias": ["0 deg/s", "0.2 deg/s"],
+        "bias_time": ["1 s", "100 s"],
+    },
+    "localisation": {
+        "lateral_noise": ["0 m", "0.1 m"],
+        "heading_noise": ["0 deg", "0.5 deg"],
+        "speed_noise": ["0 m/s", "0.1 m/s"],
+    },
+    "ground_truth": {},
+}
+"""Two values of each parameter, beside ``CLOCK`` and ``PAPERS``, which every sensor has."""
+
+PLAN_VIEW = frozenset({"mount.z", "mount.pitch"})
+WITHOUT_EFFECT: dict[str, frozenset[str]] = {
+    **dict.fromkeys(("camera", "radar", "radar/physical", "lidar", "ultrasonic"), PLAN_VIEW),
+    # A place has no direction, and the unit is taken to be aligned with the vehicle.
+    **dict.fromkeys(("gnss", "imu"), PLAN_VIEW | {"mount.yaw"}),
+}
+"""What stands in a record and is not looked at, as the record says."""
+
+
+def axes_of(model: str) -> dict[str, list[Any]]:
+    return AXES[model] | CLOCK | PAPERS
+
+
+def parameters_of(record: type[Record], prefix: str = "") -> Iterator[str]:
+    """Yield the dotted path of every number and word of a record; ``*`` for a name of the user."""
+    for name, field in record.model_fields.items():
+        path = f"{prefix}{name}"
+        kept = field.annotation
+        inner = [part for part in (kept, *get_args(kept)) if isinstance(part, type)]
+        nested = [part for part in inner if issubclass(part, Record)]
+        if not nested:
+            yield path
+        elif nested == [kept]:
+            yield from parameters_of(nested[0], f"{path}.")
+        else:
+            yield from parameters_of(nested[0], f"{path}.*.")
+
+
+def starred(path: str) -> str:
+    """Write ``*`` for the name that the user gives to a patch or an outage."""
+    head, *rest = path.split(".")
+    return ".".join([head, "*", *rest[1:]]) if head in {"patches", "outages"} else path
+
+
+def test_every_model_of_a_sensor_is_here() -> None:
+    assert RECORDS.keys() == BUILT_IN.keys() == AXES.keys() == BASES.keys()
+    sensors = [item for item in vars(records).values() if isinstance(item, type)]
+    written = {item for item in sensors if "kind" in getattr(item, "model_fields", {})}
+    assert written - {records.PluginSensor} == set(RECORDS.values())
+
+
+@pytest.mark.parametrize("model", RECORDS)
+def test_every_parameter_of_a_record_is_varied_here(model: str) -> None:
+    known = set(parameters_of(RECORDS[model])) - {"kind", "fidelity"}
+    assert {starred(path) for path in axes_of(model)} == known
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Return a function that plans all sweeps of a model: two test cases by each parameter."""
+
+    @cache
+    def make(model: str) -> dict[str, tuple[TestCase, TestCase]]:
+        project = project_of(tmp_path_factory.mktemp("sweep"), model)
+        found: dict[str, list[TestCase]] = {}
+        for case in project.plan().cases:
+            (axis,) = case.point
+            found.setdefault(axis.removeprefix(f"{TESTED}."), []).append(case)
+        return {path: (one, other) for path, (one, other) in found.items()}
+
+    return make
+
+
+def project_of(folder: Path, model: str) -> Project:
+    """One scenario for each parameter, which sweeps it; all in one plan."""
+    uses = [
+        {
+            "use": "cut_in",
+            "as": f"sweep_{number}",
+            "faults": ["none"],
+            "sweep": {"parameters": {f"{TESTED}.{path}": values}},
+        }
+        for number, (path, values) in enumerate(axes_of(model).items())
+    ]
+    architectures = ["architectures/camera_radar.yaml"]
+    project = Project(
+        folder / "project", MINI | {"scenarios": uses, "faults": [], "architectures": architectures}
+    )
+    kind, _, fidelity = model.partition("/")
+    words = {"kind": kind, "rate": "20 Hz"} | ({"fidelity": fidelity} if fidelity else {})
+    with project.edited(CANDIDATE) as candidate:
+        candidate["sensors"]["tested"] = words | BASES[model]
+        candidate["sensors"]["other_ultrasonic"] = {
+            "kind": "ultrasonic",
+            "mount": {"x": "2.2 m", "y": "0.4 m"},
+            "field_of_view": "60 deg",
+            "range": "5 m",
+            "rate": "20 Hz",
+        }
+    return project
+
+
+@pytest.mark.parametrize("model", RECORDS)
+def test_every_parameter_is_swept_from_yaml(model: str, planned: Any) -> None:
+    cases = planned(model)
+    assert cases.keys() == axes_of(model).keys()
+    for path, (one, other) in cases.items():
+        is_paper = path in PAPERS
+        assert (one.digest == other.digest) == is_paper, path
+        assert one.situation_digest == other.situation_digest, path
+        assert one.architecture.sensors["tested"] != other.architecture.sensors["tested"], path
+
+
+def readings(case: TestCase, ticks: int = 30) -> list[Measurement]:
+    """Let the sensors of a planned architecture watch one scene, in some rain, at dusk.
+
+    A car drives ahead and hides half of a truck, a parked car and a person come near, and a post
+    stays before the bumper of an ego that turns to the left.
+    """
+    sizes = [CAR, TRUCK, CAR, (0.5, 0.6, 1.75), (0.2, 0.2, 1.0)]
+    context = scene_context(
+        sizes,
+        kinds=["car", "truck", "parked_car", "pedestrian", "barrier"],
+        rain=5.0 * MM_PER_HOUR,
+        illuminance=1.0,
+    )
+    rig = Rig([case], context, Path())
+    spec = case.architecture.sensors["tested"]
+    clustering = None
+    if isinstance(spec, records.PhysicalLidar):
+        clustering = Clustering([spec], len(sizes))
+    found = []
+    for tick in range(ticks):
+        time = tick * context.step
+        ego = (12.0 * time, 0.3 * time, 0.1 * time, 12.0, 1.0, 0.0, 0.1)
+        things = [
+            (25.0 + 14.0 * time, 1.5, 0.0, 14.0),
+            (38.0 + 10.0 * time, 3.0, 0.0, 10.0),
+            (40.0, -6.0, 0.1, 0.0),
+            (25.0, 5.0 - 1.5 * time, -1.5, 1.5),
+            (12.0 * time + 4.0, 0.3 * time + 0.3, 0.0, 12.0),
+        ]
+        item = rig.sense(scene(context, things, ego=ego, tick=tick))["tested"]
+        found.append((item if clustering is None else clustering.detect(item)).copy())
+    return found
+
+
+def same(one: list[Measurement], other: list[Measurement]) -> bool:
+    return all(
+        _same(getattr(a, field.name), getattr(b, field.name))
+        for a, b in zip(one, other, strict=True)
+        for field in fields(Measurement)
+    )
+
+
+def _same(one: Floats | None, other: Floats | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+@pytest.mark.parametrize("model", RECORDS)
+def test_every_parameter_changes_what_the_sensor_reads(model: str, planned: Any) -> None:
+    idle = {
+        path
+        for path, (one, other) in planned(model).items()
+        if same(readings(one), readings(other))
+    }
+    assert idle == WITHOUT_EFFECT.get(model, frozenset()) | PAPERS.keys()
+
+
+def test_fidelity_is_swept_where_both_records_have_what_is_written(tmp_path: Path) -> None:
+    project = project_of(tmp_path, "radar/physical")
+    with project.edited_odd() as odd:
+        odd["scenarios"] = [
+            {
+                "use": "cut_in",
+                "faults": ["none"],
+                "sweep": {"parameters": {f"{TESTED}.fidelity": ["object", "physical"]}},
+            }
+        ]
+    one, other = project.plan().cases
+    assert isinstance(one.architecture.sensors["tested"], records.Radar)
+    assert isinstance(other.architecture.sensors["tested"], records.PhysicalRadar)
+    assert one.digest != other.digest
+
+
+@pytest.mark.parametrize(
+    ("path", "values", "said"),
+    [
+        ("range", ["5 s"], "is not a length"),
+        ("beams", [1], "beams: must be at least 2"),
+        ("mount.z", ["0.1 m"], "at least 0.2 m above the ground"),
+        ("kind", ["radar"], "cannot vary"),
+        ("bemas", [900], "no architecture has this path. There are: rate"),
+    ],
+)
+def test_value_that_is_none_is_refused_at_its_axis(
+    path: str, values: list[Any], said: str, tmp_path: Path
+) -> None:
+    project = project_of(tmp_path, "lidar/physical")
+    with project.edited_odd() as odd:
+        sweep = {"parameters": {f"{TESTED}.{path}": values}}
+        odd["scenarios"] = [{"use": "cut_in", "faults": ["none"], "sweep": sweep}]
+    with pytest.raises(SweepError) as caught:
+        list(project.plan().cases)
+    assert said in str(caught.value)
+    assert "tested.yaml:" in str(caught.value)
