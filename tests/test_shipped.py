@@ -219,7 +219,6 @@ def test_every_further_sensor_of_the_study_helps_or_does_no_harm(study: Executed
     assert {"FSR-01", "FSR-03", "FSR-04", "FSR-07", "FSR-08"} <= found[0]
     assert "FSR-07" in found[1]
     assert "FSR-07" not in found[2]
-    assert "FSR-08" in found[2]
     assert found[3] == found[4] == set()
 
 
