@@ -225,6 +225,8 @@ def _link(record: Any, beams: int, count: int, places: Floats, lists: Ints, belo
         for beam in range(beams):
             below[beam] = -1
     labels, first, layer = 0, 0, -1
+    # From there on, the returns before have one label.
+    alike = 0
     for place in range(count):
         beam = lists[_BEAM, place]
         if beam // beams != layer:
@@ -232,16 +234,31 @@ def _link(record: Any, beams: int, count: int, places: Floats, lists: Ints, belo
                 _close(record, first, place, places, lists)
             first, layer = place, beam // beams
         lists[_LABEL, place] = -1
-        for other in range(max(first, place - _NEIGHBOURS), place):
-            _join(record, place, other, places, lists)
+        _join_before(record, place, max(first, place - _NEIGHBOURS), alike, places, lists)
         if record["layers"] > 1.0:
             _join_below(record, place, beam - layer * beams, places, lists, below)
         if lists[_LABEL, place] < 0:
             lists[_LABEL, place] = lists[_PARENT, labels] = labels
             labels += 1
+        if place == first or lists[_LABEL, place] != lists[_LABEL, place - 1]:
+            alike = place
     if record["is_closed"] > 0.0:
         _close(record, first, count, places, lists)
     return labels
+
+
+@inlined
+def _join_before(
+    record: Any, place: int, begin: int, alike: int, places: Floats, lists: Ints
+) -> None:
+    """Compare a return with those before it, from one on; since ``alike`` all have one label."""
+    if begin == place:
+        return
+    _join(record, place, place - 1, places, lists)
+    # In the midst of an object, whoever has met the last one has met all before.
+    if alike > begin or lists[_LABEL, place] != lists[_LABEL, place - 1]:
+        for other in range(begin, place - 1):
+            _join(record, place, other, places, lists)
 
 
 @inlined

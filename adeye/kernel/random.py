@@ -32,6 +32,7 @@ __all__ = [
     "normal_pair",
     "normal_pairs",
     "normal_pairs_at",
+    "normal_pairs_of",
     "owner_id",
     "philox4x32",
     "uniform",
@@ -212,6 +213,31 @@ def normal_pairs_at(
     """
     for place in range(indices.shape[0]):
         first[place], second[place] = _normal_pair(stream_seed, owner, sample, indices[place])
+
+
+@compiled
+def normal_pairs_of(
+    stream_seeds: NDArray[np.uint64],
+    owner: np.uint64,
+    sample: int,
+    indices: NDArray[np.int64],
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+) -> None:
+    """Draw a ``normal_pair`` for each of many pairs of a situation and an index, likewise.
+
+    Args:
+        stream_seeds: (N,) of the situations.
+        owner: ``owner_id`` of the sensor instance or actor.
+        sample: Number of the owner's sample, 0 <= sample < 2**32.
+        indices: (N,) numbers of the draws within the sample, 0 <= index < 2**32.
+        first: (>= N,) first number of each pair, out.
+        second: (>= N,) second one, out.
+    """
+    for place in range(stream_seeds.shape[0]):
+        first[place], second[place] = _normal_pair(
+            stream_seeds[place], owner, sample, indices[place]
+        )
 
 
 @compiled

@@ -12,23 +12,26 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.kernel.components import GHOST
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.raster import (
-    NEAR,
-    NOTHING,
-    VIEW_COLUMN,
-    VIEW_COSINE,
-    VIEW_FOCAL,
-    VIEW_HEIGHT,
-    VIEW_PITCH_COSINE,
-    VIEW_PITCH_SINE,
-    VIEW_ROW,
-    VIEW_SINE,
-    VIEW_X,
-    VIEW_Y,
+from adeye.kernel.raster import NOTHING, VIEW_COLUMN, VIEW_FOCAL, VIEW_ROW
+from adeye.sensors.certainty import cosine_ahead, judge_box, judge_part
+from adeye.sensors.imaging import (
+    ABSENT,
+    EACH,
+    HIDDEN,
+    PART_BOTTOM,
+    PART_CLEAREST,
+    PART_DIMMEST,
+    PART_FARTHEST,
+    PART_FIRST,
+    PART_LAST,
+    PART_NEAREST,
+    PART_TOP,
+    PART_VARIANCE,
+    WHOLE,
+    Image,
 )
-from adeye.sensors.imaging import ABSENT, EACH, HIDDEN, WHOLE, Image
 from adeye.sensors.light import CONTRASTS, SHINE, beam, shown_contrast
-from adeye.sensors.noise import GREATEST, noise_of, skip
+from adeye.sensors.noise import noise_of, skip
 from adeye.world.weather import veil
 
 if TYPE_CHECKING:
@@ -49,8 +52,9 @@ if TYPE_CHECKING:
 ) = range(7)
 PATCH_WIDTH: Final = 7
 
-_SURE: Final = 1e-9
-"""Relative distance from the threshold within which each pixel is looked at on its own."""
+STRIP: Final = 8
+"""Columns in which the pixels of an object are judged together. Our choice: few enough that glare
+does not change much from side to side."""
 
 
 @compiled
@@ -88,7 +92,7 @@ def expose(  # noqa: PLR0913, PLR0917 - a kernel
     is_clear = True
     for thing in range(objects.shape[0]):
         if image.states[thing] != ABSENT:
-            image.states[thing] = _judge(
+            image.states[thing] = judge_box(
                 parameters, classes[thing], objects[thing], sizes[thing], image
             )
             is_clear &= image.states[thing] == WHOLE
@@ -99,20 +103,11 @@ def expose(  # noqa: PLR0913, PLR0917 - a kernel
         for patch in range(patches.shape[0]):
             begin = min(begin, max(first, int(patches[patch, PATCH_FIRST])))
             end = max(end, min(stop, int(patches[patch, PATCH_STOP])))
-    for column in range(begin, end):
-        top, bottom = _patched_rows(patches, column)
-        for row in range(image.span[column, 0], image.span[column, 1]):
-            thing = image.owner[column, row]
-            if thing == NOTHING:
-                continue
-            state = image.states[thing]
-            if state == EACH or top <= row < bottom:
-                kind = classes[thing]
-                image.owner[column, row] = _shown(
-                    parameters, patches, seed, owner, number, kind, thing, column, row, image
-                )
-            elif state == HIDDEN:
-                image.owner[column, row] = NOTHING
+    for left in range(begin, end, STRIP):
+        right = min(left + STRIP, end)
+        if _part(parameters, patches, classes, image, left, right):
+            for column in range(left, right):
+                _expose_column(parameters, patches, seed, owner, number, classes, image, column)
     return _add_ghosts(parameters, patches, seed, owner, number, image, first, stop)
 
 
@@ -128,70 +123,130 @@ def _patched_rows(patches: Floats, column: int) -> tuple[int, int]:
 
 
 @inlined
-def _nearer(cosine: float, sine: float, half_sine: float, half_cosine: float) -> float:
-    """Cosine of the least angle to a cone about a direction."""
-    return 1.0 if cosine >= half_cosine else cosine * half_cosine + sine * half_sine
+def _worst_patches(patches: Floats, column: int) -> tuple[float, float, float]:
+    """Return what patches on a column let pass, at least and at most, and their variance."""
+    dimmest, clearest, variance, count = 1.0, 0.0, 0.0, 0
+    for patch in range(patches.shape[0]):
+        if patches[patch, PATCH_FIRST] <= column < patches[patch, PATCH_STOP]:
+            dimmest = min(dimmest, patches[patch, PATCH_TRANSMISSION])
+            clearest = max(clearest, patches[patch, PATCH_TRANSMISSION])
+            variance = max(variance, patches[patch, PATCH_VARIANCE])
+            count += 1
+    # Between two of them there may be a gap.
+    return dimmest, clearest if count == 1 else 1.0, variance
 
 
 @inlined
-def _further(cosine: float, sine: float, half_sine: float, half_cosine: float) -> float:
-    """Cosine of the greatest angle to a cone about a direction."""
-    return -1.0 if cosine <= -half_cosine else cosine * half_cosine - sine * half_sine
+def _end_of_run(image: Image, column: int, row: int, limit: int) -> int:
+    """Return the row behind the last in a column that shows the same as a row, up to a limit."""
+    thing = image.owner[column, row]
+    end = row + 1
+    while end < limit and image.owner[column, end] == thing:
+        end += 1
+    return end
 
 
 @compiled
-def _judge(parameters: Any, kind: int, box: Floats, size: Floats, image: Image) -> int:
-    """Tell whether all pixels of an object are sure to show it or sure not to.
+def _part(
+    parameters: Any, patches: Floats, classes: Ints, image: Image, left: int, right: int
+) -> bool:
+    """Part what some columns show by object, under patches or not, and judge each part.
 
-    Contrast falls with the distance and the glare and grows with the light, so the best and the
-    worst of the three on a ball around the box bound it.
+    Args:
+        parameters: Record of the camera and the environment.
+        patches: (P, PATCH_WIDTH).
+        classes: (M,).
+        image: With the objects drawn; its parts are written.
+        left: First column.
+        right: Column behind the last.
+
+    Returns:
+        Whether any pixel is not sure to show its object.
     """
-    view = image.pinhole
-    x, y = box[0] - view[VIEW_X], box[1] - view[VIEW_Y]
-    z = 0.5 * size[2] - view[VIEW_HEIGHT]
-    centre = math.sqrt(x * x + y * y + z * z)
-    radius = 0.5 * math.sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2])
-    if not centre > radius:
-        return EACH
-    half_sine = radius / centre
-    half_cosine = math.sqrt(max(0.0, 1.0 - half_sine * half_sine))
-    near, far = max(NEAR, centre - radius), centre + radius
-    # Along the optical axis, to the right and down.
-    forward = view[VIEW_COSINE] * x + view[VIEW_SINE] * y
-    pitch_sine, pitch_cosine = view[VIEW_PITCH_SINE], view[VIEW_PITCH_COSINE]
-    along = (pitch_cosine * forward - pitch_sine * z) / centre
-    down = (-pitch_sine * forward - pitch_cosine * z) / centre
-    right = (view[VIEW_SINE] * x - view[VIEW_COSINE] * y) / centre
-    lit = _cosine_ahead(parameters, along, right, down)
-    lit_sine = math.sqrt(max(0.0, 1.0 - lit * lit))
-    ambient, lamps = parameters["illuminance"] + SHINE[kind], parameters["headlamps"]
-    most = ambient + beam(lamps, _nearer(lit, lit_sine, half_sine, half_cosine), near)
-    least = ambient + beam(lamps, _further(lit, lit_sine, half_sine, half_cosine), far)
-    weak = strong = 0.0
-    if image.sun[0] > 0.0:
-        sun = image.sun[1] * along + image.sun[2] * right + image.sun[3] * down
-        sun_sine = math.sqrt(max(0.0, 1.0 - sun * sun))
-        strong = veil(image.sun[0], _nearer(sun, sun_sine, half_sine, half_cosine))
-        weak = veil(image.sun[0], _further(sun, sun_sine, half_sine, half_cosine))
-    passed, extinction = CONTRASTS[kind] * parameters["transmission"], parameters["extinction"]
-    threshold, noise = parameters["threshold"], GREATEST * parameters["noise"]
-    best = shown_contrast(passed, near, extinction, most, weak) + noise
-    if best < (1.0 - _SURE) * contrast_threshold(threshold, most):
-        return HIDDEN
-    worst = shown_contrast(passed, far, extinction, least, strong) - noise
-    if worst >= (1.0 + _SURE) * contrast_threshold(threshold, least):
-        return WHOLE
-    return EACH
+    parts, states = image.parts, image.part_states
+    for number in range(parts.shape[0]):
+        states[number] = ABSENT
+    for column in range(left, right):
+        top, bottom = _patched_rows(patches, column)
+        row, stop = image.span[column, 0], image.span[column, 1]
+        while row < stop:
+            is_patched = top <= row < bottom
+            limit = min(stop, bottom if is_patched else (top if row < top else stop))
+            thing = image.owner[column, row]
+            end = _end_of_run(image, column, row, limit)
+            if thing != NOTHING:
+                number = 2 * thing + (1 if is_patched else 0)
+                if is_patched or image.states[thing] == EACH:
+                    _add_run(patches, image, number, column, row, end)
+                else:
+                    states[number] = image.states[thing]
+            row = end
+    is_sure = True
+    for number in range(parts.shape[0]):
+        if states[number] == EACH:
+            states[number] = judge_part(parameters, classes[number // 2], parts[number], image)
+        is_sure &= states[number] == ABSENT or states[number] == WHOLE
+    return not is_sure
 
 
 @inlined
-def _cosine_ahead(parameters: Any, along: float, right: float, down: float) -> float:
-    """Cosine of the angle between a unit vector in the camera and the ego's heading."""
-    return float(
-        parameters["ahead_along"] * along
-        + parameters["ahead_right"] * right
-        + parameters["ahead_down"] * down
-    )
+def _add_run(patches: Floats, image: Image, number: int, column: int, row: int, end: int) -> None:
+    """Add the pixels of a column from a row to the one before an end to a part."""
+    part = image.parts[number]
+    near = far = image.nearness[column, row]
+    for other in range(row + 1, end):
+        near = max(near, image.nearness[column, other])
+        far = min(far, image.nearness[column, other])
+    dimmest = clearest = 1.0
+    variance = 0.0
+    if number & 1:
+        dimmest, clearest, variance = _worst_patches(patches, column)
+    if image.part_states[number] == ABSENT:
+        image.part_states[number] = EACH
+        part[PART_FIRST], part[PART_TOP], part[PART_BOTTOM] = column, row, end - 1
+        part[PART_NEAREST], part[PART_FARTHEST] = near, far
+        part[PART_DIMMEST], part[PART_CLEAREST], part[PART_VARIANCE] = dimmest, clearest, variance
+    part[PART_LAST] = column
+    part[PART_TOP] = min(part[PART_TOP], row)
+    part[PART_BOTTOM] = max(part[PART_BOTTOM], end - 1)
+    part[PART_NEAREST] = max(part[PART_NEAREST], near)
+    part[PART_FARTHEST] = min(part[PART_FARTHEST], far)
+    part[PART_DIMMEST] = min(part[PART_DIMMEST], dimmest)
+    part[PART_CLEAREST] = max(part[PART_CLEAREST], clearest)
+    part[PART_VARIANCE] = max(part[PART_VARIANCE], variance)
+
+
+@inlined
+def _expose_column(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    patches: Floats,
+    seed: np.uint64,
+    owner: np.uint64,
+    number: int,
+    classes: Ints,
+    image: Image,
+    column: int,
+) -> None:
+    """Take from a column what is not seen, once its parts are judged."""
+    top, bottom = _patched_rows(patches, column)
+    row, stop = image.span[column, 0], image.span[column, 1]
+    while row < stop:
+        is_patched = top <= row < bottom
+        limit = min(stop, bottom if is_patched else (top if row < top else stop))
+        thing = image.owner[column, row]
+        end = _end_of_run(image, column, row, limit)
+        if thing != NOTHING:
+            state = image.part_states[2 * thing + (1 if is_patched else 0)]
+            if state == HIDDEN:
+                for pixel in range(row, end):
+                    image.owner[column, pixel] = NOTHING
+            elif state == EACH:
+                kind = classes[thing]
+                for pixel in range(row, end):
+                    image.owner[column, pixel] = _shown(
+                        parameters, patches, seed, owner, number, kind, thing, column, pixel, image
+                    )
+        row = end
 
 
 @inlined
@@ -213,7 +268,7 @@ def contrast_at(
     down = (row + view[VIEW_ROW]) / view[VIEW_FOCAL]
     length = math.sqrt(1.0 + right * right + down * down)
     distance = length / image.nearness[column, row]
-    lit = _cosine_ahead(parameters, 1.0, right, down) / length
+    lit = cosine_ahead(parameters, 1.0, right, down) / length
     illuminance = parameters["illuminance"] + SHINE[kind]
     illuminance += beam(parameters["headlamps"], lit, distance)
     veiling = 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,20 @@ from adeye.kernel.raster import (
 from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, Floats, Ints
 from adeye.world.weather import SUN_ILLUMINANCE
 
+# Columns of a part of an image: pixels of one object in a few columns, under patches or not.
+(
+    PART_FIRST,  # its rectangle: first column and last, first row and last
+    PART_LAST,
+    PART_TOP,
+    PART_BOTTOM,
+    PART_NEAREST,  # greatest and least inverse depth [1/m]
+    PART_FARTHEST,
+    PART_DIMMEST,  # least and greatest share of the contrast that the patches on it let pass
+    PART_CLEAREST,
+    PART_VARIANCE,  # greatest variance of the patches' noise
+) = range(9)
+PART_WIDTH: Final = 9
+
 # What of an object is shown: nothing is drawn, no pixel, each pixel on its own, every pixel.
 ABSENT, HIDDEN, EACH, WHOLE = range(4)
 
@@ -44,6 +58,9 @@ class Image(NamedTuple):
         sun: (4,) illuminance by the sun on the lens [lx]; unit vector to it along the optical axis,
             to the right and down in the image.
         states: (M,) what of each object is shown.
+        parts: (2 M, PART_WIDTH) what is judged together of a few columns, see ``PART_FIRST``: of
+            each object first the pixels outside of patches, then those under one.
+        part_states: (2 M,) what of each part is shown.
     """
 
     nearness: Floats
@@ -53,6 +70,8 @@ class Image(NamedTuple):
     pinhole: Floats
     sun: Floats
     states: Ints
+    parts: Floats
+    part_states: Ints
 
 
 def empty_image(columns: int, rows: int, objects: int) -> Image:
@@ -73,6 +92,8 @@ def empty_image(columns: int, rows: int, objects: int) -> Image:
         pinhole=np.zeros(VIEW_WIDTH),
         sun=np.zeros(4),
         states=np.zeros(objects, dtype=np.int64),
+        parts=np.zeros((2 * objects, PART_WIDTH)),
+        part_states=np.zeros(2 * objects, dtype=np.int64),
     )
 
 

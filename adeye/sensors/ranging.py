@@ -9,7 +9,6 @@ import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.random import normal, normal_pair
 from adeye.kernel.sight import (
     COSINE,
     DISTANCE,
@@ -24,16 +23,21 @@ from adeye.kernel.sight import (
     sight,
     visible_share,
 )
-from adeye.sensors.delivery import Delivery, clear, insert, no_measurement, sample_at
+from adeye.sensors.delivery import Delivery, no_measurement, sample_at
+from adeye.sensors.measuring import (
+    BLOCK,
+    SEEN_DISTANCE,
+    SEEN_RATE,
+    SEEN_X,
+    SEEN_Y,
+    Seen,
+    draw_noise,
+    memory_for,
+    name,
+    write,
+)
 from adeye.sensors.reach import CAMERA, LIDAR, RADAR, fill_reach, reach_in_glare
 from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
     EGO_HEADING,
     EGO_SPEED,
     EGO_X,
@@ -57,8 +61,6 @@ if TYPE_CHECKING:
 _KINDS = {"camera": CAMERA, "radar": RADAR, "lidar": LIDAR}
 _NOISES = ("bearing_noise", "distance_noise", "range_noise", "range_rate_noise")
 _OPTIONAL = {**dict.fromkeys(_NOISES, 0.0), "night_range": 1.0, "reference_reflectivity": 1.0}
-DRAWS = 2
-"""Pairs of random numbers per object and sample: distance and bearing, range rate."""
 
 
 class RangingSensor:
@@ -86,7 +88,7 @@ class RangingSensor:
         fill_reach(self._kind, self._parameters, scene.object_reflectivity, self._reach)
         self._pieces: Floats = np.zeros((self._objects, 2))
         self._looks: Floats = np.zeros((self._objects, OUTLINE_WIDTH))
-        self._found: Floats = np.zeros((self._objects, 3))
+        self._seen = memory_for(self._objects)
         self._order: Ints = np.zeros(self._objects, dtype=np.int64)
         self._sample_number = 0
         first = no_measurement(scene.runs, self._objects, with_estimate=False)
@@ -115,7 +117,7 @@ class RangingSensor:
             self._reach,
             self._pieces,
             self._looks,
-            self._found,
+            self._seen,
             self._order,
             sample.mask,
             sample.detections,
@@ -157,88 +159,87 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
     reach: Floats,
     pieces: Floats,
     looks: Floats,
-    found: Floats,
+    seen: Seen,
     order: Ints,
     mask: Bools,
     detections: Floats,
     source: Ints,
 ) -> None:
-    """Sample every run of a batch: empty where it has ended, else a call of ``_sample_run``."""
-    for run in range(ego.shape[0]):
-        if not running[run]:
-            clear(mask[run], detections[run], source[run], 0)
-            continue
-        _sample_run(
-            kind,
-            parameters[run],
-            seeds[run],
-            owner,
-            number,
-            ego[run],
-            objects[run],
-            sizes[run],
-            classes,
-            reach[run],
-            pieces,
-            looks,
-            found,
-            order,
-            mask[run],
-            detections[run],
-            source[run],
-        )
-
-
-@inlined
-def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
-    kind: int,
-    parameters: Any,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    classes: Ints,
-    reach: Floats,
-    pieces: Floats,
-    looks: Floats,
-    found: Floats,
-    order: Ints,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
-) -> None:
-    """Detect the objects of one run and pack them by increasing distance.
+    """Detect the objects of each run and pack them by increasing distance; none where it has ended.
 
     What is measured is the centre of a box; its noise is drawn by sensor, sample and object.
 
     Args:
         kind: CAMERA, RADAR or LIDAR.
-        parameters: Record of the sensor's parameters and the weather.
-        seed: Stream seed of the run.
+        parameters: (B,) records of the sensor's parameters and the weather.
+        seeds: (B,) stream seeds.
         owner: Owner number of the sensor.
         number: Number of the sample.
-        ego: (7,) state.
-        objects: (M, 5) states.
-        sizes: (M, 3).
+        ego: (B, 7) states.
+        objects: (B, M, 5) states.
+        sizes: (B, M, 3).
         classes: (M,).
-        reach: (M,) how near each object must be [m].
+        running: (B,).
+        reach: (B, M) how near each object must be [m].
         pieces: (M, 2) scratch.
         looks: (M, OUTLINE_WIDTH) scratch.
-        found: (M, 3) scratch: place in the vehicle frame and range rate of each.
-        order: (M,) scratch: who is detected, in order.
-        mask: (M,) out.
-        detections: (M, 7) out.
-        source: (M,) out.
+        seen: Scratch.
+        order: (M,) scratch: what a run sees, in order.
+        mask: (B, M) out.
+        detections: (B, M, 7) out.
+        source: (B, M) out.
+    """
+    runs = ego.shape[0]
+    for begin in range(0, runs, BLOCK):
+        stop = min(begin + BLOCK, runs)
+        count = 0
+        for run in range(begin, stop):
+            if running[run]:
+                count = _look(
+                    kind, parameters[run], seeds[run], ego[run], objects[run], sizes[run],
+                    reach[run], pieces, looks, seen, run - begin, count,
+                )  # fmt: skip
+            seen.ends[run - begin] = count
+        draw_noise(kind, seen, count, owner, number)
+        first = 0
+        for run in range(begin, stop):
+            write(
+                kind, parameters[run], ego[run], sizes[run], classes, seen, run - begin, first,
+                order, mask[run], detections[run], source[run],
+            )  # fmt: skip
+            first = seen.ends[run - begin]
+
+
+@inlined
+def _look(  # noqa: PLR0913, PLR0917 - a kernel
+    kind: int,
+    parameters: Any,
+    seed: np.uint64,
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    reach: Floats,
+    pieces: Floats,
+    looks: Floats,
+    seen: Seen,
+    row: int,
+    count: int,
+) -> int:
+    """Note what one run of a block sees, without noise, behind the items before.
+
+    Args: as of ``_sample_batch``, of one run.
+
+    Returns:
+        Number of items.
     """
     s, c = sin_cos(ego[EGO_HEADING])
     sensor_x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
     sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
+    pose = seen.poses[row]
+    pose[0], pose[1], pose[2], pose[3] = c, s, sensor_x, sensor_y
     ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
     for thing in range(objects.shape[0]):
         sight(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
-    count = 0
     is_glared = kind == CAMERA and parameters["sun_elevation"] >= 0.0
     for thing in range(objects.shape[0]):
         left = reach[thing]
@@ -246,39 +247,18 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
             left = reach_in_glare(parameters, left, looks[thing])
         if not _is_seen(parameters, left, ahead_x, ahead_y, thing, objects, sizes, looks, pieces):
             continue
-        x, y, rate = _measure(
-            kind,
-            parameters,
-            seed,
-            owner,
-            number,
-            thing,
-            ego[EGO_SPEED],
-            c,
-            s,
-            objects[thing],
-            looks[thing],
-            sensor_x,
-            sensor_y,
-        )
-        dx, dy = x - ego[EGO_X], y - ego[EGO_Y]
-        found[thing, 0] = c * dx + s * dy
-        found[thing, 1] = -s * dx + c * dy
-        found[thing, 2] = rate
-        insert(order, found, count, thing, dx * dx + dy * dy)
+        look, item = looks[thing], seen.items[count]
+        distance = look[DISTANCE]
+        # The line of sight as a unit vector: no angle is needed.
+        ux, uy = (look[DX] / distance, look[DY] / distance) if distance > 0.0 else (c, s)
+        rate = 0.0
+        if kind == RADAR and distance > 0.0:
+            rate = objects[thing, OBJECT_SPEED] * (look[COSINE] * ux + look[SINE] * uy)
+            rate -= ego[EGO_SPEED] * (c * ux + s * uy)
+        item[SEEN_X], item[SEEN_Y], item[SEEN_DISTANCE], item[SEEN_RATE] = ux, uy, distance, rate
+        name(seen, count, seed, thing)
         count += 1
-    for row in range(count):
-        thing = order[row]
-        mask[row] = True
-        source[row] = thing
-        detections[row, DETECTION_X] = found[thing, 0]
-        detections[row, DETECTION_Y] = found[thing, 1]
-        detections[row, DETECTION_RANGE_RATE] = found[thing, 2]
-        detections[row, DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
-        detections[row, DETECTION_LENGTH] = sizes[thing, 0]
-        detections[row, DETECTION_WIDTH] = sizes[thing, 1]
-        detections[row, DETECTION_CLASS] = classes[thing]
-    clear(mask, detections, source, count)
+    return count
 
 
 @inlined
@@ -332,44 +312,3 @@ def _is_in_view(parameters: Any, ahead_x: float, ahead_y: float, look: Floats) -
     inside = max(0.0, min(left, half) - max(right, -half))
     inside += max(0.0, min(left - 2.0 * math.pi, half) - max(right - 2.0 * math.pi, -half))
     return not (extent > 0.0 and inside < parameters["min_visible"] * extent)
-
-
-@inlined
-def _measure(  # noqa: PLR0913, PLR0917 - a kernel
-    kind: int,
-    parameters: Any,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
-    thing: int,
-    ego_speed: float,
-    cosine: float,
-    sine: float,
-    target: Floats,
-    look: Floats,
-    sensor_x: float,
-    sensor_y: float,
-) -> tuple[float, float, float]:
-    """Measured place of a box centre in the map [m] and, for a radar, its range rate [m/s]."""
-    distance = look[DISTANCE]
-    # The line of sight as a unit vector: no angle is needed.
-    ux, uy = (look[DX] / distance, look[DY] / distance) if distance > 0.0 else (cosine, sine)
-    if kind == CAMERA:
-        # Distance from the height in the image: its error grows with the distance squared.
-        sigma = parameters["distance_noise"] * distance * distance / parameters["range"]
-    else:
-        sigma = parameters["range_noise"]
-    first = DRAWS * thing
-    rate = 0.0
-    if kind == RADAR and distance > 0.0:
-        rate = target[OBJECT_SPEED] * (look[COSINE] * ux + look[SINE] * uy)
-        rate -= ego_speed * (cosine * ux + sine * uy)
-        if parameters["range_rate_noise"] > 0.0:
-            rate += parameters["range_rate_noise"] * normal(seed, owner, number, first + 1)
-    bearing_noise = parameters["bearing_noise"]
-    if sigma > 0.0 or bearing_noise > 0.0:
-        along, aside = normal_pair(seed, owner, number, first)
-        distance = max(0.0, distance + sigma * along)
-        s, c = sin_cos(bearing_noise * aside)
-        ux, uy = c * ux - s * uy, s * ux + c * uy
-    return sensor_x + distance * ux, sensor_y + distance * uy, rate

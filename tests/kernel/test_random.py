@@ -11,6 +11,7 @@ from adeye.kernel.random import (
     normal_pair,
     normal_pairs,
     normal_pairs_at,
+    normal_pairs_of,
     owner_id,
     philox4x32,
     uniform,
@@ -123,6 +124,18 @@ def test_many_pairs_of_one_sample_are_the_single_ones_bit_for_bit(count: int) ->
     first, second = np.full(count + 1, 9.0), np.full(count + 1, 9.0)
     normal_pairs_at(SEED, OWNER, 2**32 - 1, indices, first[:count], second[:count])
     single = [normal_pair(SEED, OWNER, 2**32 - 1, int(index)) for index in indices]
+    assert list(zip(first[:count], second[:count], strict=True)) == single
+    assert (first[count], second[count]) == (9.0, 9.0)
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 1003])
+def test_many_pairs_of_seeds_and_indices_are_the_single_ones_bit_for_bit(count: int) -> None:
+    seeds = SEED + np.arange(count, dtype=np.uint64) * OWNER
+    indices = (np.arange(count, dtype=np.int64) * 0x9E3779B1) % 2**32
+    first, second = np.full(count + 1, 9.0), np.full(count + 1, 9.0)
+    normal_pairs_of(seeds, OWNER, 2**32 - 1, indices, first[:count], second[:count])
+    pairs = zip(seeds, indices, strict=True)
+    single = [normal_pair(seed, OWNER, 2**32 - 1, int(index)) for seed, index in pairs]
     assert list(zip(first[:count], second[:count], strict=True)) == single
     assert (first[count], second[count]) == (9.0, 9.0)
 

@@ -1,0 +1,79 @@
+"""Noise of object-level sensors: the same draws, whoever stands beside a run in its block."""
+
+import numpy as np
+import pytest
+
+from adeye.kernel.random import normal_pair
+from adeye.sensors.measuring import (
+    BLOCK,
+    DRAWS,
+    SEEN_DISTANCE,
+    SEEN_RATE,
+    SEEN_X,
+    SEEN_Y,
+    Seen,
+    draw_noise,
+    memory_for,
+    name,
+    write,
+)
+from adeye.sensors.reach import CAMERA, LIDAR, RADAR
+from adeye.signals import parameter_record
+
+OWNER = np.uint64(7)
+NUMBER = 3
+
+
+def drawn(kind: int, wanted: list[tuple[int, int]]) -> Seen:
+    """Draw for some pairs of a seed and an object."""
+    seen = memory_for(4)
+    for item, (seed, thing) in enumerate(wanted):
+        name(seen, item, np.uint64(seed), thing)
+    draw_noise(kind, seen, len(wanted), OWNER, NUMBER)
+    return seen
+
+
+def test_each_item_has_the_draws_of_its_run_and_its_object() -> None:
+    wanted = [(seed, thing) for seed in (5, 9, 2**60) for thing in (0, 2, 3)]
+    seen = drawn(RADAR, wanted)
+    for item, (seed, thing) in enumerate(wanted):
+        for draw in range(DRAWS):
+            pair = normal_pair(np.uint64(seed), OWNER, NUMBER, DRAWS * thing + draw)
+            assert tuple(seen.noise[2 * draw : 2 * draw + 2, item]) == pair
+
+
+def test_only_a_radar_draws_for_the_range_rate() -> None:
+    assert not drawn(CAMERA, [(5, 1)]).noise[2:].any()
+    assert drawn(RADAR, [(5, 1)]).noise[2:].any()
+
+
+def test_there_is_room_for_every_object_of_a_block() -> None:
+    assert memory_for(4).items.shape[0] == 4 * BLOCK
+
+
+@pytest.mark.parametrize(("kind", "sigma"), [(LIDAR, 0.5), (CAMERA, 0.5 * 20.0 * 20.0 / 100.0)])
+def test_place_is_off_along_the_line_of_sight_by_its_draw(kind: int, sigma: float) -> None:
+    seen = drawn(kind, [(5, 1), (5, 0)])
+    # Object 1 stands 20 m ahead, object 0 10 m to the left.
+    for item, values in enumerate([(1.0, 0.0, 20.0, 0.0), (0.0, 1.0, 10.0, 0.0)]):
+        columns = [SEEN_X, SEEN_Y, SEEN_DISTANCE, SEEN_RATE]
+        seen.items[item, columns] = values
+    seen.poses[0] = 1.0, 0.0, 100.0, 50.0
+    seen.ends[0] = 2
+    names = ("distance_noise", "range_noise", "range_rate_noise", "bearing_noise", "range")
+    record = parameter_record(
+        {key: np.array([value]) for key, value in zip(names, (0.5, 0.5, 0, 0, 100), strict=True)}
+    )
+    ego = np.array([98.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    mask, detections = np.zeros(4, dtype=np.bool_), np.zeros((4, 7))
+    source, order = np.zeros(4, dtype=np.int64), np.zeros(4, dtype=np.int64)
+    sizes, classes = np.ones((4, 3)), np.zeros(4, dtype=np.int64)
+    write(
+        kind, record[0], ego, sizes, classes, seen, 0, 0, order, mask, detections, source
+    )  # fmt: skip
+    # The nearer one comes first.
+    assert source.tolist() == [0, 1, -1, -1]
+    assert mask.tolist() == [True, True, False, False]
+    assert detections[1, 0] == pytest.approx(22.0 + sigma * seen.noise[0, 0])
+    assert detections[1, 1] == pytest.approx(0.0)
+    assert detections[0, 0] == pytest.approx(2.0)
