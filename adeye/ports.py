@@ -91,8 +91,10 @@ class ChannelContext:
         period: Time between two of its ticks [s].
         shows_candidates: Whether somebody looks at what a command tells for pictures; otherwise a
             channel may leave that out, which saves time and changes nothing else.
-        data_sheets: What the data sheet of each linked ``gnss`` and ``imu`` says, by id: columns
-            (B,) by field, the rate and the deviations of noise and bias.
+        data_sheets: What the data sheet of each linked sensor says that has one, by id: columns
+            (B,) by field, see ``sensors.rig.DATA_SHEETS``.
+        models: What makes the samples of each linked sensor, by id: its kind with its fidelity, see
+            ``spec.sensors.model_name``; where it is missing, its kind.
     """
 
     channel_id: str
@@ -107,6 +109,7 @@ class ChannelContext:
     period: float
     shows_candidates: bool = True
     data_sheets: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
+    models: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:

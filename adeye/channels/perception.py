@@ -47,7 +47,7 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
     segments: Floats,
     estimate: Floats,
     estimate_stamp: Floats,
-    kinds: Ints,
+    accuracy: Floats,
     mounts: Floats,
     stamps: tuple[Floats, ...],
     masks: tuple[Bools, ...],
@@ -76,7 +76,7 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
         segments: (B, K, 5) reference line of the road.
         estimate: (B, 13) newest ego estimate.
         estimate_stamp: (B,) its time [s], -1 before the first.
-        kinds: (S,) index into ``SENSOR_KINDS``.
+        accuracy: (B, S, ACCURACY_WIDTH) what is assumed of each sensor.
         mounts: (B, S, 2) x, y [m].
         stamps: Time of each sensor's newest sample (B,) [s], see ``sight.Sight``.
         masks: Which detections are in it (B, M).
@@ -101,7 +101,7 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
     for run in range(begin, stop):
         if running[run]:
             _predict(records[run], time, pose[run], tracks[run], notes[run])
-    for sensor in range(kinds.shape[0]):
+    for sensor in range(mounts.shape[1]):
         stamp, mask, rows = stamps[sensor], masks[sensor], detections[sensor]
         for run in range(begin, stop):
             if running[run] and notes[run, NOTE_END] >= 0.0 and stamp[run] > used[run, sensor]:
@@ -110,7 +110,7 @@ def perceive(  # noqa: PLR0913, PLR0917 - a kernel
                     records[run],
                     time,
                     sensor,
-                    kinds[sensor],
+                    accuracy[run, sensor],
                     mounts[run, sensor],
                     stamp[run],
                     mask[run],
@@ -154,7 +154,7 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     time: float,
     sensor: int,
-    kind: int,
+    accuracy: Floats,
     mount: Floats,
     stamp: float,
     mask: Bools,
@@ -180,7 +180,7 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
             note[NOTE_MOTION + 2],
             note[NOTE_MOTION + 3],
         ),
-        kind,
+        accuracy,
         mount[0],
         mount[1],
         mask,

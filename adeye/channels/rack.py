@@ -12,7 +12,7 @@ from adeye.ports import ChannelContext, ControlChannel
 from adeye.sensors.rig import data_sheets, mounts
 from adeye.signals import Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.spec.clock import period_ticks, ticks
-from adeye.spec.sensors import PhysicalLidar
+from adeye.spec.sensors import PhysicalLidar, model_name
 from adeye.world.compile import ego_desired_speeds
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ class ChannelRack:
         sheets = data_sheets(cases)
         self._runs = len(cases)
         kinds = {name: sensor.kind for name, sensor in architecture.sensors.items()}
+        models = {name: model_name(sensor) for name, sensor in architecture.sensors.items()}
         desired = ego_desired_speeds(cases)
         self._links: dict[str, tuple[str, ...]] = {}
         self._clocked: dict[str, ClockedChannel] = {}
@@ -72,6 +73,7 @@ class ChannelRack:
                     # A plug-in sees no difference, so it cannot make one.
                     shows_candidates=drawn or spec.kind not in BUILT_IN,
                     data_sheets={link: sheets[link] for link in spec.links if link in sheets},
+                    models={link: models[link] for link in spec.links if link in models},
                 )
             )
             self._links[name] = spec.links

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.channels.accuracy import assumed_accuracy
 from adeye.channels.localisation import Localiser
-from adeye.channels.tracking import SENSOR_KINDS
 from adeye.signals import (
     DETECTION_COLUMNS,
     ESTIMATE_COLUMNS,
@@ -40,7 +40,7 @@ class Sight:
     They are looked at during the tick only, because a sensor may write to its arrays at the next.
 
     Attributes:
-        kinds: (S,) index into ``SENSOR_KINDS``, of the sensors that may detect something.
+        accuracy: (B, S, ACCURACY_WIDTH) what is assumed of the sensors that may detect something.
         mounts: (B, S, 2) x, y of these sensors in the vehicle frame [m].
         stamps: Time of the newest sample (B,) [s], -1 before the first; by sensor, and so are the
             next two. The slots beyond the S sensors are not to be read.
@@ -59,17 +59,13 @@ class Sight:
         """Prepare for the runs of a batch.
 
         Args:
-            context: Gives the linked sensors, their kinds and mounts.
+            context: Gives the linked sensors, their kinds, data sheets and mounts.
         """
         self._ids = tuple(link for link in context.links if link in context.sensors)
         # What knows the ego only has never seen anything, so nobody need look.
         self._seeing = tuple(name for name in self._ids if context.sensors[name] not in _BLIND)
         runs, sensors = context.runs, len(self._seeing)
-        known = {kind: index for index, kind in enumerate(SENSOR_KINDS)}
-        self.kinds: Ints = np.array(
-            [known.get(context.sensors[name], known["camera"]) for name in self._seeing],
-            dtype=np.int64,
-        )
+        self.accuracy: Floats = assumed_accuracy(context, self._seeing)
         self.mounts: Floats = np.zeros((runs, sensors, 2))
         for index, name in enumerate(self._seeing):
             if name in context.mounts:

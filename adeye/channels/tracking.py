@@ -1,8 +1,8 @@
 """From detections of several sensors to tracks: association, filter, confirmation, coasting.
 
 Tracks live in the vehicle frame of the channel's tick, with velocities relative to the ground. Each
-axis has a filter of its own for place and velocity; coupling between the axes is left out, which
-is exact straight ahead, where it matters. A sample is old when it arrives: a track is compared
+has a filter, see ``filtering``; that the frame turns is left out of its covariances, because new
+samples come sooner than a turn matters. A sample is old when it arrives: a track is compared
 with it at the sample's time, from where the ego has been carried on since.
 """
 
@@ -13,7 +13,9 @@ from typing import Final
 
 import numpy as np
 
+from adeye.channels.accuracy import RATE, assumed_noise
 from adeye.channels.confirmation import CONFIRM_SENSOR, count_hit, count_misses
+from adeye.channels.filtering import forget_motion, grow, learn, read_belief, write_belief
 from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED
 from adeye.channels.tracks import (
     BEHIND,
@@ -22,8 +24,6 @@ from adeye.channels.tracks import (
     TRACK_BEGUN_BY,
     TRACK_BRAKING,
     TRACK_CLASS,
-    TRACK_COV_X,
-    TRACK_COV_Y,
     TRACK_HITS,
     TRACK_LAST_VX,
     TRACK_LENGTH,
@@ -58,27 +58,6 @@ from adeye.signals import (
     Ints,
 )
 
-SENSOR_KINDS: Final = ("ground_truth", "lidar", "radar", "camera", "ultrasonic")
-"""Kinds that have a row in the table of assumed noise; every other sensor takes the camera's."""
-
-# Standard deviations that a channel assumes: along the line of sight constant [m] and growing with
-# the distance squared [1/m]; across constant [m] and growing with the distance; of the range rate
-# [m/s]. Our choice, of the order of data sheets.
-_NOISE: Final = np.array(
-    [
-        [0.02, 0.0, 0.02, 0.0, 0.05],
-        [0.15, 0.0, 0.10, 0.002, 0.0],
-        [0.50, 0.0, 0.20, 0.010, 0.25],
-        [0.30, 3e-4, 0.10, 0.003, 0.0],
-        [0.10, 0.0, 0.50, 0.100, 0.0],
-    ]
-)
-_FREEDOM_X: Final = 10.0
-_FREEDOM_Y: Final = 0.5
-"""Spectral density of the unknown acceleration of a track [m²/s³]: within one second its velocity
-changes by 3.2 m/s along and 0.7 m/s across with one standard deviation, hard braking and quick
-lane changes by two to three of them. Our choice."""
-
 _PRIOR_VX: Final = 15.0
 _PRIOR_VY: Final = 5.0
 """Standard deviation of the velocity of a new track, whose mean is standing [m/s]. Our choice."""
@@ -88,6 +67,9 @@ _NEAR_ASIDE: Final = 2.5
 _SLOW: Final = 3.0
 """Where a track outlives coasting: centre ahead and aside [m], ego speed [m/s]. Our choice: at 8 m
 to its centre the rear of a car of 2 m reaches 16 degrees to each side of a sensor in the grille."""
+
+_HIDDEN_SPEED: Final = 1.0
+"""Standard deviation of the velocity of such a track, which is taken to stand [m/s]. Our choice."""
 
 _SURE_SPEED: Final = 1.0
 """Variance of the speed from which its change is an acceleration, not noise [m²/s²]: ground truth
@@ -141,15 +123,12 @@ def predict_tracks(
         track[TRACK_BRAKING] = braking
         track[TRACK_VX] = track[TRACK_LAST_VX] = cosine * vx + sine * vy
         track[TRACK_VY] = -sine * vx + cosine * vy
-        _grow(track, TRACK_VAR_X, period, _FREEDOM_X)
-        _grow(track, TRACK_VAR_Y, period, _FREEDOM_Y)
+        grow(track, period)
         if time - track[TRACK_SEEN] > coast + 1e-9:
             if not _is_hidden_near(track, pose):
                 track[TRACK_HITS] = 0.0
                 continue
-            track[TRACK_VX] = track[TRACK_VY] = 0.0
-            track[TRACK_COV_X] = track[TRACK_COV_Y] = 0.0
-            track[TRACK_VAR_VX] = track[TRACK_VAR_VY] = 1.0
+            forget_motion(track, _HIDDEN_SPEED * _HIDDEN_SPEED)
         end = row + 1
     return end
 
@@ -176,15 +155,6 @@ def _is_hidden_near(track: Floats, pose: Floats) -> bool:
 
 
 @inlined
-def _grow(track: Floats, column: int, period: float, freedom: float) -> None:
-    """Let the uncertainty of one axis grow over a period (white acceleration)."""
-    var, cov, rate = track[column], track[column + 1], track[column + 2]
-    track[column] = var + period * (2.0 * cov + period * (rate + period * freedom / 3.0))
-    track[column + 1] = cov + period * (rate + 0.5 * period * freedom)
-    track[column + 2] = rate + period * freedom
-
-
-@inlined
 def drop_tentative(tracks: Floats, end: int, time: float, confirm_hits: float) -> None:
     """Free tracks that are not confirmed and have not been seen lately.
 
@@ -206,7 +176,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     end: int,
     pose: Floats,
     motion: tuple[float, float, float, float],
-    kind: int,
+    accuracy: Floats,
     mount_x: float,
     mount_y: float,
     mask: Bools,
@@ -226,7 +196,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         end: Of the tracks.
         pose: (POSE_WIDTH,) of the ego now.
         motion: Of the vehicle frame since the sample, see ``tracks.carried_by``.
-        kind: Index into ``SENSOR_KINDS``.
+        accuracy: (ACCURACY_WIDTH,) what is assumed of the sensor.
         mount_x: Of the sensor in the vehicle frame [m].
         mount_y: [m].
         mask: (M,) which detections are there.
@@ -279,26 +249,12 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
             tracks[place, TRACK_BEGUN_BY] = confirm[CONFIRM_SENSOR]
         is_known = False
         track = tracks[place]
-        _correct(track, detections[row], x, y, mount_x, mount_y, speed, kind, age)
+        _correct(track, detections[row], x, y, mount_x, mount_y, speed, accuracy, age)
         # When it arrived, not when it was made: a late sensor has not lost the object.
         track[TRACK_SEEN] = stamp + age
         count_hit(track, confirm)
     count_misses(tracks, end, confirm)
     return end
-
-
-@inlined
-def _noise(kind: int, ux: float, uy: float, distance: float) -> tuple[float, float, float]:
-    """Return the assumed variance of a detection along x, along y and of its range rate."""
-    along = _NOISE[kind, 0] + _NOISE[kind, 1] * distance * distance
-    across = _NOISE[kind, 2] + _NOISE[kind, 3] * distance
-    along, across = along * along, across * across
-    rate = _NOISE[kind, 4]
-    return (
-        ux * ux * along + uy * uy * across,
-        uy * uy * along + ux * ux * across,
-        max(rate * rate, 0.05 * 0.05),
-    )
 
 
 @inlined
@@ -310,7 +266,7 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     mount_x: float,
     mount_y: float,
     ego_speed: float,
-    kind: int,
+    accuracy: Floats,
     age: float,
 ) -> None:
     """Correct a track by a detection; its numbers are read and written once, which saves waiting.
@@ -323,7 +279,7 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
         mount_x: Of the sensor at the sample's time, in the same frame [m].
         mount_y: [m].
         ego_speed: At the sample's time [m/s].
-        kind: Index into ``SENSOR_KINDS``.
+        accuracy: (ACCURACY_WIDTH,) what is assumed of the sensor.
         age: Time since the sample [s].
     """
     if detection[DETECTION_LENGTH] <= 0.0:
@@ -334,61 +290,21 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     dx, dy = x - mount_x, y - mount_y
     distance = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
-    noise_x, noise_y, noise_rate = _noise(kind, ux, uy, distance)
-    at_x, vx, var_x, cov_x, var_vx = _corrected(track, TRACK_X, TRACK_VAR_X, x, noise_x, age)
-    at_y, vy, var_y, cov_y, var_vy = _corrected(track, TRACK_Y, TRACK_VAR_Y, y, noise_y, age)
+    along, across = assumed_noise(accuracy, distance)
+    belief = read_belief(track)
+    belief = learn(belief, (ux, -age * ux, uy, -age * uy), ux * x + uy * y, along)
+    belief = learn(belief, (-uy, age * uy, ux, -age * ux), ux * y - uy * x, across)
     if detection[DETECTION_HAS_RANGE_RATE] > 0.0 and distance > 0.0:
-        # The component of its velocity along the line of sight.
+        # The component of its velocity along the line of sight. That errs by the bearing, and so
+        # takes in some of what goes across it.
         measured = detection[DETECTION_RANGE_RATE] + ux * ego_speed
-        along_x, along_y = ux * var_vx, uy * var_vy
-        cross_x, cross_y = ux * cov_x, uy * cov_y
-        spread = ux * along_x + uy * along_y + noise_rate
-        error = (measured - ux * vx - uy * vy) / spread
-        at_x, at_y = at_x + cross_x * error, at_y + cross_y * error
-        vx, vy = vx + along_x * error, vy + along_y * error
-        var_x = max(1e-9, var_x - cross_x * cross_x / spread)
-        var_y = max(1e-9, var_y - cross_y * cross_y / spread)
-        cov_x, cov_y = cov_x - cross_x * along_x / spread, cov_y - cross_y * along_y / spread
-        var_vx = max(1e-9, var_vx - along_x * along_x / spread)
-        var_vy = max(1e-9, var_vy - along_y * along_y / spread)
-    track[TRACK_X], track[TRACK_VX] = at_x, vx
-    track[TRACK_Y], track[TRACK_VY] = at_y, vy
-    track[TRACK_VAR_X], track[TRACK_COV_X], track[TRACK_VAR_VX] = var_x, cov_x, var_vx
-    track[TRACK_VAR_Y], track[TRACK_COV_Y], track[TRACK_VAR_VY] = var_y, cov_y, var_vy
+        turning = (uy * (belief[0][1] - ego_speed) - ux * belief[0][3]) / distance
+        noise = accuracy[RATE] + turning * turning * across
+        belief = learn(belief, (0.0, ux, 0.0, uy), measured, noise)
+    write_belief(track, belief)
     learn_size(track, detection[DETECTION_LENGTH], detection[DETECTION_WIDTH])
     if track[TRACK_CLASS] < 0.0:
         track[TRACK_CLASS] = detection[DETECTION_CLASS]
-
-
-@inlined
-def _corrected(
-    track: Floats, axis: int, column: int, measured: float, noise: float, age: float
-) -> tuple[float, float, float, float, float]:
-    """Correct one axis by a place measured some time ago.
-
-    Args:
-        track: (TRACK_STATE,).
-        axis: Column of its place; that of its velocity is two further.
-        column: First column of its uncertainty.
-        measured: Place [m].
-        noise: Variance of it [m²].
-        age: How long ago [s].
-
-    Returns:
-        Place, velocity, and variance of the place, covariance, variance of the velocity.
-    """
-    at, speed = track[axis], track[axis + 2]
-    var, cov, rate = track[column], track[column + 1], track[column + 2]
-    with_place, with_speed = var - age * cov, cov - age * rate
-    spread = with_place - age * with_speed + noise
-    error = measured - (at - age * speed)
-    return (
-        at + with_place / spread * error,
-        speed + with_speed / spread * error,
-        max(1e-9, var - with_place * with_place / spread),
-        cov - with_place * with_speed / spread,
-        max(1e-9, rate - with_speed * with_speed / spread),
-    )
 
 
 @inlined

@@ -44,8 +44,12 @@ TRACKS: Final = 8
     TRACK_COST,  # how far away it is, 1 at the gate
     TRACK_BEGUN_BY,  # number of the sensor that began it
     TRACK_HISTORY,  # of its first samples, a bit each: 1 for a hit, the newest lowest
-) = range(21)
-TRACK_STATE: Final = 21
+    TRACK_COV_XY,  # covariance of the places along x and y
+    TRACK_COV_X_VY,
+    TRACK_COV_Y_VX,
+    TRACK_COV_V,  # of the velocities along x and y
+) = range(25)
+TRACK_STATE: Final = 25
 
 FREE: Final = -1
 """Owner of a detection that belongs to no track yet."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.signals import Floats, Measurement, Scene, SceneContext
+    from adeye.spec.sensors import Sensor
     from adeye.sweep.case import TestCase
 
 BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
@@ -43,6 +45,18 @@ BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
 }
 
 DATA_SHEETS: Final[dict[str, tuple[str, ...]]] = {
+    "camera": ("range", "distance_noise", "bearing_noise"),
+    "camera/physical": ("field_of_view", "columns", "mount.z"),
+    "radar": ("range_noise", "bearing_noise", "range_rate_noise"),
+    "radar/physical": (
+        "false_alarm_rate",
+        "range_resolution",
+        "bearing_resolution",
+        "range_rate_resolution",
+    ),
+    "lidar": ("range_noise", "bearing_noise"),
+    "lidar/physical": ("field_of_view", "beams", "range_noise", "bearing_noise"),
+    "ultrasonic": ("field_of_view", "range_noise"),
     "gnss": ("rate", "position_noise", "bias", "bias_time", "speed_noise"),
     "imu": (
         "rate",
@@ -53,7 +67,8 @@ DATA_SHEETS: Final[dict[str, tuple[str, ...]]] = {
         "bias_time",
     ),
 }
-"""What a channel may know of a sensor beforehand, by kind; outages are not among it."""
+"""What a channel may know of the accuracy of a sensor beforehand, by model: a field of its record,
+or of its mount. Outages are not among it, nor is any fault."""
 
 
 class Rig:
@@ -108,14 +123,17 @@ def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:
 
 
 def data_sheets(cases: Sequence[TestCase]) -> dict[str, dict[str, Floats]]:
-    """Return rate and deviations of noise and bias (B,) of each ``gnss`` and ``imu``, by field."""
+    """Return what is known of the accuracy of each sensor (B,), by the fields of its model."""
     found: dict[str, dict[str, Floats]] = {}
     for name, first in cases[0].architecture.sensors.items():
-        if first.kind in DATA_SHEETS:
-            sensors: list[Any] = [case.architecture.sensors[name] for case in cases]
-            found[name] = spec_columns(sensors, _data_sheet)
+        if model_name(first) in DATA_SHEETS:
+            found[name] = spec_columns(
+                [case.architecture.sensors[name] for case in cases], data_sheet
+            )
     return found
 
 
-def _data_sheet(sensor: Any) -> dict[str, float]:
-    return {field: getattr(sensor, field) for field in DATA_SHEETS[sensor.kind]}
+def data_sheet(sensor: Sensor) -> dict[str, float]:
+    """Return what is known of the accuracy of a sensor, by the fields of its model."""
+    fields = DATA_SHEETS[model_name(sensor)]
+    return {field: float(attrgetter(field)(sensor)) for field in fields}
