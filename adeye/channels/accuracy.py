@@ -33,11 +33,9 @@ ACCURACY_WIDTH: Final = 5
 
 # Standard deviations (m, 1/m, m, rad, m/s) below which none is assumed: what no data sheet tells.
 # Our choice.
-_TRUTH: Final = (0.02, 0.0, 0.02, 0.0, 0.05)
-"""Nothing but what the ego turns and speeds up unnoticed between sample and use."""
-
-_CENTRES: Final = (0.05, 0.0, 0.05, 0.0, 0.05)
-"""Sensors that report the centre of a box; they are told the pose of the ego by another sensor."""
+_CENTRES: Final = (0.02, 0.0, 0.02, 0.0, 0.05)
+"""Sensors that report the centre of a box: what is left is how the ego turns and speeds up
+unnoticed between sample and use, and how well it knows its own speed."""
 
 _GROUND_CONTACTS: Final = (0.3, 0.0, 0.1, 0.0, 0.05)
 """Cameras that find the lower edge of an object and guess the rest of it from its class."""
@@ -153,7 +151,7 @@ def _ultrasonic(sheet: Mapping[str, Floats]) -> Columns:
 _MODELS: Final[
     dict[str, tuple[tuple[float, ...], Callable[[Mapping[str, Floats]], Columns] | None]]
 ] = {
-    "ground_truth": (_TRUTH, None),
+    "ground_truth": (_CENTRES, None),
     "camera": (_CENTRES, _object_camera),
     "radar": (_CENTRES, _object_radar),
     "lidar": (_CENTRES, _object_lidar),

@@ -1,15 +1,16 @@
 import numpy as np
 import pytest
 
+from adeye.channels.accuracy import ACCURACY_WIDTH
 from adeye.channels.perception import NOTE_END, NOTE_WIDTH, is_degraded, perceive, show_tracks
 from adeye.channels.pose import POSE_WIDTH, clear_pose
-from adeye.channels.tracking import SENSOR_KINDS
 from adeye.channels.tracks import TRACK_HITS, TRACK_STATE, TRACKS
 from adeye.signals import TRACK_COLUMNS, Floats, parameter_record
 from adeye.testing.scenes import ego_estimate, object_measurement, straight_road
 
 STEP = 0.05
 SPEED = 20.0
+ACCURACY = np.full((1, 1, ACCURACY_WIDTH), 0.01)
 RECORD = parameter_record(
     {
         "period": np.full(1, STEP),
@@ -46,7 +47,7 @@ class Eye:
             road.segments,
             ego_estimate(road, ego),
             np.full(1, stamp if with_pose else -1.0),
-            np.array([SENSOR_KINDS.index("radar")]),
+            ACCURACY,
             np.zeros((1, 1, 2)),
             (seen.stamp,),
             (seen.mask,),

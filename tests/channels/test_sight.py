@@ -2,8 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from adeye.channels.accuracy import assumed_accuracy
 from adeye.channels.sight import Sight
-from adeye.channels.tracking import SENSOR_KINDS
+from adeye.ports import ChannelContext
 from adeye.sensors.rig import DATA_SHEETS
 from adeye.signals import Measurement
 from adeye.testing import channel_context
@@ -21,7 +22,7 @@ def measurement(count: int, *, alive: bool = True, estimate: float | None = None
     )
 
 
-def sight(*links: str) -> Sight:
+def linked(*links: str) -> ChannelContext:
     kinds = {
         "front": "radar",
         "own": "./mine.py:Mine",
@@ -35,9 +36,18 @@ def sight(*links: str) -> Sight:
         sensors={name: kinds[name] for name in links if name in kinds},
         runs=2,
     )
-    sheets = {kind: dict.fromkeys(fields, np.full(2, 0.1)) for kind, fields in DATA_SHEETS.items()}
-    sheets["gnss"]["bias"] = np.zeros(2)
-    return Sight(replace(context, data_sheets=sheets))
+    sheets = {
+        name: dict.fromkeys(DATA_SHEETS[kinds[name]], np.full(2, 0.1))
+        for name in links
+        if kinds.get(name) in DATA_SHEETS
+    }
+    if "gnss" in sheets:
+        sheets["gnss"]["bias"] = np.zeros(2)
+    return replace(context, data_sheets=sheets)
+
+
+def sight(*links: str) -> Sight:
+    return Sight(linked(*links))
 
 
 def values(*numbers: float) -> Measurement:
@@ -46,9 +56,12 @@ def values(*numbers: float) -> Measurement:
     return made
 
 
-def test_sensor_of_unknown_kind_is_taken_for_a_camera() -> None:
-    names = [SENSOR_KINDS[kind] for kind in sight("front", "own", "switch").kinds]
-    assert names == ["radar", "camera"]
+def test_sensors_are_as_accurate_as_is_assumed_in_the_order_of_the_links() -> None:
+    context = linked("front", "own", "switch")
+    rows = Sight(context).accuracy
+    assert rows.shape[:2] == (2, 2)
+    assert np.array_equal(rows, assumed_accuracy(context, ["front", "own"]))
+    assert not np.array_equal(rows[:, 0], rows[:, 1])
 
 
 def test_lists_of_different_length_stand_side_by_side() -> None:
@@ -115,7 +128,7 @@ def test_localisation_is_not_looked_through_for_objects() -> None:
     two = sight("pose", "front")
     seen = measurement(1)
     two.take({"front": seen, "pose": measurement(1, alive=False, estimate=1.0)})
-    assert two.kinds.tolist() == [SENSOR_KINDS.index("radar")]
+    assert two.accuracy.shape[:2] == two.mounts.shape[:2] == (2, 1)
     assert two.masks[0] is seen.mask
     assert two.estimate[0, 0] == 1.0
     assert not two.alive[0].any()
@@ -130,7 +143,7 @@ def test_receiver_and_unit_stand_in_for_a_sensor_that_gives_an_estimate() -> Non
     # The box centre is where the antenna is; the time is that of the unit's sample.
     assert np.abs(two.estimate[:, :4] - [100.0, 5.0, 0.0, 20.0]).max() < 1e-9
     assert two.estimate_stamp.tolist() == [0.5, 0.5]
-    assert two.kinds.size == 0
+    assert two.accuracy.size == 0
 
 
 def test_receiver_alone_estimates_the_time_of_the_tick() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from adeye.channels.pose import POSE_SPEED, POSE_WIDTH
-from adeye.channels.tracking import SENSOR_KINDS, drop_tentative, predict_tracks, update_tracks
+from adeye.channels.tracking import drop_tentative, predict_tracks, update_tracks
 from adeye.channels.tracks import (
     TRACK_BRAKING,
     TRACK_HITS,
@@ -21,8 +21,15 @@ STEP = 0.05
 EGO_SPEED = 20.0
 CONFIRM = (3.0, 0.0, 0.0)
 TRUTH, RADAR, CAMERA, LIDAR = (
-    SENSOR_KINDS.index(kind) for kind in ("ground_truth", "radar", "camera", "lidar")
+    np.square(row)
+    for row in (
+        (0.02, 0.0, 0.02, 0.0, 0.05),
+        (0.50, 0.0, 0.20, 0.010, 0.25),
+        (0.30, 3e-4, 0.10, 0.003, 0.05),
+        (0.15, 0.0, 0.10, 0.002, 0.05),
+    )
 )
+"""Variances that are assumed of sensors, see ``accuracy.ACCURACY_WIDTH``."""
 
 
 def ego_pose() -> Floats:
@@ -36,7 +43,12 @@ def predict(tracks: Floats, pose: Floats, time: float) -> int:
 
 
 def update(
-    tracks: Floats, pose: Floats, kind: int, detections: Floats, stamp: float, age: float = 0.0
+    tracks: Floats,
+    pose: Floats,
+    accuracy: Floats,
+    detections: Floats,
+    stamp: float,
+    age: float = 0.0,
 ) -> int:
     """Update with a sample of a sensor in the origin; return the end of the tracks."""
     size = detections.shape[0]
@@ -45,7 +57,7 @@ def update(
         live_end(tracks),
         pose,
         carried_by(pose, age),
-        kind,
+        accuracy,
         0.0,
         0.0,
         np.ones(size, dtype=np.bool_),
@@ -73,7 +85,7 @@ def sample(x: float, y: float, rate: float | None = None) -> Floats:
 
 
 def track(
-    kind: int,
+    accuracy: Floats,
     ticks: int,
     *,
     velocity: tuple[float, float] = (10.0, 0.0),
@@ -94,7 +106,7 @@ def track(
         y = 2.0 + velocity[1] * stamp
         rate = velocity[0] - EGO_SPEED if with_rate else None
         detection = sample(x, y, rate)
-        update(tracks, pose, kind, detection, stamp, time - stamp)
+        update(tracks, pose, accuracy, detection, stamp, time - stamp)
     return tracks
 
 
@@ -133,13 +145,13 @@ def test_noisy_place_ends_within_its_own_uncertainty() -> None:
 
 
 def test_braking_of_an_object_is_found_by_exact_sensors_only() -> None:
-    def braking_seen_by(kind: int) -> float:
+    def braking_seen_by(accuracy: Floats) -> float:
         tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
         for tick in range(40):
             time = tick * STEP
             predict(tracks, pose, time)
             x = 60.0 + (20.0 - EGO_SPEED) * time - 3.0 * time * time
-            update(tracks, pose, kind, sample(x, 0.0), time)
+            update(tracks, pose, accuracy, sample(x, 0.0), time)
         return float(tracks[0, TRACK_BRAKING])
 
     assert braking_seen_by(TRUTH) == pytest.approx(-6.0, abs=0.5)

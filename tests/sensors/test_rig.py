@@ -202,11 +202,26 @@ def test_receiver_and_unit_know_where_the_rear_axle_is() -> None:
     assert sample[0, 0] == pytest.approx(-0.1 * 0.1 * 1.35)
 
 
-def test_data_sheets_tell_noise_and_bias_of_every_run_and_no_outage() -> None:
-    suite = {"gnss": GNSS, "imu": IMU, "front": RADAR}
+def test_data_sheets_tell_the_accuracy_of_every_run_and_no_outage() -> None:
+    suite = {"gnss": GNSS, "imu": IMU, "front": RADAR, "pose": POSE}
     worse = {**GNSS, "position_noise": "2 m"}
     sheets = data_sheets(cases(suite, {**suite, "gnss": worse}))
-    assert sorted(sheets) == ["gnss", "imu"]
+    assert {name: tuple(sheet) for name, sheet in sheets.items()} == {
+        "gnss": DATA_SHEETS["gnss"],
+        "imu": DATA_SHEETS["imu"],
+        "front": DATA_SHEETS["radar"],
+    }
     assert sheets["gnss"]["position_noise"].tolist() == [0.5, 2.0]
     assert sheets["gnss"]["rate"].tolist() == [10.0, 10.0]
-    assert {kind: tuple(sheets[kind]) for kind in sheets} == DATA_SHEETS
+    assert sheets["front"]["range_noise"].tolist() == [0.3, 0.3]
+
+
+def test_data_sheet_of_a_camera_with_an_image_tells_its_height() -> None:
+    camera = {**CAMERA, "fidelity": "physical", "mount": {"z": "1.3 m"}, "columns": 300}
+    del camera["range"], camera["distance_noise"]
+    sheet = data_sheets(cases({"front": camera}))["front"]
+    assert {field: column.tolist() for field, column in sheet.items()} == {
+        "field_of_view": [pytest.approx(np.pi / 3.0)],
+        "columns": [300.0],
+        "mount.z": [1.3],
+    }
