@@ -81,7 +81,9 @@ CAR_WIDTH: Final = 1.8
 """Width that an object is taken to have where sensors do not tell [m]."""
 
 _SURE_HITS: Final = 5.0
-"""Detections of a track from which on its body is believed in. Our choice."""
+_SKIN: Final = 0.3
+"""Detections from which on a track's body is believed in, and how far beside it its flank may seem
+to be [m]. Our choice."""
 
 BEHIND: Final = 15.0
 _ASIDE: Final = 20.0
@@ -355,10 +357,7 @@ def may_begin(x: float, y: float, behind: float = BEHIND) -> bool:
 
 @inlined
 def is_part(tracks: Floats, end: int, detection: Floats, x: float, y: float, age: float) -> bool:
-    """Tell whether a detection is a part of an object that has a track, and begins none.
-
-    A side that beams meet at a flat angle falls into pieces, and an echo may come from any part of
-    a body. What has a class or a range rate is seen as an object and may stand close to another.
+    """Tell whether a detection is a part of an object that has a track: flanks fall into pieces.
 
     Args:
         tracks: (K, TRACK_STATE).
@@ -371,9 +370,9 @@ def is_part(tracks: Floats, end: int, detection: Floats, x: float, y: float, age
     if detection[DETECTION_CLASS] >= 0.0 or detection[DETECTION_HAS_RANGE_RATE] > 0.0:
         return False
     for track in tracks[:end]:
-        dx = abs(x - (track[TRACK_X] - age * track[TRACK_VX]))
-        dy = abs(y - (track[TRACK_Y] - age * track[TRACK_VY]))
-        is_in = dx <= 0.5 * track[TRACK_LENGTH] and dy <= 0.5 * track[TRACK_WIDTH]
+        dx = abs(x - track[TRACK_X] + age * track[TRACK_VX])
+        dy = abs(y - track[TRACK_Y] + age * track[TRACK_VY])
+        is_in = dx <= 0.5 * track[TRACK_LENGTH] and dy <= 0.5 * track[TRACK_WIDTH] + _SKIN
         if is_in and track[TRACK_HITS] >= _SURE_HITS:
             return True
     return False

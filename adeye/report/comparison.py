@@ -178,7 +178,10 @@ class Candidate(Part):
     @property
     def suite(self) -> str:
         """How many sensors of which kind, for tables."""
-        return " + ".join(f"{count} {kind}" for kind, count in self.sensors.items())
+        return " + ".join(
+            f"{count} {kind}{'s' if count > 1 and kind != 'ultrasonic' else ''}"
+            for kind, count in self.sensors.items()
+        )
 
 
 class Objective(Part):

@@ -172,7 +172,7 @@ def test_cheapest_comes_first_and_what_has_no_price_last() -> None:
 
 
 def test_words_for_a_suite_and_for_what_it_does_not_meet() -> None:
-    assert candidate("a", sensors={"camera": 1, "lidar": 4}).suite == "1 camera + 4 lidar"
+    assert candidate("a", sensors={"camera": 1, "lidar": 4}).suite == "1 camera + 4 lidars"
     unmet = Unmet(fsr="FSR-01", verdict=Verdict.FAIL, failing={"cut_in": 3, "post": 1})
     assert unmet.text == "FSR-01 FAIL (cut_in 3, post 1)"
     assert Unmet(fsr="FSR-02", verdict=None).text == "FSR-02 not applicable"
