@@ -53,6 +53,7 @@ def fit_box(  # noqa: PLR0913, PLR0917 - a kernel
     following: Ints,
     xs: Floats,
     ys: Floats,
+    cut: float = 0.0,
 ) -> Row:
     """Find the box of a cluster of returns.
 
@@ -64,6 +65,8 @@ def fit_box(  # noqa: PLR0913, PLR0917 - a kernel
         following: (P,) the next return of the cluster, -1 after the last.
         xs: (P,) places in the vehicle frame [m].
         ys: (P,) [m].
+        cut: Where the field of view ends on it: 1 if at its left edge, seen from the sensor, -1 if
+            at its right one, 0 if it does not.
 
     Returns:
         Place along and across, length and width, see ``signals.DETECTION_COLUMNS``.
@@ -84,6 +87,8 @@ def fit_box(  # noqa: PLR0913, PLR0917 - a kernel
     ahead = 1.0 if low_x > mount_x else -1.0
     nearest = low_x if ahead > 0.0 else high_x
     width, depth = high_y - low_y, high_x - low_x
+    if cut != 0.0 and width < CAR_WIDTH:
+        return _cut_short(nearest, ahead * cut, low_y, high_y)
     if side != 0.0 and depth > _DEEP and width < _THIN:
         # A side alone: its rear is hidden or too far for a beam to meet it.
         middle = edge + side * 0.5 * CAR_WIDTH
@@ -99,6 +104,17 @@ def fit_box(  # noqa: PLR0913, PLR0917 - a kernel
     if side != 0.0 and depth > _DEEP and apart <= _SHARP * off:
         return face + 0.5 * ahead * depth, 0.5 * (low_y + high_y), depth, seen
     return face, 0.5 * (low_y + high_y), 0.0, seen
+
+
+@inlined
+def _cut_short(nearest: float, towards: float, low_y: float, high_y: float) -> Row:
+    """Return the box of what the field of view shows a part of: a car's, from the edge in view.
+
+    A part is no narrow object: a track that took over its width and its middle would leave the
+    path of the ego with them.
+    """
+    middle = low_y + 0.5 * CAR_WIDTH if towards > 0.0 else high_y - 0.5 * CAR_WIDTH
+    return nearest, middle, 0.0, 0.0
 
 
 @inlined

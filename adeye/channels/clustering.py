@@ -176,6 +176,7 @@ def _cluster_batch(  # noqa: PLR0913, PLR0917 - a kernel
                     lists[_NEXT],
                     places[_X],
                     places[_Y],
+                    _cut(record, beams, lists[_HEAD, label], lists),
                 )
                 thing = _behind(lists[_HEAD, label], lists, hits[run], votes)
                 found = insert_box(found, row, thing, detections[run], source[run])
@@ -319,6 +320,23 @@ def _gather(count: int, labels: int, lists: Ints) -> None:
         lists[_NEXT, place] = lists[_HEAD, root]
         lists[_HEAD, root] = place
         lists[_SIZE, root] += 1
+
+
+@inlined
+def _cut(record: Any, beams: int, head: int, lists: Ints) -> float:
+    """Tell where the field of view ends on a cluster, see ``boxes.fit_box``."""
+    if record["is_closed"] > 0.0:
+        return 0.0
+    left = right = 0.0
+    place = head
+    while place >= 0:
+        column = lists[_BEAM, place] % beams
+        if column == 0:
+            right = 1.0
+        elif column == beams - 1:
+            left = 1.0
+        place = lists[_NEXT, place]
+    return left - right
 
 
 @inlined

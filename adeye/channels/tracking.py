@@ -39,6 +39,7 @@ from adeye.channels.tracks import (
     associate,
     behind_face,
     carry_by,
+    is_part,
     learn_size,
     may_begin,
     room_for_track,
@@ -233,7 +234,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         if place == BLOCKED or not np.isfinite(x + y):
             continue
         if place == FREE:
-            if not may_begin(x, y, behind):
+            if not may_begin(x, y, behind) or is_part(tracks, end, detections[row], x, y, age):
                 continue
             # Once for all detections that follow one another without a track.
             if not is_known:

@@ -80,6 +80,11 @@ seen to be narrower than any."""
 CAR_WIDTH: Final = 1.8
 """Width that an object is taken to have where sensors do not tell [m]."""
 
+_SURE_HITS: Final = 5.0
+_SKIN: Final = 0.3
+"""Detections from which on a track's body is believed in, and how far beside it its flank may seem
+to be [m]. Our choice."""
+
 BEHIND: Final = 15.0
 _ASIDE: Final = 20.0
 """New tracks begin no further behind than this, unless a channel asks for more, nor further aside
@@ -348,6 +353,29 @@ def may_begin(x: float, y: float, behind: float = BEHIND) -> bool:
         behind: How far behind the ego at most [m].
     """
     return not (x < -behind or abs(y) > _ASIDE + 0.5 * max(0.0, x))
+
+
+@inlined
+def is_part(tracks: Floats, end: int, detection: Floats, x: float, y: float, age: float) -> bool:
+    """Tell whether a detection is a part of an object that has a track: flanks fall into pieces.
+
+    Args:
+        tracks: (K, TRACK_STATE).
+        end: Of the tracks.
+        detection: (7,).
+        x: Its place in the present vehicle frame [m].
+        y: [m].
+        age: Time since the sample [s].
+    """
+    if detection[DETECTION_CLASS] >= 0.0 or detection[DETECTION_HAS_RANGE_RATE] > 0.0:
+        return False
+    for track in tracks[:end]:
+        dx = abs(x - track[TRACK_X] + age * track[TRACK_VX])
+        dy = abs(y - track[TRACK_Y] + age * track[TRACK_VY])
+        is_in = dx <= 0.5 * track[TRACK_LENGTH] and dy <= 0.5 * track[TRACK_WIDTH] + _SKIN
+        if is_in and track[TRACK_HITS] >= _SURE_HITS:
+            return True
+    return False
 
 
 @inlined

@@ -140,12 +140,13 @@ def _print_overview(comparison: Comparison) -> None:
     from adeye.report.words import counted, number
 
     headers = [
-        "Architecture", "Cost", "Mandatory FSRs", "Failing cases", "Undecided", "Worst margin",
-        "No takeover", "Choice", "Not met",
+        "Architecture", "Sensors", "Cost", "Mandatory FSRs", "Failing cases", "Undecided",
+        "Worst margin", "No takeover", "Choice", "Not met",
     ]  # fmt: skip
     rows = [
         [
             item.id + (" (gate)" if item.is_gate else ""),
+            item.suite or NONE,
             NONE if item.cost is None else f"{item.cost.total:,g}",
             f"{item.mandatory - len(item.unmet)} of {item.mandatory}",
             f"{counted(item.failing)} of {counted(item.cases)}",
@@ -153,14 +154,11 @@ def _print_overview(comparison: Comparison) -> None:
             NONE if item.worst_margin is None else number(item.worst_margin, signed=True),
             NONE if item.availability is None else f"{100.0 * item.availability:.1f} %",
             place_text(item),
-            listed(
-                f"{unmet.fsr} {unmet.verdict.value if unmet.verdict else 'not applicable'}"
-                for unmet in item.unmet
-            ),
+            listed(unmet.text for unmet in item.unmet),
         ]
-        for item in comparison.candidates
+        for item in comparison.by_cost
     ]
-    emit_table(headers, rows, right=headers[1:7])
+    emit_table(headers, rows, right=headers[2:8])
     if comparison.cheapest:
         emit(f"Cheapest that meets every mandatory FSR: {clean(listed(comparison.cheapest))}.")
     elif any(not item.unmet for item in comparison.candidates):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -174,6 +175,7 @@ class Candidates:
             title=self._contents[name]["title"],
             is_gate=name in self._campaign.gate,
             cost=figure.cost,
+            sensors=suite_of(self._contents[name]),
             mandatory=sum(item.architecture == name for item in self._gate),
             unmet=figure.unmet,
             cases=figure.cases,
@@ -203,7 +205,7 @@ class Candidates:
         return _Figures(
             cost=cost_of(self._contents[name]),
             unmet=tuple(
-                Unmet(fsr=item.fsr, verdict=item.verdict)
+                Unmet(fsr=item.fsr, verdict=item.verdict, failing=self._failing(item.fsr, rows))
                 for item in self._gate
                 if item.architecture == name and item.verdict is not Verdict.PASS
             ),
@@ -215,6 +217,14 @@ class Candidates:
             availability=float((foreign == 0).mean()) if len(free) else None,
             fault_free=len(free),
         )
+
+    def _failing(self, fsr: str, rows: Ints) -> dict[str, int]:
+        """Count the test cases that fail an FSR, by scenario in the order of the ODD."""
+        compared = self._compared
+        fails = rows[compared.verdict[rows, compared.fsrs.index(fsr)] == FAIL]
+        counts = np.bincount(compared.scenario.codes[fails], minlength=1)
+        words = compared.scenario.words
+        return {words[code]: int(count) for code, count in enumerate(counts) if count > 0}
 
     def _columns(self) -> Ints:
         """Give the columns of the mandatory FSRs that are applicable to all."""
@@ -346,6 +356,11 @@ def measuring(content: Mapping[str, Any]) -> list[str]:
         for name, sensor in content["sensors"].items()
         if name in linked and sensor["kind"] not in {"ground_truth", "localisation"}
     ]
+
+
+def suite_of(content: Mapping[str, Any]) -> dict[str, int]:
+    """Count the sensors that measure and feed a channel, by kind."""
+    return dict(Counter(content["sensors"][name]["kind"] for name in measuring(content)))
 
 
 def extra_sensor(more: Mapping[str, Any], less: Mapping[str, Any]) -> str | None:

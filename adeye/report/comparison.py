@@ -1,5 +1,6 @@
 """What a comparison of architectures says, as one typed record: tables, JSON and page show it."""
 
+import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -132,6 +133,15 @@ class Unmet(Part):
     fsr: Id
     verdict: Verdict | None
     """None where it is not applicable."""
+    failing: dict[str, Count] = Field(default_factory=dict)
+    """Shared test cases that fail it, by scenario; those without a failure are left out."""
+
+    @property
+    def text(self) -> str:
+        """FSR, verdict and where it fails, for tables."""
+        word = self.verdict.value if self.verdict else "not applicable"
+        where = ", ".join(f"{name} {count}" for name, count in self.failing.items())
+        return f"{self.fsr} {word}" + (f" ({where})" if where else "")
 
 
 class Candidate(Part):
@@ -142,6 +152,8 @@ class Candidate(Part):
     is_gate: bool
     cost: Cost | None
     """None if nothing is declared."""
+    sensors: dict[str, Count] = Field(default_factory=dict)
+    """How many of each kind measure and feed a channel."""
     mandatory: Count
     unmet: tuple[Unmet, ...]
     """Mandatory FSRs that do not PASS over all planned runs of it."""
@@ -162,6 +174,14 @@ class Candidate(Part):
     """By objective."""
     is_on_front: bool
     dominated_by: str | None = None
+
+    @property
+    def suite(self) -> str:
+        """How many sensors of which kind, for tables."""
+        return " + ".join(
+            f"{count} {kind}{'s' if count > 1 and kind != 'ultrasonic' else ''}"
+            for kind, count in self.sensors.items()
+        )
 
 
 class Objective(Part):
@@ -245,6 +265,13 @@ class Comparison(Part):
                 msg = f"{item.id} is on the front and dominated by {item.dominated_by}"
                 raise ValueError(msg)
         return self
+
+    @property
+    def by_cost(self) -> list[Candidate]:
+        """The candidates, the cheapest first; at the end those whose cost is not known."""
+        return sorted(
+            self.candidates, key=lambda item: math.inf if item.cost is None else item.cost.total
+        )
 
     def candidate(self, name: str) -> Candidate:
         """Find an architecture."""

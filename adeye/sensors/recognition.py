@@ -215,10 +215,13 @@ def _depth(part: Ints, size: Floats, image: Image) -> float:
 
     Where its contact with the ground is hidden or below the image, no more of it can be seen than
     all, so height and width of its class (seen from behind) and the lower edge of the image bound
-    the depth from above; the least bound is taken, because near is the safe side.
+    the depth from above; the least bound is taken, because near is the safe side. The lower edge
+    alone tells nothing: it goes along with the ego, and so would what is placed there.
     """
     columns, rows = image.owner.shape
     is_cut = part[PART_STOP] == rows
+    if is_cut and size[2] <= 0.0:
+        return math.inf
     if part[PART_CONTACT] >= 0 and not is_cut:
         # Of the row that the contact lies in only its lower neighbour is known to be free.
         depth = _depth_of_ground(image, part[PART_CONTACT] + 0.5)

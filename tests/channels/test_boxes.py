@@ -21,11 +21,13 @@ SPACING = math.radians(0.4)
 Points = list[tuple[float, float]]
 
 
-def fit(points: Points, mount: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:
+def fit(
+    points: Points, mount: tuple[float, float] = (0.0, 0.0), cut: float = 0.0
+) -> tuple[float, ...]:
     xs, ys = np.array(points).T
     following = np.arange(1, len(points) + 1)
     following[-1] = -1
-    return fit_box(*mount, SPACING, 0, following, np.array(xs), np.array(ys))
+    return fit_box(*mount, SPACING, 0, following, np.array(xs), np.array(ys), cut)
 
 
 def face(x: float, low: float, high: float, count: int = 10) -> Points:
@@ -126,3 +128,16 @@ def test_full_list_keeps_the_nearest(order: int) -> None:
     count, detections, _ = listed([(way, 0.0) for way in ways])
     assert count == SLOTS
     assert detections[:, DETECTION_X].tolist() == [float(way) for way in range(1, SLOTS + 1)]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_part_of_a_car_in_view_is_placed_from_the_edge_that_is_seen(side: float) -> None:
+    # A car from -2.5 to -0.7 m, of which a sensor that looks aside sees the outer 0.2 m.
+    points = [(7.0, side * y) for y in (-2.5, -2.4, -2.3)]
+    x, y, length, width = fit(points, (1.4, side * -0.9), cut=side)
+    assert (x, y) == pytest.approx((7.0, side * -1.6))
+    assert (length, width) == (0.0, 0.0)
+
+
+def test_part_that_is_as_wide_as_a_car_is_placed_as_it_is_seen() -> None:
+    assert fit(face(7.0, -1.2, 1.2), cut=1.0) == fit(face(7.0, -1.2, 1.2))

@@ -12,6 +12,7 @@ from adeye.channels.tracks import (
     TRACK_VAR_VX,
     TRACK_VAR_X,
     TRACK_VX,
+    TRACK_WIDTH,
     TRACK_X,
     TRACK_Y,
     TRACKS,
@@ -19,6 +20,7 @@ from adeye.channels.tracks import (
     behind_face,
     carried_by,
     carry_by,
+    is_part,
     may_begin,
     room_for_track,
     with_face_kept,
@@ -208,3 +210,29 @@ def test_echo_without_a_class_must_be_where_the_track_is_sure_to_be(
     owner[:] = FREE
     associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
     assert owner[0] == 0
+
+
+def part_of_a_car(
+    *, hits: float = 50.0, kind: float = -1.0, rate: float = 0.0, y: float = 0.95
+) -> bool:
+    """Whether what is on the flank of a car 20 m ahead, 2 m before its rear, is a part of it."""
+    tracks = tracks_at((20.0, 0.0))
+    tracks[0, [TRACK_LENGTH, TRACK_WIDTH, TRACK_HITS, TRACK_VX]] = 4.5, 1.8, hits, 10.0
+    detection = np.zeros(7)
+    detection[[DETECTION_CLASS, DETECTION_HAS_RANGE_RATE]] = kind, rate
+    # A tenth of a second ago the car was a metre behind.
+    return bool(is_part(tracks, 1, detection, 17.5, y, 0.1))
+
+
+def test_piece_of_a_flank_is_no_object_of_its_own() -> None:
+    assert part_of_a_car()
+
+
+def test_what_has_a_class_or_a_range_rate_or_stands_aside_is_one() -> None:
+    assert not part_of_a_car(kind=7.0)
+    assert not part_of_a_car(rate=1.0)
+    assert not part_of_a_car(y=1.3)
+
+
+def test_body_of_a_new_track_hides_nothing() -> None:
+    assert not part_of_a_car(hits=3.0)

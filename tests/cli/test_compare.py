@@ -25,9 +25,9 @@ def test_overview_comes_first_and_names_everything(adeye: Any, db: tuple[str, st
     ended = adeye("compare", *db)
     assert (ended.code, ended.err) == (0, "")
     lines = ended.out.splitlines()
-    assert lines[0].split()[:2] == ["Architecture", "Cost"]
-    assert "camera_radar (gate)" in lines[2]
-    for part in ("dominated by no_radar", "chosen points", "p (Holm)", "2 of A",
+    assert lines[0].split()[:2] == ["Architecture", "Sensors"]
+    for part in ("camera_radar (gate)", "1 camera + 1 radar",
+                 "dominated by no_radar", "chosen points", "p (Holm)", "2 of A",
                  "What one sensor adds", "spare_camera", "detects the object"):  # fmt: skip
         assert part in ended.out
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from adeye.evaluation.verdict import Verdict
-from adeye.report.candidates import cost_of, extra_sensor, measuring
+from adeye.report.candidates import cost_of, extra_sensor, measuring, suite_of
 from adeye.report.compare import CompareOptions, compare
 from adeye.store.repository import Repository
 
@@ -61,6 +61,15 @@ def test_sensors_that_measure_and_feed_a_channel() -> None:
         "channels": {"nominal": {"links": ["camera", "place", "truth", "switch"]}},
     }
     assert measuring(content) == ["camera"]
+    assert suite_of(content) == {"camera": 1}
+
+
+def test_unmet_requirement_tells_where_it_fails(everything: Comparison) -> None:
+    for candidate in everything.candidates:
+        for unmet in candidate.unmet:
+            if unmet.verdict is Verdict.FAIL:
+                assert unmet.failing, (candidate.id, unmet.fsr)
+                assert max(unmet.failing.values()) <= candidate.failing
 
 
 def parts(*sensors: str, rate: float = 20.0) -> dict[str, Any]:

@@ -152,3 +152,27 @@ def test_lookups() -> None:
     assert found.candidate("lidar").dominated_by == "camera_radar"
     assert found.differences_of("camera_radar", "legacy_camera") == list(found.differences)
     assert found.differences_of("camera_radar", "legacy_camera", "scenario") == []
+
+
+def test_cheapest_comes_first_and_what_has_no_price_last() -> None:
+    names = [("dear", 9.0), ("unknown", None), ("cheap", 1.0)]
+    found = comparison(
+        candidates=tuple(
+            candidate(
+                name,
+                cost=None if cost is None else Cost(total=cost, declared=cost, parts={}),
+            )
+            for name, cost in names
+        ),
+        pairs=(),
+        differences=(),
+        cheapest=(),
+    )
+    assert [item.id for item in found.by_cost] == ["cheap", "dear", "unknown"]
+
+
+def test_words_for_a_suite_and_for_what_it_does_not_meet() -> None:
+    assert candidate("a", sensors={"camera": 1, "lidar": 4}).suite == "1 camera + 4 lidars"
+    unmet = Unmet(fsr="FSR-01", verdict=Verdict.FAIL, failing={"cut_in": 3, "post": 1})
+    assert unmet.text == "FSR-01 FAIL (cut_in 3, post 1)"
+    assert Unmet(fsr="FSR-02", verdict=None).text == "FSR-02 not applicable"

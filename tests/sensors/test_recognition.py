@@ -152,6 +152,14 @@ def test_what_fills_the_image_is_no_further_than_the_lower_edge() -> None:
     assert row[DETECTION_X] - 6.0 == pytest.approx(edge)
 
 
+@pytest.mark.parametrize("distance", [2.5, 4.0])
+def test_post_whose_foot_is_below_the_image_is_not_placed_at_its_edge(distance: float) -> None:
+    # What is placed there would go along with the ego, as if it drove ahead at its speed.
+    context = scene_context([(0.15, 0.15, 0.8)], kinds=["barrier"])
+    found = look(context, scene(context, [(1.0 + distance, 0.0)]))
+    assert seen(found) == []
+
+
 def test_truck_behind_a_car_is_ranged_by_the_size_of_its_class() -> None:
     context = scene_context([CAR, (12.0, 2.5, 3.8)], kinds=["car", "truck"])
     found = look(context, scene(context, [rear(15.0), (40.0 + 6.0, 0.0)]))

@@ -92,7 +92,7 @@ def detection_latency(series: TraceSeries) -> MetricColumn:
         as_flags(series.column("detected")),
         _sensors(series),
     )
-    return column_of(series, codes, row, late.astype(np.float64) * series.step, thing)
+    return column_of(series, codes, row, _seconds(late, series), thing)
 
 
 @metric_entry(
@@ -117,7 +117,7 @@ def missed_time(series: TraceSeries) -> MetricColumn:
     )
     _, _, shown = false_rows(series.trace.length, series.column("false_tracks")[:, :, channel])
     codes = np.where((codes == VALUE) & (shown != VALUE), NOT_APPLICABLE, codes)
-    return column_of(series, codes, row, missed.astype(np.float64) * series.step, thing)
+    return column_of(series, codes, row, _seconds(missed, series), thing)
 
 
 @metric_entry(
@@ -137,7 +137,7 @@ def false_track_time(series: TraceSeries) -> MetricColumn:
     wrong, row, codes = false_rows(
         series.trace.length, series.column("false_tracks")[:, :, channel]
     )
-    return column_of(series, codes, row, wrong.astype(np.float64) * series.step)
+    return column_of(series, codes, row, _seconds(wrong, series))
 
 
 @metric_entry(
@@ -238,3 +238,12 @@ def measuring_sensors(layout: Layout) -> tuple[int, ...]:
         for index, name in enumerate(layout.sensors)
         if name in linked and architecture.sensors[name].kind != "ground_truth"
     )
+
+
+def _seconds(rows: Ints, series: TraceSeries) -> Floats:
+    """Return how long a number of rows lasts [s], to the nanosecond.
+
+    Twelve rows of 0.05 s are 0.6 s, not the 0.6000000000000001 s that binary fractions make of
+    them, which would be above a threshold of 0.6 s.
+    """
+    return np.round(rows.astype(np.float64) * series.step, 9)
