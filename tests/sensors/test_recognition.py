@@ -157,7 +157,7 @@ def test_post_whose_foot_is_below_the_image_is_not_placed_at_its_edge(distance: 
     # What is placed there would go along with the ego, as if it drove ahead at its speed.
     context = scene_context([(0.15, 0.15, 0.8)], kinds=["barrier"])
     found = look(context, scene(context, [(1.0 + distance, 0.0)]))
-    assert seen(found) == []
+    assert seen(found) == {}
 
 
 def test_truck_behind_a_car_is_ranged_by_the_size_of_its_class() -> None:
