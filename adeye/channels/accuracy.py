@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 ) = range(5)
 ACCURACY_WIDTH: Final = 5
 
-# Standard deviations (m, 1/m, m, rad, m/s) below which none is assumed: what no data sheet tells.
-# Our choice.
+# Standard deviations (m, 1/m, m, rad, m/s) of what no data sheet tells, which are added to what it
+# does, as independent errors are. So they are floors. Our choice.
 _CENTRES: Final = (0.02, 0.0, 0.02, 0.0, 0.05)
 """Sensors that report the centre of a box: what is left is how the ego turns and speeds up
 unnoticed between sample and use, and how well it knows its own speed."""

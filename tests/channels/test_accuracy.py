@@ -183,7 +183,7 @@ def test_each_run_has_the_data_sheet_of_its_own_sweep() -> None:
 
 STEP = 0.05
 SETTLED = 20
-SUITE = {
+SUITE: dict[str, dict[str, Any]] = {
     "camera": {**CAMERA, "bearing_noise": "0.3 deg"},
     "radar": {**RADAR, "bearing_noise": "0.2 deg", "range_rate_noise": "0.2 m/s"},
     "corner radar": {**RADAR, "bearing_noise": "1 deg", "range_rate_noise": "0.2 m/s"},

@@ -106,7 +106,7 @@ def test_range_rates_along_one_line_do_not_tell_the_speed_across_it() -> None:
     line = np.array([0.98, -0.199])
     belief = belief_of(np.array([15.0, 15.0, -3.0, 0.0]), np.diag([0.1, 100.0, 0.1, 4.0]))
     for _ in range(500):
-        belief = learn(belief, (0.0, line[0], 0.0, line[1]), line @ [15.0, 2.0], 0.01)
+        belief = learn(belief, (0.0, line[0], 0.0, line[1]), float(line @ [15.0, 2.0]), 0.01)
     mean, p = matrices(belief)
     across = np.array([0.0, -line[1], 0.0, line[0]])
     error = across @ (mean - [15.0, 15.0, -3.0, 2.0])

@@ -4,12 +4,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye import engine
 from adeye.channels.links import observe
 from adeye.channels.nominal import NominalChannel
 from adeye.signals import DEGRADED, FAULT, OK, Measurement
 from adeye.spec.channels import NominalParameters
+from adeye.spec.load import load_odd
+from adeye.sweep.expand import expand
 from adeye.testing import Drive, World, channel_context, check_channel, drive
 from adeye.testing.scenes import ego_estimate, object_measurement, pose_measurement, straight_road
+from tests.project import CANDIDATE, Project
 
 LINKS = ("front", "pose")
 LANE = 5.25
@@ -191,3 +195,61 @@ def test_object_that_vanishes_close_ahead_of_the_standing_ego_is_not_driven_into
         seen = observe(LINKS, time, readings, {}, None, running, protect=False)
         command = channel.act(seen)
     assert command.acceleration[0] < 0.0
+
+
+SENSOR = {"range": "110 m", "rate": "20 Hz", "latency": "0.1 s", "range_rate_noise": "0.1 m/s"}
+
+
+def corner_radar(y: int, yaw: int) -> dict[str, Any]:
+    mount = {"x": "2.3 m" if abs(yaw) < 90 else "-2.3 m", "y": f"{y} m", "yaw": f"{yaw} deg"}
+    view = {"field_of_view": "140 deg", "bearing_noise": "1 deg", "range_noise": "0.2 m"}
+    return {**SENSOR, "kind": "radar", "mount": mount, **view}
+
+
+@pytest.fixture(scope="module")
+def contacts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Who touches whom in the same late cut-ins, by suite (B,)."""
+    project = Project(tmp_path_factory.mktemp("cut_in") / "project")
+    few = project.read(CANDIDATE)
+    few["channels"] = {"nominal": few["channels"]["nominal"]}
+    few["switch"] = {"policy": "fixed_priority", "priority": ["nominal"], "default": "nominal"}
+    del few["sensors"]["truth"]
+    old = {"range": "60 m", "latency": "0.15 s", "bearing_noise": "0.15 deg"}
+    few["sensors"]["front_camera"].update(old, distance_noise=0.03, field_of_view="40 deg")
+    few["sensors"]["front_radar"].update(range="160 m", bearing_noise="0.4 deg")
+    corners = {
+        f"corner_{index}": corner_radar(*place)
+        for index, place in enumerate([(1, 50), (1, 140), (-1, -50), (-1, -140)])
+    }
+    many = {**few, "sensors": {**few["sensors"], **corners}}
+    links = [*few["channels"]["nominal"]["links"], *corners]
+    many["channels"] = {"nominal": {**few["channels"]["nominal"], "links": links}}
+    for name, suite in (("few", few), ("many", many)):
+        project.write(f"odd/architectures/{name}.yaml", {**suite, "architecture": name})
+    with project.edited_odd() as odd:
+        odd["architectures"] = ["architectures/few.yaml", "architectures/many.yaml"]
+        odd["faults"], odd["replicates"] = [], 3
+        odd["gate"] = {"architectures": ["many"]}
+        parameters = {
+            "ego_speed": ["100 km/h", "130 km/h"],
+            "relative_speed": ["-40 km/h", "-30 km/h"],
+            "gap": ["20 m", "25 m", "30 m", "35 m", "40 m", "50 m"],
+            "lateral_speed": ["1 m/s", "1.5 m/s", "2 m/s", "3 m/s"],
+        }
+        odd["scenarios"] = [{"use": "cut_in", "sweep": {"parameters": parameters}}]
+    cases = list(expand(load_odd(project.odd)).cases())
+    found = {}
+    for name in ("few", "many"):
+        trace = engine.run([case for case in cases if case.architecture.architecture == name])
+        found[name] = ~trace.complete
+    return found
+
+
+def test_corner_radars_spare_some_late_cut_ins_and_spoil_hardly_any(
+    contacts: dict[str, Any],
+) -> None:
+    few, many = contacts["few"], contacts["many"]
+    assert few.size == many.size == 288
+    assert 0 < np.count_nonzero(many) <= 0.75 * np.count_nonzero(few)
+    # The samples of more sensors have other errors, so one run may fare worse by chance.
+    assert np.count_nonzero(many & ~few) <= 2
