@@ -37,10 +37,41 @@ def schema(kind: str) -> dict[str, Any]:
     made = head | made
     by_what = "by id or path" if kind == "scenario" else "by path"
     extends = {"type": "string", "description": f"Another {kind}, {by_what}."}
-    made["properties"] = {"extends": extends} | made["properties"]
-    # A file that extends another leaves out what it takes over.
-    made["anyOf"] = [{"required": ["extends"]}, {"required": made.pop("required")}]
+    # A file that extends another leaves out what it takes over, at every depth.
+    part = _partial({"properties": made["properties"]})
+    part["properties"]["extends"] = extends
+    parts = {f"{name}.part": _partial(item) for name, item in made.pop("$defs").items()}
+    whole = {name: made.pop(name) for name in ("properties", "required", "additionalProperties")}
+    definitions = KINDS[kind].model_json_schema(by_alias=True)["$defs"]
+    closed = {"additionalProperties": False}
+    made |= {"if": {"required": ["extends"]}, "then": part | closed, "else": whole}
+    return made | {"$defs": definitions | parts}
+
+
+def _partial(schema: Any) -> Any:
+    """Allow a part of a schema: nothing is required, null removes a key, and references stay so."""
+    if isinstance(schema, list):
+        return [_partial(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    made: dict[str, Any] = {}
+    for name, item in schema.items():
+        if name == "$ref":
+            made[name] = f"{item}.part"
+        elif name in {"properties", "patternProperties"}:
+            made[name] = {key: _or_null(_partial(value)) for key, value in item.items()}
+        elif name == "additionalProperties" and isinstance(item, dict):
+            made[name] = _or_null(_partial(item))
+        elif name == "oneOf":
+            # Without the key that tells them apart, several may fit.
+            made["anyOf"] = _partial(item)
+        elif name not in {"required", "discriminator", "minProperties"}:
+            made[name] = _partial(item)
     return made
+
+
+def _or_null(schema: Any) -> dict[str, Any]:
+    return {"anyOf": [schema, {"type": "null"}]}
 
 
 def schema_text(kind: str) -> str:

@@ -39,3 +39,17 @@ def test_schema_refuses_an_unknown_key() -> None:
     content = load_document(ROOT / "odd" / "motorway_chauffeur.yaml").value
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate({**content, "sede": 7}, schema.schema("odd"))
+
+
+def test_file_that_extends_another_may_hold_parts_of_its_records() -> None:
+    strict = schema.schema("architecture")
+    part = {"extends": "a.yaml", "channels": {"nominal": {"links": ["pose"]}}}
+    jsonschema.validate(part, strict)
+    jsonschema.validate({**part, "sensors": {"eye": None, "ear": {"range": None}}}, strict)
+    mistakes: list[dict[str, object]] = [{"channels": {"nominal": {"link": []}}}, {"sensor": {}}]
+    for wrong in mistakes:
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate({"extends": "a.yaml", **wrong}, strict)
+    del part["extends"]
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(part, strict)
