@@ -48,8 +48,8 @@ GRID: Final = (
 )
 SHARED: Final = (
     "Every count is over test cases that the compared architectures share: the same situation, "
-    "fault entry and replicate, with the same random numbers. VACUOUS never counts as PASS, and "
-    "what is undecided neither as failed nor as held; both are listed."
+    "fault entry and replicate, with the same random numbers. VACUOUS never counts as PASS. "
+    "What is undecided is listed apart; the front counts it as if it had failed."
 )
 
 

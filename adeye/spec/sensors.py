@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, StringConstraints, model_validator
 
-from adeye.spec.misplaced import misplaced
+from adeye.spec.misplaced import Loc, misplaced
 from adeye.spec.quantity import (
     PLUGIN,
     Acceleration,
@@ -161,6 +161,20 @@ class PhysicalCamera(SensorRecord):
     """Intensity of the ego's headlamps straight ahead [cd]; they are always on."""
     patches: ById[Patch] = {}
 
+    @model_validator(mode="after")
+    def _fits_the_image(self) -> Self:
+        if self.min_pixel_height > self.rows:
+            text = f"an object never fills {self.min_pixel_height} of {self.rows} rows"
+            raise misplaced([(("min_pixel_height",), text)])
+        outside: list[tuple[Loc, str]] = [
+            (("patches", name), f"it lies outside of the image of {self.columns} x {self.rows}")
+            for name, patch in self.patches.items()
+            if patch.column >= self.columns or patch.row >= self.rows
+        ]
+        if outside:
+            raise misplaced(outside)
+        return self
+
 
 LOWEST_LIDAR: Final = 0.2
 """Least height of a lidar above the ground [m]; a bumper is higher."""
@@ -191,6 +205,16 @@ class PhysicalLidar(SensorRecord):
     """Neighbouring returns no further apart belong to one object; far away, two beams may be."""
     min_points: Annotated[int, Field(ge=1, le=1000)] = 2
     """Least returns of an object."""
+
+    @model_validator(mode="after")
+    def _can_make_an_object(self) -> Self:
+        if self.min_points > self.beams * self.layers:
+            text = f"{self.beams} beams in {self.layers} layers never give {self.min_points} points"
+            raise misplaced([(("min_points",), text)])
+        if self.layers > 1 and self.vertical_field_of_view <= 0.0:
+            text = f"{self.layers} layers need an angle between the lowest and the highest"
+            raise misplaced([(("vertical_field_of_view",), text)])
+        return self
 
     @model_validator(mode="after")
     def _is_above_the_ground(self) -> Self:
@@ -267,6 +291,13 @@ class Ultrasonic(SensorRecord):
     range_noise: NonNegativeLength = 0.0
     cross_talk: bool = False
     """Whether it also hears the echoes of the other ultrasonic sensors that fire with it."""
+
+    @model_validator(mode="after")
+    def _hears_beyond_its_blind_zone(self) -> Self:
+        if self.blind_zone >= self.range:
+            text = f"nothing is left of the range of {self.range:g} m"
+            raise misplaced([(("blind_zone",), text)])
+        return self
 
 
 class Outage(Record):

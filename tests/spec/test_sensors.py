@@ -96,3 +96,26 @@ def test_radar_that_would_see_more_false_alarms_than_objects_is_told_what_to_cha
         SENSOR.validate_python({**fields, "false_alarm_rate": 1e-3})
     coarse = {**fields, "false_alarm_rate": 1e-3, "range_resolution": "5 m"}
     assert PhysicalRadar.model_validate(coarse).cells == pytest.approx(24_000.0)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ({"kind": "camera", "mount": {"z": "1 m"}, "rows": 40, "min_pixel_height": 50}, "50 of 40"),
+        (
+            {
+                "kind": "camera",
+                "mount": {"z": "1 m"},
+                "patches": {"dirt": {"column": 160, "columns": 4, "rows": 4}},
+            },
+            "outside of the image of 160 x 60",
+        ),
+        ({"kind": "lidar", "mount": LOW, "range": "9 m", "beams": 9, "min_points": 10}, "never"),
+        ({"kind": "lidar", "mount": LOW, "range": "9 m", "layers": 4}, "need an angle"),
+        ({"kind": "ultrasonic", "range": "5 m", "blind_zone": "5 m"}, "nothing is left"),
+    ],
+)
+def test_sensor_that_can_never_detect_is_refused(content: dict[str, Any], said: str) -> None:
+    physical = {} if content["kind"] == "ultrasonic" else {"fidelity": "physical"}
+    with pytest.raises(ValidationError, match=said):
+        SENSOR.validate_python(SEEING | physical | content)

@@ -131,8 +131,10 @@ def to_command(actions: Floats, low: Floats, high: Floats, *, normalised: bool) 
         normalised: Whether actions are from -1 to 1; 0 is neither braking nor steering.
 
     Returns:
-        (..., 2) [m/s²], [rad]; NaN stays NaN.
+        (..., 2) [m/s²], [rad]; NaN where an action is no finite number.
     """
+    # Infinity would be cut to full throttle and pass for an answer.
+    actions = np.where(np.isfinite(actions), actions, np.nan)
     if normalised:
         actions = np.where(actions < 0.0, -actions * low, actions * high)
     cut: Floats = np.clip(actions, low, high)

@@ -51,6 +51,7 @@ NOTES: Final = (
     "Each target stands alone: what other traffic, buildings, curves and crests hide is left out.",
     "A target counts as seen where its middle lies in range and field of view, without noise, "
     "missed detections and false alarms.",
+    "A low sun, patches of a camera and the loss of radar signal at the edge of view are left out.",
     "The ego's own body hides what lies behind it; in the simulation it hides nothing.",
     "Below a speed in brackets there is a gap: a pedestrian who crosses comes at a wider bearing "
     "the slower the ego is, and then from outside the field of view.",

@@ -14,7 +14,7 @@ from adeye.kernel.detection_range import (
     pixel_range,
     sure_beams,
 )
-from adeye.kernel.elementary import cos, tan
+from adeye.kernel.elementary import atan, atan2, cos, tan
 from adeye.spec.sensors import model_name
 from adeye.world.weather import (
     camera_range,
@@ -83,10 +83,14 @@ def _camera(sensor: Sensor, _target: Target, condition: Condition) -> Reach:
 
 
 def _physical_camera(sensor: Sensor, target: Target, condition: Condition) -> Reach:
-    """Both rows and contrast must suffice, with sky, street and headlamps for light."""
+    """Both rows and contrast must suffice, with sky, street and headlamps for light.
+
+    Only rows within the image count: a camera that looks down or up loses what is far or near.
+    """
     spec = cast("PhysicalCamera", sensor)
     rows = float(spec.min_pixel_height)
-    tall = pixel_range(target.height_m, focal_length(spec.columns, spec.field_of_view), rows)
+    focal = focal_length(spec.columns, spec.field_of_view)
+    tall = pixel_range(target.height_m, focal, rows)
     extinction = light_extinction(condition.rain_mps, condition.visibility_m)
     clear = contrast_range(
         target.contrast * spec.transmission,
@@ -95,7 +99,36 @@ def _physical_camera(sensor: Sensor, target: Target, condition: Condition) -> Re
         condition.illuminance,
         spec.headlamps * headlamp_share(cos(spec.mount.yaw)),
     )
-    return Reach(0.0, min(tall, clear))
+    return _longest_stretch(
+        min(tall, clear),
+        lambda distance: _rows_shown(spec, target, distance, focal) >= rows * (1.0 - 1e-9),
+    )
+
+
+def _rows_shown(spec: PhysicalCamera, target: Target, distance: float, focal: float) -> float:
+    """Count the rows of the image that a target fills at a distance."""
+    foot = atan2(-spec.mount.z, distance) + spec.mount.pitch
+    top = atan2(target.height_m - spec.mount.z, distance) + spec.mount.pitch
+    half = 0.5 * spec.rows
+    # A right angle off the axis is outside of every image.
+    limit = atan(half / focal)
+    low, high = max(foot, -limit), min(top, limit)
+    return float(focal * (tan(high) - tan(low))) if low < high else 0.0
+
+
+def _longest_stretch(far: float, is_seen: Callable[[float], bool]) -> Reach:
+    """Return the longest stretch up to a distance without a gap."""
+    best = NOTHING
+    start: float | None = None
+    for distance in [*np.arange(_STEP, far, _STEP).tolist(), far]:
+        if is_seen(distance):
+            start = distance if start is None else start
+            if distance - start > best.far - best.near:
+                best = Reach(start, distance)
+        else:
+            start = None
+    # The nearest look stands for all that is nearer.
+    return Reach(0.0, best.far) if best.near == _STEP else best
 
 
 def _radar(sensor: Sensor, _target: Target, _condition: Condition) -> Reach:
@@ -132,22 +165,14 @@ def _physical_lidar(sensor: Sensor, target: Target, condition: Condition) -> Rea
     Layers leave gaps: what counts is the longest stretch without one.
     """
     spec = cast("PhysicalLidar", sensor)
-    far = _lidar(sensor, target, condition).far
-    best = NOTHING
-    start: float | None = None
-    for distance in [*np.arange(_STEP, far, _STEP).tolist(), far]:
-        if _returns(spec, target, distance) >= spec.min_points:
-            start = distance if start is None else start
-            if distance - start > best.far - best.near:
-                best = Reach(start, distance)
-        else:
-            start = None
-    # The nearest look stands for all that is nearer.
-    return Reach(0.0, best.far) if best.near == _STEP else best
+    return _longest_stretch(
+        _lidar(sensor, target, condition).far,
+        lambda distance: _returns(spec, target, distance) >= spec.min_points,
+    )
 
 
 def _returns(spec: PhysicalLidar, target: Target, distance: float) -> float:
-    """Count the returns that a target gives for sure at a distance."""
+    """Count the returns that a target gives at a distance, as far as the mean loss leaves them."""
     spacing = spec.field_of_view / spec.beams
     beams = min(float(spec.beams), sure_beams(target.width_m, distance, spacing))
     layers = 0
@@ -155,7 +180,7 @@ def _returns(spec: PhysicalLidar, target: Target, distance: float) -> float:
         part = layer / (spec.layers - 1) - 0.5 if spec.layers > 1 else 0.0
         down = spec.mount.pitch - part * spec.vertical_field_of_view
         layers += GROUND <= spec.mount.z - distance * tan(down) <= target.height_m
-    return beams * layers
+    return float(beams * layers * (1.0 - spec.drop_out))
 
 
 def _ultrasonic(sensor: Sensor, _target: Target, _condition: Condition) -> Reach:

@@ -175,3 +175,18 @@ def test_nothing_reaches_further_in_worse_conditions(make: Any) -> None:
     for kind in TARGETS:
         best = far(make(), kind)
         assert all(far(make(), kind, item) <= best for item in CONDITIONS)
+
+
+def test_camera_that_looks_down_loses_what_is_far_and_one_that_looks_up_what_is_low() -> None:
+    level = physical_camera(min_pixel_height=2)
+    for pitch in (0.7, -0.7):
+        turned = physical_camera(
+            min_pixel_height=2, mount={"x": 0.0, "y": 0.0, "z": 1.3, "pitch": pitch}
+        )
+        assert far(turned) < 0.1 * far(level)
+
+
+def test_lidar_that_loses_every_return_sees_nothing() -> None:
+    eye = {"kind": "lidar", "fidelity": "physical", "mount": {"z": 0.6}, "range": 100.0}
+    assert far(sensor(**eye, field_of_view=2.0)) > 50.0
+    assert far(sensor(**eye, field_of_view=2.0, drop_out=1.0)) == 0.0
