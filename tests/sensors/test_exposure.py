@@ -138,8 +138,7 @@ def test_where_patches_overlap_the_worst_counts() -> None:
 
 def test_patch_beyond_the_image_is_cut() -> None:
     far = {"column": 150, "row": 0, "columns": 500, "rows": 500}
-    beyond = {"column": 500, "row": 500, "columns": 5, "rows": 5, "noise": 1.0}
-    visible = shown({}, patches={"far": far, "beyond": beyond})
+    visible = shown({}, patches={"far": far})
     expected = shown({})
     expected[:, 150:] = False
     assert np.array_equal(visible, expected)

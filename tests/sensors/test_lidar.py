@@ -124,7 +124,14 @@ def test_memory_that_nobody_holds_is_used_again_and_leaves_nothing_behind() -> N
 def test_memory_of_a_run_is_that_of_its_beams() -> None:
     lidar = {"kind": "lidar", "fidelity": "physical", "mount": {"z": "1 m"}, "rate": "10 Hz"}
     sensors = {
-        "lidar": {**lidar, "field_of_view": "90 deg", "range": "80 m", "beams": 100, "layers": 4},
+        "lidar": {
+            **lidar,
+            "field_of_view": "90 deg",
+            "range": "80 m",
+            "beams": 100,
+            "layers": 4,
+            "vertical_field_of_view": "8 deg",
+        },
         "pose": {"kind": "localisation", "rate": "10 Hz"},
     }
     assert sample_bytes(architecture(sensors)) == 3 * 400 * 5 * 8
