@@ -96,7 +96,7 @@ def test_range_of_a_sensor_with_a_blind_zone_has_two_ends() -> None:
         "kind": "ultrasonic", "mount": BUMPER, "field_of_view": 1.0, "range": 5.0, "rate": 20.0,
         "blind_zone": 0.25,
     }  # fmt: skip
-    blind = {**CAMERA, "kind": "lidar", "fidelity": "physical", "range": 80.0, "min_points": 900}
+    blind = {**CAMERA, "kind": "lidar", "fidelity": "physical", "range": 80.0, "drop_out": 1.0}
     blind.pop("night_range")
     rows = suite_views([analyse(architecture({"near": near, "poor": blind}))])[0].sensors
     assert [row[3] for row in rows] == ["0.2 to 5.0 m", "none"]
