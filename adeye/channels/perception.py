@@ -6,22 +6,28 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.channels.pose import has_pose, update_pose
+from adeye.channels.pose import POSE_WIDTH, clear_pose, has_pose, update_pose
+from adeye.channels.sight import Sight
 from adeye.channels.tracking import drop_tentative, predict_tracks, update_tracks
 from adeye.channels.tracks import (
     TRACK_HITS,
     TRACK_LENGTH,
+    TRACK_STATE,
     TRACK_VX,
     TRACK_VY,
     TRACK_WIDTH,
     TRACK_X,
     TRACK_Y,
+    TRACKS,
     carried_by,
 )
 from adeye.kernel.jit import compiled, inlined
+from adeye.signals import TRACK_COLUMNS, Bools, Floats, Ints, Observation
 
 if TYPE_CHECKING:
-    from adeye.signals import Bools, Floats, Ints
+    from numpy.typing import NDArray
+
+    from adeye.ports import ChannelContext
 
 BLOCK: Final = 64
 """Runs that go through a stage together. Neighbouring runs have nothing to do with each other, so
@@ -37,8 +43,125 @@ block has touched is still near when the next stage wants it."""
 NOTE_WIDTH: Final = 6
 
 
+class Perception:
+    """What a channel knows of the ego and of the objects around it, from its linked sensors.
+
+    Attributes:
+        records: (B,) parameters, vehicle and road, see ``driving.channel_records``.
+        segments: (B, R, 5) reference line of the road.
+        running: (B,) runs that had not ended at the newest tick.
+        pose: (B, POSE_WIDTH).
+        tracks: (B, K, TRACK_STATE).
+        notes: (B, NOTE_WIDTH), of which decisions read ``NOTE_END``.
+        degraded: (B,) whether a linked sensor does not deliver.
+        shown: (B, K, 6) confirmed tracks, see ``signals.TRACK_COLUMNS``; NaN rows are empty.
+    """
+
+    def __init__(self, context: ChannelContext, records: NDArray[np.void]) -> None:
+        """Prepare for the runs of a batch.
+
+        Args:
+            context: Of the channel.
+            records: (B,) see above; ``_perceive_block`` says what is read of them.
+        """
+        runs = context.runs
+        self._sight = Sight(context)
+        self._used = np.full(self._sight.mounts.shape[:2], -1.0)
+        self.records = records
+        self.segments: Floats = np.ascontiguousarray(context.road.segments)
+        self.running: Bools = np.zeros(runs, dtype=np.bool_)
+        self.pose: Floats = np.zeros((runs, POSE_WIDTH))
+        for row in self.pose:
+            clear_pose(row)
+        self.tracks: Floats = np.zeros((runs, TRACKS, TRACK_STATE))
+        self.notes: Floats = np.zeros((runs, NOTE_WIDTH))
+        self.degraded: Bools = np.zeros(runs, dtype=np.bool_)
+        self.shown: Floats = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
+
+    def update(self, observation: Observation) -> None:
+        """Take in the measurements of a tick of the channel."""
+        sight = self._sight
+        sight.take(observation.measurements, observation.time)
+        # A copy, because plug-ins are shown arrays that the compiler takes for another type.
+        self.running = observation.running.copy()
+        _perceive(
+            self.records,
+            observation.time,
+            self.running,
+            self.segments,
+            sight.estimate,
+            sight.estimate_stamp,
+            sight.accuracy,
+            sight.mounts,
+            sight.stamps,
+            sight.alive,
+            sight.masks,
+            sight.detections,
+            self.pose,
+            self.tracks,
+            self._used,
+            self.notes,
+            self.degraded,
+            self.shown,
+            sight.places,
+            sight.owner,
+        )
+
+
+@compiled
+def _perceive(  # noqa: PLR0913, PLR0917 - a kernel
+    records: Any,
+    time: float,
+    running: Bools,
+    segments: Floats,
+    estimate: Floats,
+    estimate_stamp: Floats,
+    accuracy: Floats,
+    mounts: Floats,
+    stamps: tuple[Floats, ...],
+    alive: tuple[Bools, ...],
+    masks: tuple[Bools, ...],
+    detections: tuple[Floats, ...],
+    pose: Floats,
+    tracks: Floats,
+    used: Floats,
+    notes: Floats,
+    degraded: Bools,
+    shown: Floats,
+    places: Floats,
+    owner: Ints,
+) -> None:
+    for begin in range(0, records.shape[0], BLOCK):
+        stop = min(begin + BLOCK, records.shape[0])
+        _perceive_block(
+            begin,
+            stop,
+            records,
+            time,
+            running,
+            segments,
+            estimate,
+            estimate_stamp,
+            accuracy,
+            mounts,
+            stamps,
+            masks,
+            detections,
+            pose,
+            tracks,
+            used,
+            notes,
+            places,
+            owner,
+        )
+        for run in range(begin, stop):
+            if running[run]:
+                degraded[run] = _is_degraded(alive, run)
+                _show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+
+
 @inlined
-def perceive(  # noqa: PLR0913, PLR0917 - a kernel
+def _perceive_block(  # noqa: PLR0913, PLR0917 - a kernel
     begin: int,
     stop: int,
     records: Any,
@@ -196,7 +319,7 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def is_degraded(alive: tuple[Bools, ...], run: int) -> bool:
+def _is_degraded(alive: tuple[Bools, ...], run: int) -> bool:
     """Tell whether a linked sensor does not deliver.
 
     Args:
@@ -210,7 +333,7 @@ def is_degraded(alive: tuple[Bools, ...], run: int) -> bool:
 
 
 @compiled
-def show_tracks(tracks: Floats, confirm_hits: float, shown: Floats) -> None:
+def _show_tracks(tracks: Floats, confirm_hits: float, shown: Floats) -> None:
     """Write the confirmed tracks for the command; the other rows are NaN.
 
     Args:

@@ -9,23 +9,12 @@ import numpy as np
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import channel_records
 from adeye.channels.nominal.planning import MEMORY_PATH, MEMORY_WIDTH, nominal_step
-from adeye.channels.perception import (
-    BLOCK,
-    NOTE_END,
-    NOTE_WIDTH,
-    is_degraded,
-    perceive,
-    show_tracks,
-)
-from adeye.channels.pose import POSE_WIDTH, clear_pose
-from adeye.channels.sight import Sight
-from adeye.channels.tracks import TRACK_STATE, TRACKS
+from adeye.channels.perception import NOTE_END, Perception
 from adeye.kernel.jit import compiled
 from adeye.signals import (
     DEGRADED,
     FAULT,
     OK,
-    TRACK_COLUMNS,
     Bools,
     ControlCommand,
     Floats,
@@ -56,50 +45,29 @@ class NominalChannel:
             context.parameters, lambda item: {name: float(getattr(item, name)) for name in names}
         )
         self._channel_id = context.channel_id
-        self._records = channel_records(context, fields)
-        self._segments = np.ascontiguousarray(context.road.segments)
-        self._sight = Sight(context)
-        self._pose = np.zeros((runs, POSE_WIDTH))
-        for row in self._pose:
-            clear_pose(row)
-        self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
-        self._used = np.full(self._sight.mounts.shape[:2], -1.0)
-        self._notes = np.zeros((runs, NOTE_WIDTH))
+        self._perception = Perception(context, channel_records(context, fields))
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
         self._command = np.zeros((runs, 2))
         self._status = np.full(runs, FAULT, dtype=np.int64)
         self._path = np.zeros(PATH_WIDTH)
-        self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
-        sight = self._sight
-        sight.take(observation.measurements, observation.time)
+        seen = self._perception
+        seen.update(observation)
         _act(
-            self._records,
+            seen.records,
             observation.time,
-            # A copy, because plug-ins are shown arrays that the compiler takes for another type.
-            observation.running.copy(),
-            self._segments,
-            sight.estimate,
-            sight.estimate_stamp,
-            sight.accuracy,
-            sight.mounts,
-            sight.stamps,
-            sight.alive,
-            sight.masks,
-            sight.detections,
-            self._pose,
-            self._tracks,
-            self._used,
-            self._notes,
+            seen.running,
+            seen.segments,
+            seen.pose,
+            seen.tracks,
+            seen.notes,
+            seen.degraded,
             self._memory,
             self._command,
             self._status,
-            self._shown,
-            sight.places,
-            sight.owner,
             self._path,
         )
         return ControlCommand(
@@ -108,7 +76,7 @@ class NominalChannel:
             self._command[:, 1].copy(),
             np.full(self._status.shape, observation.time),
             self._status.copy(),
-            tracks=self._shown.copy(),
+            tracks=seen.shown.copy(),
         )
 
 
@@ -118,64 +86,29 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     time: float,
     running: Bools,
     segments: Floats,
-    estimate: Floats,
-    estimate_stamp: Floats,
-    accuracy: Floats,
-    mounts: Floats,
-    stamps: tuple[Floats, ...],
-    alive: tuple[Bools, ...],
-    masks: tuple[Bools, ...],
-    detections: tuple[Floats, ...],
     pose: Floats,
     tracks: Floats,
-    used: Floats,
     notes: Floats,
+    degraded: Bools,
     memory: Floats,
     command: Floats,
     status: Ints,
-    shown: Floats,
-    places: Floats,
-    owner: Ints,
     path: Floats,
 ) -> None:
-    for begin in range(0, records.shape[0], BLOCK):
-        stop = min(begin + BLOCK, records.shape[0])
-        perceive(
-            begin,
-            stop,
-            records,
+    for run in range(records.shape[0]):
+        if not running[run]:
+            continue
+        state = nominal_step(
+            records[run],
             time,
-            running,
-            segments,
-            estimate,
-            estimate_stamp,
-            accuracy,
-            mounts,
-            stamps,
-            masks,
-            detections,
-            pose,
-            tracks,
-            used,
-            notes,
-            places,
-            owner,
+            segments[run],
+            int(notes[run, NOTE_END]),
+            pose[run],
+            tracks[run],
+            memory[run],
+            command[run],
+            path,
         )
-        for run in range(begin, stop):
-            if not running[run]:
-                continue
-            state = nominal_step(
-                records[run],
-                time,
-                segments[run],
-                int(notes[run, NOTE_END]),
-                pose[run],
-                tracks[run],
-                memory[run],
-                command[run],
-                path,
-            )
-            if state == OK and is_degraded(alive, run):
-                state = DEGRADED
-            status[run] = state
-            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+        if state == OK and degraded[run]:
+            state = DEGRADED
+        status[run] = state

@@ -21,9 +21,7 @@ import numpy as np
 from adeye.channels.driving import channel_records
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
-from adeye.channels.perception import is_degraded
 from adeye.channels.policy.observation import Kinematics, action_limits, to_command
-from adeye.channels.sight import Sight
 from adeye.errors import SpecError
 from adeye.registry import Part, load_part
 from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Observation, spec_columns
@@ -93,10 +91,7 @@ class PolicyChannel:
             context.parameters,
             lambda item: {name: float(getattr(item, name)) for name in _PERCEPTION},
         )
-        records = channel_records(context, fields)
-        self._sight = Sight(context)
-        segments = np.ascontiguousarray(context.road.segments)
-        self._seen = Kinematics(records, segments, self._sight.mounts.shape[1])
+        self._seen = Kinematics(context, channel_records(context, fields))
         self._asked: list[_Asked] = []
         for parameters in dict.fromkeys(context.parameters):
             members = [item == parameters for item in context.parameters]
@@ -108,9 +103,7 @@ class PolicyChannel:
 
     def act(self, observation: Observation) -> ControlCommand:
         """Ask the policy in every run that has not ended."""
-        sight = self._sight
-        sight.take(observation.measurements, observation.time)
-        self._seen.update(observation.time, observation.running, sight)
+        self._seen.update(observation)
         command = self._previous.copy()
         command.tracks = self._seen.tracks.copy()
         is_open = observation.running & ~self._failures.silent
@@ -143,7 +136,7 @@ class PolicyChannel:
         )
         command.acceleration[runs], command.steering_angle[runs] = commands.T
         for run in runs:
-            command.status[run] = DEGRADED if is_degraded(self._sight.alive, int(run)) else OK
+            command.status[run] = DEGRADED if self._seen.degraded[run] else OK
 
     def _fail(self, run: int, time: float, error: BaseException) -> None:
         runs = np.zeros(self._failures.silent.shape[0], dtype=np.bool_)

@@ -11,22 +11,19 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.channels.driving import lane_at
-from adeye.channels.perception import BLOCK, NOTE_END, NOTE_WIDTH, perceive, show_tracks
+from adeye.channels.perception import NOTE_END, Perception
 from adeye.channels.pose import (
     POSE_ACCELERATION,
     POSE_ALIGN,
     POSE_CURVATURE,
     POSE_D,
     POSE_SPEED,
-    POSE_WIDTH,
     POSE_YAW_RATE,
-    clear_pose,
     has_pose,
 )
 from adeye.channels.tracks import (
     TRACK_HITS,
     TRACK_LENGTH,
-    TRACK_STATE,
     TRACK_VX,
     TRACK_VY,
     TRACK_WIDTH,
@@ -36,7 +33,6 @@ from adeye.channels.tracks import (
 )
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import lane_center, offset_curvature
-from adeye.signals import TRACK_COLUMNS, Bools, Floats
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,7 +40,8 @@ if TYPE_CHECKING:
     import gymnasium
     from numpy.typing import NDArray
 
-    from adeye.channels.sight import Sight
+    from adeye.ports import ChannelContext
+    from adeye.signals import Bools, Floats, Observation
     from adeye.spec.architecture import Vehicle
     from adeye.spec.channels import PolicyParameters
 
@@ -146,61 +143,39 @@ class Kinematics:
 
     Attributes:
         is_known: (B,) whether there is a recent ego estimate.
+        degraded: (B,) whether a linked sensor does not deliver.
         tracks: (B, K, 6) confirmed tracks, see ``signals.TRACK_COLUMNS``.
     """
 
-    def __init__(self, records: NDArray[np.void], segments: Floats, sensors: int) -> None:
+    def __init__(self, context: ChannelContext, records: NDArray[np.void]) -> None:
         """Prepare for the runs of a batch.
 
         Args:
+            context: Of the channel.
             records: (B,) parameters, vehicle and road, see ``driving.channel_records``.
-            segments: (B, R, 5) reference line of the road.
-            sensors: How many linked sensors may detect something.
         """
-        runs = len(records)
-        self._records = records
-        self._segments = segments
-        self._pose = np.zeros((runs, POSE_WIDTH))
-        for row in self._pose:
-            clear_pose(row)
-        self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
-        self._used = np.full((runs, sensors), -1.0)
-        self._notes = np.zeros((runs, NOTE_WIDTH))
+        runs = context.runs
+        self._perception = Perception(context, records)
         self._ego = np.zeros((runs, len(EGO_FEATURES)))
         self._objects = np.zeros((runs, TRACKS, len(OBJECT_FEATURES)))
         self.is_known: Bools = np.zeros(runs, dtype=np.bool_)
-        self.tracks: Floats = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
+        self.degraded: Bools = self._perception.degraded
+        self.tracks: Floats = self._perception.shown
 
-    def update(self, time: float, running: Bools, sight: Sight) -> None:
-        """Take in the samples of a tick.
-
-        Args:
-            time: [s].
-            running: (B,) runs that have not ended.
-            sight: The newest samples of the linked sensors.
-        """
-        _look(
-            self._records,
-            time,
-            running.copy(),
-            self._segments,
-            sight.estimate,
-            sight.estimate_stamp,
-            sight.accuracy,
-            sight.mounts,
-            sight.stamps,
-            sight.masks,
-            sight.detections,
-            self._pose,
-            self._tracks,
-            self._used,
-            self._notes,
-            sight.places,
-            sight.owner,
+    def update(self, observation: Observation) -> None:
+        """Take in the measurements of a tick."""
+        seen = self._perception
+        seen.update(observation)
+        _describe(
+            seen.records,
+            observation.time,
+            seen.running,
+            seen.pose,
+            seen.tracks,
+            seen.notes,
             self.is_known,
             self._ego,
             self._objects,
-            self.tracks,
         )
 
     def shown(self, runs: Any, parameters: PolicyParameters) -> Mapping[str, Any] | Any:
@@ -221,59 +196,23 @@ class Kinematics:
 
 
 @compiled
-def _look(  # noqa: PLR0913, PLR0917 - a kernel
+def _describe(  # noqa: PLR0913, PLR0917 - a kernel
     records: Any,
     time: float,
     running: Bools,
-    segments: Floats,
-    estimate: Floats,
-    estimate_stamp: Floats,
-    accuracy: Floats,
-    mounts: Floats,
-    stamps: tuple[Floats, ...],
-    masks: tuple[Bools, ...],
-    detections: tuple[Floats, ...],
     pose: Floats,
     tracks: Floats,
-    used: Floats,
     notes: Floats,
-    places: Floats,
-    owner: Any,
     is_known: Bools,
     ego: Floats,
     objects: Floats,
-    shown: Floats,
 ) -> None:
-    for begin in range(0, records.shape[0], BLOCK):
-        stop = min(begin + BLOCK, records.shape[0])
-        perceive(
-            begin,
-            stop,
-            records,
-            time,
-            running,
-            segments,
-            estimate,
-            estimate_stamp,
-            accuracy,
-            mounts,
-            stamps,
-            masks,
-            detections,
-            pose,
-            tracks,
-            used,
-            notes,
-            places,
-            owner,
-        )
-        for run in range(begin, stop):
-            if running[run]:
-                record, end = records[run], int(notes[run, NOTE_END])
-                is_known[run] = has_pose(pose[run], time)
-                _describe_ego(record, pose[run], ego[run])
-                _describe_objects(record, pose[run], tracks[run], end, objects[run])
-                show_tracks(tracks[run], record["confirm_hits"], shown[run])
+    for run in range(records.shape[0]):
+        if running[run]:
+            record, end = records[run], int(notes[run, NOTE_END])
+            is_known[run] = has_pose(pose[run], time)
+            _describe_ego(record, pose[run], ego[run])
+            _describe_objects(record, pose[run], tracks[run], end, objects[run])
 
 
 @inlined

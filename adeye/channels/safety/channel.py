@@ -10,25 +10,14 @@ import numpy as np
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import channel_records
 from adeye.channels.links import SWITCH, linked_channels
-from adeye.channels.perception import (
-    BLOCK,
-    NOTE_END,
-    NOTE_WIDTH,
-    is_degraded,
-    perceive,
-    show_tracks,
-)
-from adeye.channels.pose import POSE_WIDTH, clear_pose
+from adeye.channels.perception import NOTE_END, Perception
 from adeye.channels.safety.monitors import EVIDENCE_WIDTH, MONITOR_IDS
 from adeye.channels.safety.supervision import MEMORY_PATH, MEMORY_WIDTH, NO_SWITCH, safety_step
-from adeye.channels.sight import Sight
-from adeye.channels.tracks import TRACK_STATE, TRACKS
 from adeye.kernel.jit import compiled
 from adeye.signals import (
     DEGRADED,
     FAULT,
     OK,
-    TRACK_COLUMNS,
     Bools,
     ControlCommand,
     Floats,
@@ -70,35 +59,27 @@ class SafetyChannel:
         runs = context.runs
         fields = spec_columns(context.parameters, lambda item: _numbers(item, context.period))
         self._channel_id = context.channel_id
-        self._records = channel_records(context, fields | PERCEPTION | SHADOW)
-        self._segments = np.ascontiguousarray(context.road.segments)
+        records = channel_records(context, fields | PERCEPTION | SHADOW)
+        self._perception = Perception(context, records)
         self._supervised = linked_channels(context.links)
         self._has_switch = SWITCH in context.links
-        self._sight = Sight(context)
         self._numbers = np.zeros((runs, len(self._supervised), 3))
         self._channel_status = np.zeros((runs, len(self._supervised)), dtype=np.int64)
         self._reason = np.full(runs, NO_SWITCH, dtype=np.int64)
-        self._pose = np.zeros((runs, POSE_WIDTH))
-        for row in self._pose:
-            clear_pose(row)
-        self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
-        self._used = np.full(self._sight.mounts.shape[:2], -1.0)
         self._heard = np.zeros(self._channel_status.shape, dtype=np.bool_)
         self._states = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.int64)
-        self._notes = np.zeros((runs, NOTE_WIDTH))
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
         self._command = np.zeros((runs, 2))
         self._status = np.full(runs, FAULT, dtype=np.int64)
         self._monitors = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.bool_)
         self._path = np.zeros(PATH_WIDTH)
-        self._seen = np.zeros(EVIDENCE_WIDTH)
-        self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
+        self._evidence = np.zeros(EVIDENCE_WIDTH)
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
-        sight = self._sight
-        sight.take(observation.measurements, observation.time)
+        seen = self._perception
+        seen.update(observation)
         for index, name in enumerate(self._supervised):
             heard = observation.commands[name]
             self._numbers[:, index, 0] = heard.acceleration
@@ -108,37 +89,25 @@ class SafetyChannel:
         if self._has_switch and observation.authority is not None:
             self._reason[:] = observation.authority.reason
         _act(
-            self._records,
+            seen.records,
             observation.time,
-            # A copy, because plug-ins are shown arrays that the compiler takes for another type.
-            observation.running.copy(),
-            self._segments,
-            sight.estimate,
-            sight.estimate_stamp,
-            sight.accuracy,
-            sight.mounts,
-            sight.stamps,
-            sight.alive,
-            sight.masks,
-            sight.detections,
+            seen.running,
+            seen.segments,
             self._numbers,
             self._channel_status,
             self._reason,
-            self._pose,
-            self._tracks,
-            self._used,
-            self._notes,
+            seen.pose,
+            seen.tracks,
+            seen.notes,
+            seen.degraded,
             self._heard,
             self._states,
             self._memory,
             self._command,
             self._status,
             self._monitors,
-            self._shown,
-            sight.places,
-            sight.owner,
             self._path,
-            self._seen,
+            self._evidence,
         )
         return ControlCommand(
             self._channel_id,
@@ -147,7 +116,7 @@ class SafetyChannel:
             np.full(self._status.shape, observation.time),
             self._status.copy(),
             monitors=self._monitors.copy(),
-            tracks=self._shown.copy(),
+            tracks=seen.shown.copy(),
         )
 
 
@@ -178,78 +147,43 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     time: float,
     running: Bools,
     segments: Floats,
-    estimate: Floats,
-    estimate_stamp: Floats,
-    accuracy: Floats,
-    mounts: Floats,
-    stamps: tuple[Floats, ...],
-    alive: tuple[Bools, ...],
-    masks: tuple[Bools, ...],
-    detections: tuple[Floats, ...],
     numbers: Floats,
     channel_status: Ints,
     reason: Ints,
     pose: Floats,
     tracks: Floats,
-    used: Floats,
     notes: Floats,
+    degraded: Bools,
     heard: Bools,
     states: Ints,
     memory: Floats,
     command: Floats,
     status: Ints,
     monitors: Bools,
-    shown: Floats,
-    places: Floats,
-    owner: Ints,
     path: Floats,
     seen: Floats,
 ) -> None:
-    for begin in range(0, records.shape[0], BLOCK):
-        stop = min(begin + BLOCK, records.shape[0])
-        perceive(
-            begin,
-            stop,
-            records,
+    for run in range(records.shape[0]):
+        if not running[run]:
+            continue
+        state = safety_step(
+            records[run],
             time,
-            running,
-            segments,
-            estimate,
-            estimate_stamp,
-            accuracy,
-            mounts,
-            stamps,
-            masks,
-            detections,
-            pose,
-            tracks,
-            used,
-            notes,
-            places,
-            owner,
+            segments[run],
+            int(notes[run, NOTE_END]),
+            numbers[run],
+            channel_status[run],
+            reason[run],
+            pose[run],
+            tracks[run],
+            heard[run],
+            states[run],
+            memory[run],
+            command[run],
+            monitors[run],
+            path,
+            seen,
         )
-        for run in range(begin, stop):
-            if not running[run]:
-                continue
-            state = safety_step(
-                records[run],
-                time,
-                segments[run],
-                int(notes[run, NOTE_END]),
-                numbers[run],
-                channel_status[run],
-                reason[run],
-                pose[run],
-                tracks[run],
-                heard[run],
-                states[run],
-                memory[run],
-                command[run],
-                monitors[run],
-                path,
-                seen,
-            )
-            if state == OK and is_degraded(alive, run):
-                state = DEGRADED
-            status[run] = state
-            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+        if state == OK and degraded[run]:
+            state = DEGRADED
+        status[run] = state

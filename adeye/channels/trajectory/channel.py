@@ -7,17 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.channels.driving import allowed_speed, channel_records, is_number
-from adeye.channels.perception import (
-    BLOCK,
-    NOTE_END,
-    NOTE_WIDTH,
-    is_degraded,
-    perceive,
-    show_tracks,
-)
-from adeye.channels.pose import POSE_D, POSE_SPEED, POSE_WIDTH, clear_pose, has_pose
-from adeye.channels.sight import Sight
-from adeye.channels.tracks import BEHIND, TRACK_STATE, TRACKS
+from adeye.channels.perception import NOTE_END, Perception
+from adeye.channels.pose import POSE_D, POSE_SPEED, has_pose
+from adeye.channels.tracks import BEHIND, TRACKS
 from adeye.channels.trajectory.candidates import (
     CANDIDATES,
     LEVEL_ROW,
@@ -55,7 +47,6 @@ from adeye.signals import (
     DEGRADED,
     FAULT,
     OK,
-    TRACK_COLUMNS,
     Bools,
     ControlCommand,
     Floats,
@@ -83,18 +74,9 @@ class TrajectoryChannel:
         """Prepare for the runs of a batch."""
         runs = context.runs
         self._channel_id = context.channel_id
-        self._records = channel_records(
-            context,
-            spec_columns(context.parameters, _numbers) | spec_columns(context.vehicles, _limits),
-        )
-        self._segments = np.ascontiguousarray(context.road.segments)
-        self._sight = Sight(context)
-        self._pose = np.zeros((runs, POSE_WIDTH))
-        for row in self._pose:
-            clear_pose(row)
-        self._tracks = np.zeros((runs, TRACKS, TRACK_STATE))
-        self._used = np.full(self._sight.mounts.shape[:2], -1.0)
-        self._notes = np.zeros((runs, NOTE_WIDTH))
+        numbers = spec_columns(context.parameters, _numbers)
+        limits = spec_columns(context.vehicles, _limits)
+        self._perception = Perception(context, channel_records(context, numbers | limits))
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_LANE] = np.nan
         self._driven = np.zeros((runs, PATH_ROW))
@@ -104,7 +86,6 @@ class TrajectoryChannel:
         self._plan = np.full((runs, SAMPLES, PLAN_ROW), np.nan)
         self._shows = context.shows_candidates
         fans = runs if self._shows else 0
-        self._shown = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
         self._candidates = np.full((fans, CANDIDATES, POINTS, 2), np.nan)
         self._costs = np.full((fans, CANDIDATES), np.nan)
         self._chosen = np.full(fans, -1, dtype=np.int64)
@@ -121,38 +102,26 @@ class TrajectoryChannel:
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
-        sight = self._sight
-        sight.take(observation.measurements, observation.time)
+        seen = self._perception
+        seen.update(observation)
         _act(
-            self._records,
+            seen.records,
             observation.time,
-            # A copy, because plug-ins are shown arrays that the compiler takes for another type.
-            observation.running.copy(),
-            self._segments,
-            sight.estimate,
-            sight.estimate_stamp,
-            sight.accuracy,
-            sight.mounts,
-            sight.stamps,
-            sight.alive,
-            sight.masks,
-            sight.detections,
-            self._pose,
-            self._tracks,
-            self._used,
-            self._notes,
+            seen.running,
+            seen.segments,
+            seen.pose,
+            seen.tracks,
+            seen.notes,
+            seen.degraded,
             self._memory,
             self._driven,
             self._command,
             self._status,
             self._plan,
             self._shows,
-            self._shown,
             self._candidates,
             self._costs,
             self._chosen,
-            sight.places,
-            sight.owner,
             self._scratch,
         )
         return ControlCommand(
@@ -162,7 +131,7 @@ class TrajectoryChannel:
             np.full(self._status.shape, observation.time),
             self._status.copy(),
             plan=self._plan.copy(),
-            tracks=self._shown.copy(),
+            tracks=seen.shown.copy(),
             candidates=self._candidates.copy() if self._shows else None,
             candidate_costs=self._costs.copy() if self._shows else None,
             chosen=self._chosen.copy() if self._shows else None,
@@ -189,85 +158,50 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     time: float,
     running: Bools,
     segments: Floats,
-    estimate: Floats,
-    estimate_stamp: Floats,
-    accuracy: Floats,
-    mounts: Floats,
-    stamps: tuple[Floats, ...],
-    alive: tuple[Bools, ...],
-    masks: tuple[Bools, ...],
-    detections: tuple[Floats, ...],
     pose: Floats,
     tracks: Floats,
-    used: Floats,
     notes: Floats,
+    degraded: Bools,
     memory: Floats,
     driven: Floats,
     command: Floats,
     status: Ints,
     plan: Floats,
     shows: bool,  # noqa: FBT001 - a kernel
-    shown: Floats,
     candidates: Floats,
     costs: Floats,
     chosen: Ints,
-    places: Floats,
-    owner: Ints,
     scratch: tuple[Floats, Floats, Floats, Floats, Ints, Floats, Floats, Floats],
 ) -> None:
-    for begin in range(0, records.shape[0], BLOCK):
-        stop = min(begin + BLOCK, records.shape[0])
-        perceive(
-            begin,
-            stop,
-            records,
+    for run in range(records.shape[0]):
+        if not running[run]:
+            continue
+        best = trajectory_step(
+            records[run],
             time,
-            running,
-            segments,
-            estimate,
-            estimate_stamp,
-            accuracy,
-            mounts,
-            stamps,
-            masks,
-            detections,
-            pose,
-            tracks,
-            used,
-            notes,
-            places,
-            owner,
+            segments[run],
+            int(notes[run, NOTE_END]),
+            pose[run],
+            tracks[run],
+            memory[run],
+            driven[run],
+            command[run],
+            plan[run],
+            shows,
+            scratch,
         )
-        for run in range(begin, stop):
-            if not running[run]:
-                continue
-            best = trajectory_step(
-                records[run],
-                time,
-                segments[run],
-                int(notes[run, NOTE_END]),
-                pose[run],
-                tracks[run],
-                memory[run],
-                driven[run],
-                command[run],
-                plan[run],
-                shows,
-                scratch,
-            )
-            status[run] = FAULT if best < 0 else OK
-            if best >= 0 and is_degraded(alive, run):
-                status[run] = DEGRADED
-            show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
-            if shows:
-                chosen[run] = best
-                candidates[run] = np.nan
-                costs[run] = np.nan
-                if best >= 0:
-                    _, _, paths, profiles, _, _, _, fan = scratch
-                    show_candidates(pose[run], segments[run], paths, profiles, candidates[run])
-                    for place in range(CANDIDATES):
-                        costs[run, place] = fan[place]
+        status[run] = FAULT if best < 0 else OK
+        if best >= 0 and degraded[run]:
+            status[run] = DEGRADED
+        if shows:
+            chosen[run] = best
+            candidates[run] = np.nan
+            costs[run] = np.nan
+            if best >= 0:
+                _, _, paths, profiles, _, _, _, fan = scratch
+                show_candidates(pose[run], segments[run], paths, profiles, candidates[run])
+                for place in range(CANDIDATES):
+                    costs[run, place] = fan[place]
 
 
 @inlined

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import gymnasium
@@ -14,8 +15,7 @@ from adeye.channels.policy.observation import (
     observation_space,
     to_command,
 )
-from adeye.channels.sight import Sight
-from adeye.signals import Floats
+from adeye.signals import Floats, Observation
 from adeye.spec.channels import PolicyParameters
 from adeye.testing import channel_context
 from adeye.testing.scenes import object_measurement, passenger_car, pose_measurement, straight_road
@@ -32,16 +32,16 @@ def observed(objects: list[list[float]], asked: PolicyParameters, ticks: int = 1
     links, sensors = ("front", "pose"), {"front": "radar", "pose": "localisation"}
     context = channel_context(asked, links=links, sensors=sensors)
     fields = {"confirm_hits": 3.0, "coast": 0.5, "gate": 4.0}
-    sight = Sight(context)
-    seen = Kinematics(channel_records(context, fields), road.segments, 1)
+    seen = Kinematics(replace(context, road=road), channel_records(context, fields))
     for tick in range(ticks):
         time = 0.05 * tick
         ego = np.array([[20.0 * time, LANE + 0.5, 0.02, 20.0, 0.0, 0.0, 0.0]])
         rows = np.array(objects, dtype=np.float64).reshape(1, -1, 5)
         rows[:, :, 0] += time * rows[:, :, 3]
         front = object_measurement(ego, rows, time)
-        sight.take({"front": front, "pose": pose_measurement(road, ego, time)})
-        seen.update(time, np.ones(1, dtype=np.bool_), sight)
+        measurements = {"front": front, "pose": pose_measurement(road, ego, time)}
+        running = np.ones(1, dtype=np.bool_)
+        seen.update(Observation(time, measurements, {}, None, running))
     return seen.shown(np.array([0]), asked)
 
 
