@@ -11,17 +11,14 @@ import math
 
 from adeye.kernel.elementary import LARGEST_ANGLE, sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.sight import ray_box_distance, visible_fraction
 
 __all__ = [
     "box_distance",
     "boxes_overlap",
     "contains_point",
     "point_box_distance",
-    "ray_box_distance",
     "signed_box_distance",
     "swept_contact",
-    "visible_fraction",
     "wrap_to_pi",
 ]
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.kernel.elementary import QUARTERS_PER_RADIAN, log_of_parts, sin_cos_of_rest
+from adeye.kernel.branchless import log_of_fraction, sin_cos_of_turn
 from adeye.kernel.jit import compiled, inlined
 
 if TYPE_CHECKING:
@@ -49,9 +49,6 @@ _WEYL_0 = np.uint64(0x9E3779B9)
 _WEYL_1 = np.uint64(0xBB67AE85)
 _TWO_TO_MINUS_52 = 2.0**-52
 # Of the bits of a float: those of its mantissa, and those of one half.
-_MANTISSA = 0xFFFFFFFFFFFFF
-_HALF_BITS = 0x3FE0000000000000
-_ROOT_HALF = 0.70710678118654752440
 
 
 def owner_id(name: str) -> int:
@@ -104,27 +101,6 @@ def _fraction(high: np.uint64, low: np.uint64) -> float:
     return (float(bits) + 0.5) * _TWO_TO_MINUS_52
 
 
-@inlined
-def _log_of_fraction(x: float) -> float:
-    """Return ``elementary.log`` of a number in (0, 1), bit for bit, without a jump to guess."""
-    bits = np.float64(x).view(np.int64)
-    mantissa = np.int64((bits & _MANTISSA) | _HALF_BITS).view(np.float64)
-    is_low = mantissa < _ROOT_HALF
-    power = (bits >> 52) - (1023 if is_low else 1022)
-    return log_of_parts(2.0 * mantissa if is_low else mantissa, float(power))
-
-
-@inlined
-def _sin_cos_of_turn(angle: float) -> tuple[float, float]:
-    """Return ``elementary.sin_cos`` of an angle in (0, 2 pi), bit for bit, without a jump."""
-    turns = int(angle * QUARTERS_PER_RADIAN + 0.5)
-    s, c = sin_cos_of_rest(angle, float(turns))
-    is_odd = turns & 1 != 0
-    # Negative in quadrants 2 and 3, and in 1 and 2.
-    sine = (1.0 - float(turns & 2)) * (c if is_odd else s)
-    return sine, (1.0 - float((turns + 1) & 2)) * (s if is_odd else c)
-
-
 @compiled
 def uniform(stream_seed: np.uint64, owner: np.uint64, sample: int, index: int) -> float:
     """Draw from the uniform distribution on the open interval (0, 1).
@@ -144,8 +120,8 @@ def _normal_pair(
     stream_seed: np.uint64, owner: np.uint64, sample: int, index: int
 ) -> tuple[float, float]:
     a, b, c, d = _block(stream_seed, owner, sample, index)
-    radius = math.sqrt(-2.0 * _log_of_fraction(_fraction(a, b)))
-    sine, cosine = _sin_cos_of_turn(2.0 * math.pi * _fraction(c, d))
+    radius = math.sqrt(-2.0 * log_of_fraction(_fraction(a, b)))
+    sine, cosine = sin_cos_of_turn(2.0 * math.pi * _fraction(c, d))
     return radius * cosine, radius * sine
 
 

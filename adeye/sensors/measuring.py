@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from adeye.kernel.elementary import sin_cos
-from adeye.kernel.jit import inlined
+from adeye.kernel.branchless import sin_cos_of_any
+from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal_pairs_of
 from adeye.sensors.delivery import clear, insert
 from adeye.sensors.reach import CAMERA, RADAR
@@ -35,16 +35,24 @@ DRAWS = 2
 BLOCK: Final = 64
 """Runs whose noise is drawn together, in a fraction of the time that single draws take."""
 
-# Columns of what is seen: its direction in the map as a unit vector, later its place in the vehicle
-# frame; its distance [m] and range rate [m/s].
-SEEN_X, SEEN_Y, SEEN_DISTANCE, SEEN_RATE = range(4)
+# Rows of what is seen.
+(
+    SEEN_X,  # its direction in the map as a unit vector, then its place [m]
+    SEEN_Y,
+    SEEN_DISTANCE,  # [m]
+    SEEN_RATE,  # range rate [m/s]
+    SEEN_DISTANCE_NOISE,  # standard deviation of the error of its distance [m]
+    SEEN_BEARING_NOISE,  # of its bearing [rad]
+    SEEN_RATE_NOISE,  # of its range rate [m/s]
+) = range(7)
+_SEEN_WIDTH: Final = 7
 
 
 class Seen(NamedTuple):
     """Memory for what a block of runs sees, run after run.
 
     Attributes:
-        items: (N, 4) how each detected object is seen.
+        items: (_SEEN_WIDTH, N) how each detected object is seen.
         things: (N,) which object that is.
         seeds: (N,) stream seed of its run.
         indices: (DRAWS, N) of its draws.
@@ -66,7 +74,7 @@ def memory_for(objects: int) -> Seen:
     """Make the memory for a block of runs with M objects."""
     size = BLOCK * objects
     return Seen(
-        items=np.zeros((size, 4)),
+        items=np.zeros((_SEEN_WIDTH, size)),
         things=np.zeros(size, dtype=np.int64),
         seeds=np.zeros(size, dtype=np.uint64),
         indices=np.zeros((DRAWS, size), dtype=np.int64),
@@ -77,15 +85,44 @@ def memory_for(objects: int) -> Seen:
 
 
 @inlined
-def name(seen: Seen, item: int, seed: np.uint64, thing: int) -> None:
-    """Note whose draws an item needs.
+def note(  # noqa: PLR0913, PLR0917 - a kernel
+    kind: int,
+    parameters: Any,
+    seen: Seen,
+    item: int,
+    seed: np.uint64,
+    thing: int,
+    ux: float,
+    uy: float,
+    distance: float,
+    rate: float,
+) -> None:
+    """Note an object that is seen, and the noise that it is to get.
 
     Args:
+        kind: CAMERA, RADAR or LIDAR.
+        parameters: Record of the sensor.
         seen: In and out.
-        item: Which one.
+        item: Which one of the block.
         seed: Stream seed of its run.
         thing: Object that is seen.
+        ux: Unit vector towards it in the map.
+        uy: Of the same.
+        distance: [m].
+        rate: Range rate [m/s].
     """
+    items = seen.items
+    items[SEEN_X, item], items[SEEN_Y, item] = ux, uy
+    items[SEEN_DISTANCE, item], items[SEEN_RATE, item] = distance, rate
+    items[SEEN_BEARING_NOISE, item] = parameters["bearing_noise"]
+    if kind == CAMERA:
+        # Distance from the height in the image: its error grows with the distance squared.
+        sigma = parameters["distance_noise"] * distance * distance / parameters["range"]
+    else:
+        sigma = parameters["range_noise"]
+    items[SEEN_DISTANCE_NOISE, item] = sigma
+    if kind == RADAR:
+        items[SEEN_RATE_NOISE, item] = parameters["range_rate_noise"] if distance > 0.0 else 0.0
     seen.things[item] = thing
     seen.seeds[item] = seed
     for draw in range(DRAWS):
@@ -93,12 +130,12 @@ def name(seen: Seen, item: int, seed: np.uint64, thing: int) -> None:
 
 
 @inlined
-def draw_noise(kind: int, seen: Seen, count: int, owner: np.uint64, number: int) -> None:
-    """Draw the noise of all items of a block of runs.
+def measure(kind: int, seen: Seen, count: int, owner: np.uint64, number: int) -> None:
+    """Draw the noise of all items of a block of runs, and add it.
 
     Args:
         kind: CAMERA, RADAR or LIDAR.
-        seen: In and out.
+        seen: In and out: directions become places from the sensor in the map.
         count: Number of items.
         owner: Owner number of the sensor.
         number: Number of the sample.
@@ -112,12 +149,28 @@ def draw_noise(kind: int, seen: Seen, count: int, owner: np.uint64, number: int)
             seen.noise[2 * draw],
             seen.noise[2 * draw + 1],
         )
+    _disturb(seen.items, seen.noise, count)
+    if kind == RADAR:
+        rates, sigmas = seen.items[SEEN_RATE], seen.items[SEEN_RATE_NOISE]
+        for item in range(count):
+            rates[item] += sigmas[item] * seen.noise[2, item]
+
+
+@compiled
+def _disturb(items: Floats, noise: Floats, count: int) -> None:
+    """Turn directions and distances into places with an error, several at a time."""
+    for item in range(count):
+        distance = items[SEEN_DISTANCE, item] + items[SEEN_DISTANCE_NOISE, item] * noise[0, item]
+        distance = distance if distance > 0.0 else 0.0
+        s, c = sin_cos_of_any(items[SEEN_BEARING_NOISE, item] * noise[1, item])
+        ux, uy = items[SEEN_X, item], items[SEEN_Y, item]
+        items[SEEN_X, item] = distance * (c * ux - s * uy)
+        items[SEEN_Y, item] = distance * (s * ux + c * uy)
 
 
 @inlined
 def write(  # noqa: PLR0913, PLR0917 - a kernel
     kind: int,
-    parameters: Any,
     ego: Floats,
     sizes: Floats,
     classes: Ints,
@@ -129,15 +182,14 @@ def write(  # noqa: PLR0913, PLR0917 - a kernel
     detections: Floats,
     source: Ints,
 ) -> None:
-    """Add noise to what one run of a block sees, and write it by increasing distance.
+    """Write what one run of a block has measured, by increasing distance.
 
     Args:
         kind: CAMERA, RADAR or LIDAR.
-        parameters: Record of the sensor.
         ego: (7,) state.
         sizes: (M, 3).
         classes: (M,).
-        seen: Of the block, with the noise drawn.
+        seen: Of the block, measured.
         row: Of the run in its block.
         first: Its first item.
         order: (M,) scratch.
@@ -146,17 +198,16 @@ def write(  # noqa: PLR0913, PLR0917 - a kernel
         source: (M,) out.
     """
     count = seen.ends[row] - first
-    c, s = seen.poses[row, 0], seen.poses[row, 1]
-    items = seen.items[first:]
+    c, s, x, y = seen.poses[row]
+    items, things = seen.items.T[first:], seen.things[first:]
     for item in range(count):
-        x, y = _measure(kind, parameters, seen, row, first + item)
-        dx, dy = x - ego[EGO_X], y - ego[EGO_Y]
+        dx, dy = x + items[item, SEEN_X] - ego[EGO_X], y + items[item, SEEN_Y] - ego[EGO_Y]
         items[item, SEEN_X] = c * dx + s * dy
         items[item, SEEN_Y] = -s * dx + c * dy
         insert(order, items, item, item, dx * dx + dy * dy)
     for place in range(count):
         item = order[place]
-        thing = seen.things[first + item]
+        thing = things[item]
         mask[place] = True
         source[place] = thing
         detections[place, DETECTION_X] = items[item, SEEN_X]
@@ -167,23 +218,3 @@ def write(  # noqa: PLR0913, PLR0917 - a kernel
         detections[place, DETECTION_WIDTH] = sizes[thing, 1]
         detections[place, DETECTION_CLASS] = classes[thing]
     clear(mask, detections, source, count)
-
-
-@inlined
-def _measure(kind: int, parameters: Any, seen: Seen, row: int, number: int) -> tuple[float, float]:
-    """Measured place of a box centre in the map [m]; the range rate gets its noise in place."""
-    item = seen.items[number]
-    distance, ux, uy = item[SEEN_DISTANCE], item[SEEN_X], item[SEEN_Y]
-    if kind == CAMERA:
-        # Distance from the height in the image: its error grows with the distance squared.
-        sigma = parameters["distance_noise"] * distance * distance / parameters["range"]
-    else:
-        sigma = parameters["range_noise"]
-    if kind == RADAR and distance > 0.0 and parameters["range_rate_noise"] > 0.0:
-        item[SEEN_RATE] += parameters["range_rate_noise"] * seen.noise[2, number]
-    bearing_noise = parameters["bearing_noise"]
-    if sigma > 0.0 or bearing_noise > 0.0:
-        distance = max(0.0, distance + sigma * seen.noise[0, number])
-        s, c = sin_cos(bearing_noise * seen.noise[1, number])
-        ux, uy = c * ux - s * uy, s * ux + c * uy
-    return seen.poses[row, 2] + distance * ux, seen.poses[row, 3] + distance * uy

@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye.kernel.elementary import atan2, exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.occlusion import visible_share
 from adeye.kernel.sight import (
     COSINE,
     DX,
@@ -19,7 +20,6 @@ from adeye.kernel.sight import (
     SINE,
     find_shape,
     sight,
-    visible_share,
 )
 from adeye.sensors.delivery import Delivery, clear, no_measurement, sample_at
 from adeye.sensors.radar_cells import (
@@ -290,7 +290,7 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
         echoes[thing, ECHO_SIGNAL] = 0.0
         if not _may_echo(parameters, ahead_x, ahead_y, looks[thing]):
             continue
-        find_shape(objects[thing], sizes[thing], looks[thing])
+        find_shape(sizes[thing], looks[thing])
         _find_echo(
             parameters,
             (ahead_x, ahead_y),
@@ -303,7 +303,7 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
         )
         # Who is too weak anyway need not be looked for behind others.
         if echoes[thing, ECHO_SIGNAL] > LEAST_SIGNAL:
-            share = visible_share(thing, ahead_x, ahead_y, objects, sizes, looks, pieces)
+            share = visible_share(thing, ahead_x, ahead_y, sizes, looks, pieces)
             echoes[thing, ECHO_SIGNAL] *= share
     found = detect(parameters, seed, owner, number, echoes[:count], order)
     forward = ahead_x * velocity_x + ahead_y * velocity_y

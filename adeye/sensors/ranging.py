@@ -9,31 +9,28 @@ import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.occlusion import visible_share
 from adeye.kernel.sight import (
     COSINE,
     DISTANCE,
     DX,
     DY,
     HALF,
+    HEADING,
+    NEAREST,
     OUTLINE_WIDTH,
     SINE,
     bearings,
-    find_shape,
-    nearest_point,
-    sight,
-    visible_share,
+    fill_extents,
+    outlines,
 )
 from adeye.sensors.delivery import Delivery, no_measurement, sample_at
 from adeye.sensors.measuring import (
     BLOCK,
-    SEEN_DISTANCE,
-    SEEN_RATE,
-    SEEN_X,
-    SEEN_Y,
     Seen,
-    draw_noise,
+    measure,
     memory_for,
-    name,
+    note,
     write,
 )
 from adeye.sensors.reach import CAMERA, LIDAR, RADAR, fill_reach, reach_in_glare
@@ -87,7 +84,9 @@ class RangingSensor:
         self._reach: Floats = np.zeros((scene.runs, self._objects))
         fill_reach(self._kind, self._parameters, scene.object_reflectivity, self._reach)
         self._pieces: Floats = np.zeros((self._objects, 2))
-        self._looks: Floats = np.zeros((self._objects, OUTLINE_WIDTH))
+        self._extents: Floats = np.zeros((3, scene.runs * self._objects))
+        fill_extents(scene.object_sizes, self._extents)
+        self._looks: Floats = np.zeros((OUTLINE_WIDTH, BLOCK * self._objects))
         self._seen = memory_for(self._objects)
         self._order: Ints = np.zeros(self._objects, dtype=np.int64)
         self._sample_number = 0
@@ -115,6 +114,7 @@ class RangingSensor:
             context.object_classes,
             scene.running,
             self._reach,
+            self._extents,
             self._pieces,
             self._looks,
             self._seen,
@@ -157,6 +157,7 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
     classes: Ints,
     running: Bools,
     reach: Floats,
+    extents: Floats,
     pieces: Floats,
     looks: Floats,
     seen: Seen,
@@ -181,33 +182,66 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
         classes: (M,).
         running: (B,).
         reach: (B, M) how near each object must be [m].
+        extents: (3, B * M) see ``sight.fill_extents``.
         pieces: (M, 2) scratch.
-        looks: (M, OUTLINE_WIDTH) scratch.
+        looks: (OUTLINE_WIDTH, BLOCK * M) scratch: how the objects of a block look.
         seen: Scratch.
         order: (M,) scratch: what a run sees, in order.
         mask: (B, M) out.
         detections: (B, M, 7) out.
         source: (B, M) out.
     """
-    runs = ego.shape[0]
+    runs, things = objects.shape[:2]
     for begin in range(0, runs, BLOCK):
         stop = min(begin + BLOCK, runs)
+        _place(begin, stop, parameters, ego, objects, seen.poses, looks)
+        outlines((stop - begin) * things, begin * things, extents, looks)
         count = 0
         for run in range(begin, stop):
             if running[run]:
+                row, views = (
+                    run - begin,
+                    looks.T[(run - begin) * things : (run - begin + 1) * things],
+                )
                 count = _look(
                     kind, parameters[run], seeds[run], ego[run], objects[run], sizes[run],
-                    reach[run], pieces, looks, seen, run - begin, count,
+                    reach[run], pieces, views, seen, row, count,
                 )  # fmt: skip
             seen.ends[run - begin] = count
-        draw_noise(kind, seen, count, owner, number)
+        measure(kind, seen, count, owner, number)
         first = 0
         for run in range(begin, stop):
             write(
-                kind, parameters[run], ego[run], sizes[run], classes, seen, run - begin, first,
+                kind, ego[run], sizes[run], classes, seen, run - begin, first,
                 order, mask[run], detections[run], source[run],
             )  # fmt: skip
             first = seen.ends[run - begin]
+
+
+@inlined
+def _place(  # noqa: PLR0913, PLR0917 - a kernel
+    begin: int,
+    stop: int,
+    parameters: Any,
+    ego: Floats,
+    objects: Floats,
+    poses: Floats,
+    looks: Floats,
+) -> None:
+    """Find where the sensors of a block of runs are, and where the objects are from there."""
+    place = 0
+    for run in range(begin, stop):
+        item = parameters[run]
+        s, c = sin_cos(ego[run, EGO_HEADING])
+        sensor_x = ego[run, EGO_X] + c * item["x"] - s * item["y"]
+        sensor_y = ego[run, EGO_Y] + s * item["x"] + c * item["y"]
+        pose = poses[run - begin]
+        pose[0], pose[1], pose[2], pose[3] = c, s, sensor_x, sensor_y
+        for thing in range(objects.shape[1]):
+            box = objects[run, thing]
+            looks[DX, place], looks[DY, place] = box[0] - sensor_x, box[1] - sensor_y
+            looks[HEADING, place] = box[2]
+            place += 1
 
 
 @inlined
@@ -232,22 +266,16 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
     Returns:
         Number of items.
     """
-    s, c = sin_cos(ego[EGO_HEADING])
-    sensor_x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
-    sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
-    pose = seen.poses[row]
-    pose[0], pose[1], pose[2], pose[3] = c, s, sensor_x, sensor_y
+    c, s = seen.poses[row, 0], seen.poses[row, 1]
     ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
-    for thing in range(objects.shape[0]):
-        sight(sensor_x, sensor_y, objects[thing], sizes[thing], looks[thing])
     is_glared = kind == CAMERA and parameters["sun_elevation"] >= 0.0
     for thing in range(objects.shape[0]):
         left = reach[thing]
         if is_glared:
             left = reach_in_glare(parameters, left, looks[thing])
-        if not _is_seen(parameters, left, ahead_x, ahead_y, thing, objects, sizes, looks, pieces):
+        if not _is_seen(parameters, left, ahead_x, ahead_y, thing, sizes, looks, pieces):
             continue
-        look, item = looks[thing], seen.items[count]
+        look = looks[thing]
         distance = look[DISTANCE]
         # The line of sight as a unit vector: no angle is needed.
         ux, uy = (look[DX] / distance, look[DY] / distance) if distance > 0.0 else (c, s)
@@ -255,8 +283,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
         if kind == RADAR and distance > 0.0:
             rate = objects[thing, OBJECT_SPEED] * (look[COSINE] * ux + look[SINE] * uy)
             rate -= ego[EGO_SPEED] * (c * ux + s * uy)
-        item[SEEN_X], item[SEEN_Y], item[SEEN_DISTANCE], item[SEEN_RATE] = ux, uy, distance, rate
-        name(seen, count, seed, thing)
+        note(kind, parameters, seen, count, seed, thing, ux, uy, distance, rate)
         count += 1
     return count
 
@@ -268,7 +295,6 @@ def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
     ahead_x: float,
     ahead_y: float,
     thing: int,
-    objects: Floats,
     sizes: Floats,
     looks: Floats,
     pieces: Floats,
@@ -279,8 +305,6 @@ def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
     share in view must each be at least ``min_visible``.
     """
     look = looks[thing]
-    if look[DISTANCE] > reach + look[HALF]:
-        return False
     # How far the centre lies outside of the nearer edge of view; a circle around the object that is
     # all outside or all inside spares the angles.
     sine, cosine = parameters["edge_sine"], parameters["edge_cosine"]
@@ -288,15 +312,14 @@ def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
     across = ahead_x * look[DY] - ahead_y * look[DX]
     outside = abs(across) * cosine - along * sine
     has_edges = sine > 0.0
-    if has_edges and parameters["min_visible"] > 0.0 and outside > look[HALF]:
+    is_outside = has_edges & (parameters["min_visible"] > 0.0) & (outside > look[HALF])
+    is_near = look[NEAREST] <= reach
+    if is_outside or not is_near:
         return False
-    find_shape(objects[thing], sizes[thing], look)
-    if not nearest_point(sizes[thing], look) <= reach:
-        return False
-    is_amid = has_edges and outside < -look[HALF]
+    is_amid = has_edges & (outside < -look[HALF])
     if not is_amid and not _is_in_view(parameters, ahead_x, ahead_y, look):
         return False
-    seen = visible_share(thing, ahead_x, ahead_y, objects, sizes, looks, pieces)
+    seen = visible_share(thing, ahead_x, ahead_y, sizes, looks, pieces)
     return bool(seen >= parameters["min_visible"])
 
 

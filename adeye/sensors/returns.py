@@ -232,7 +232,7 @@ def _find_spans(  # noqa: PLR0913, PLR0917 - a kernel
     # Whatever is behind it is beyond every reach, too. NaN compares false.
     if not look[DISTANCE] - look[HALF] <= farthest:
         return
-    find_shape(box, size, look)
+    find_shape(size, look)
     right, left = bearings(ahead_x, ahead_y, look)
     if not right <= left:
         return

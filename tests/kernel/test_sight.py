@@ -1,4 +1,4 @@
-"""Sight: hand-made scenes, and the exact occlusion against dense ray casting."""
+"""Sight: hand-made scenes, and the same bits for one box or many."""
 
 import math
 
@@ -6,37 +6,25 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel.geometry import boxes_overlap, contains_point
+from adeye.kernel.geometry import contains_point
 from adeye.kernel.sight import (
+    DX,
+    DY,
+    HEADING,
+    LEFT_X,
+    LEFT_Y,
+    NEAREST,
     OUTLINE_WIDTH,
+    RIGHT_X,
+    RIGHT_Y,
     bearings,
-    nearest_point,
+    fill_extents,
     outline,
+    outlines,
     ray_box_distance,
-    visible_fraction,
 )
 
 Floats = NDArray[np.float64]
-
-
-def scene(*boxes: tuple[float, float, float, float, float]) -> tuple[Floats, Floats]:
-    rows = np.array(boxes)
-    return np.ascontiguousarray(rows[:, :3]), np.ascontiguousarray(rows[:, 3:])
-
-
-def cast(sensor: tuple[float, float], target: int, objects: Floats, sizes: Floats) -> float:
-    """Count rays: of those that meet the target, the share that meets it first."""
-    met = first = 0
-    for turn in np.linspace(-math.pi, math.pi, 8001):
-        c, s = math.cos(turn), math.sin(turn)
-        ways = [
-            ray_box_distance(*sensor, c, s, *place, *size)
-            for place, size in zip(objects, sizes, strict=True)
-        ]
-        if ways[target] < math.inf:
-            met += 1
-            first += ways[target] <= min(ways)
-    return first / met
 
 
 def test_ray_meets_the_near_face() -> None:
@@ -78,8 +66,7 @@ def nearest_and_bearings(
 ) -> tuple[float, float, float]:
     look, extent = np.zeros(OUTLINE_WIDTH), np.array(size)
     outline(sensor_x, sensor_y, np.array(box), extent, look)
-    nearest = nearest_point(extent, look)
-    return nearest, *bearings(math.cos(boresight), math.sin(boresight), look)
+    return float(look[NEAREST]), *bearings(math.cos(boresight), math.sin(boresight), look)
 
 
 def test_bearings_of_a_box_ahead_are_symmetric() -> None:
@@ -115,93 +102,37 @@ def test_nearest_point_may_be_a_corner() -> None:
     assert nearest == 5.0
 
 
-def test_lone_box_is_fully_visible() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 1.0
+def drawn(count: int) -> tuple[Floats, Floats]:
+    """Draw boxes all around the sensor, some of which hold it."""
+    draw = np.random.default_rng(5)
+    boxes = np.column_stack([draw.uniform(-9.0, 9.0, (count, 2)), draw.uniform(-9.0, 9.0, count)])
+    boxes[:7, 2] = [0.0, -0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi, 0.785, 1e5]
+    return boxes, draw.uniform(0.2, 9.0, (count, 3))
 
 
-def test_box_behind_a_wider_one_is_invisible() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (10.0, 0.0, 0.0, 4.0, 2.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 0.0
-    assert visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
+def test_corners_are_those_that_no_other_lies_beyond() -> None:
+    boxes, sizes = drawn(500)
+    for box, size in zip(boxes, sizes, strict=True):
+        if contains_point(0.0, 0.0, *box, size[0], size[1]):
+            continue
+        look = np.zeros(OUTLINE_WIDTH)
+        outline(0.0, 0.0, box, size, look)
+        c, s = 0.5 * math.cos(box[2]), 0.5 * math.sin(box[2])
+        for u, v in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+            x = box[0] + u * size[0] * c - v * size[1] * s
+            y = box[1] + u * size[0] * s + v * size[1] * c
+            assert look[RIGHT_X] * y - look[RIGHT_Y] * x >= -1e-9
+            assert look[LEFT_X] * y - look[LEFT_Y] * x <= 1e-9
 
 
-def test_box_behind_the_sensor_covers_nothing() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (-10.0, 0.0, 0.0, 4.0, 2.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 1.0
-
-
-def test_half_covered_box_is_half_visible() -> None:
-    # The occluder's edge lies exactly on the line to the target's centre.
-    objects, sizes = scene((20.0, 0.0, 0.0, 0.0001, 2.0), (10.0, 5.0, 0.0, 0.0001, 10.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == pytest.approx(0.5, abs=1e-9)
-
-
-def test_two_covers_of_the_same_part_count_once() -> None:
-    half = (10.0, 5.0, 0.0, 0.0001, 10.0)
-    objects, sizes = scene((20.0, 0.0, 0.0, 0.0001, 2.0), half, (12.0, 5.0, 0.0, 0.0001, 10.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == pytest.approx(0.5, abs=1e-9)
-
-
-def test_long_barrier_beside_the_target_is_not_in_front() -> None:
-    # The barrier's centre is nearer to the sensor than the target, but it lies beyond it.
-    objects, sizes = scene((30.0, 2.0, 0.0, 4.0, 2.0), (25.0, 5.0, 0.0, 80.0, 0.5))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 1.0
-
-
-def test_sensor_inside_a_box() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (0.0, 0.0, 0.3, 4.0, 2.0))
-    assert visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 0.0
-
-
-def test_unknown_place_has_no_visible_share() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (10.0, math.nan, 0.0, 4.0, 2.0))
-    assert math.isnan(visible_fraction(0.0, 0.0, 0, objects, sizes))
-    assert math.isnan(visible_fraction(0.0, 0.0, 1, objects, sizes))
-
-
-def random_scene(seed: int) -> tuple[Floats, Floats]:
-    """Draw boxes all around the sensor that neither overlap nor hold it."""
-    draw = np.random.default_rng(seed)
-    boxes: list[tuple[float, ...]] = []
-    while len(boxes) < 6:
-        x, y = draw.uniform(-18.0, 18.0, 2)
-        box = (x, y, draw.uniform(-3.0, 3.0), draw.uniform(0.5, 12.0), draw.uniform(0.3, 2.5))
-        if not contains_point(0.0, 0.0, *box) and not any(
-            boxes_overlap(*box, *other) for other in boxes
-        ):
-            boxes.append(box)
-    rows = np.array(boxes)
-    return np.ascontiguousarray(rows[:, :3]), np.ascontiguousarray(rows[:, 3:])
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_exact_share_equals_dense_ray_casting(seed: int) -> None:
-    objects, sizes = random_scene(seed)
-    exact = [visible_fraction(0.0, 0.0, k, objects, sizes) for k in range(len(objects))]
-    counted = [cast((0.0, 0.0), k, objects, sizes) for k in range(len(objects))]
-    assert exact == pytest.approx(counted, abs=0.02)
-    assert min(exact) < 0.9
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_share_does_not_depend_on_place_or_orientation(seed: int) -> None:
-    objects, sizes = random_scene(seed)
-    turn = 2.5
-    moved = objects.copy()
-    moved[:, 0] = 100.0 + objects[:, 0] * math.cos(turn) - objects[:, 1] * math.sin(turn)
-    moved[:, 1] = -40.0 + objects[:, 0] * math.sin(turn) + objects[:, 1] * math.cos(turn)
-    moved[:, 2] += turn
-    for k in range(len(objects)):
-        assert visible_fraction(100.0, -40.0, k, moved, sizes) == pytest.approx(
-            visible_fraction(0.0, 0.0, k, objects, sizes), abs=1e-9
-        )
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_another_object_never_uncovers(seed: int) -> None:
-    objects, sizes = random_scene(seed)
-    for k in range(4):
-        few = visible_fraction(0.0, 0.0, k, objects[:4].copy(), sizes[:4].copy())
-        assert visible_fraction(0.0, 0.0, k, objects, sizes) <= few + 1e-12
+def test_many_boxes_look_as_each_of_them_does() -> None:
+    boxes, sizes = drawn(503)
+    boxes[11, 0], boxes[12, 2] = math.nan, math.inf
+    extents, looks = np.zeros((3, 503)), np.zeros((OUTLINE_WIDTH, 500))
+    fill_extents(sizes[np.newaxis], extents)
+    looks[[DX, DY, HEADING]] = boxes[3:].T
+    outlines(500, 3, extents, looks)
+    for place in range(500):
+        alone = np.zeros(OUTLINE_WIDTH)
+        outline(0.0, 0.0, boxes[3 + place], sizes[3 + place], alone)
+        assert np.array_equal(looks[:, place], alone, equal_nan=True)

@@ -13,8 +13,8 @@ import numpy as np
 
 from adeye.evaluation.metrics.scans import ERROR, NOT_APPLICABLE, VALUE
 from adeye.kernel.jit import allocating, inlined
+from adeye.kernel.occlusion import visible_fraction
 from adeye.kernel.reachable import reachable_distance
-from adeye.kernel.sight import visible_fraction
 from adeye.signals import (
     EGO_SPEED,
     EGO_X,
