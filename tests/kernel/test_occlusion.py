@@ -67,6 +67,19 @@ def test_long_barrier_beside_the_target_is_not_in_front() -> None:
     assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 1.0
 
 
+def test_walls_on_both_sides_that_meet_ahead_by_a_few_degrees() -> None:
+    # A wall on the left over 169 degrees; one from behind on the right ends just in front of it.
+    start, end = np.array([-1.0, -5.0]), np.array([5.0, 0.9])
+    x, y = 0.5 * (start + end)
+    along = end - start
+    wall = (x, y, math.atan2(along[1], along[0]), math.hypot(*along), 1e-6)
+    objects, sizes = scene((0.0, 1.1, 0.0, 20.0, 0.2), wall)
+    hidden = math.atan2(0.9, 5.0) - math.atan2(1.0, 10.0)
+    extent = math.pi - 2.0 * math.atan2(1.0, 10.0)
+    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == pytest.approx(1.0 - hidden / extent)
+    assert visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
+
+
 def test_sensor_inside_a_box() -> None:
     objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (0.0, 0.0, 0.3, 4.0, 2.0))
     assert visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
