@@ -239,8 +239,20 @@ def glare_contrast(cosine: float, illuminance: float) -> float:
     """
     if cosine <= 0.0:
         return 1.0
+    return contrast_behind_veil(SUN_ILLUMINANCE * cosine, cosine, illuminance)
+
+
+@compiled
+def contrast_behind_veil(lens: float, cosine: float, illuminance: float) -> float:
+    """Share of contrast that a light on the lens leaves, L/(L + V) of ``glare_contrast``.
+
+    Args:
+        lens: Illuminance by the light on the lens [lx].
+        cosine: Of the angle between the light and what is looked at.
+        illuminance: Of a horizontal surface [lx], positive.
+    """
     luminance = GREY / math.pi * illuminance
-    return luminance / (luminance + veil(SUN_ILLUMINANCE * cosine, cosine))
+    return luminance / (luminance + veil(lens, cosine))
 
 
 @compiled
