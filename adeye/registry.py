@@ -1,4 +1,4 @@
-"""Parts from outside the package: loaded by the name that the user wrote, hashed, checked."""
+"""Parts from outside the package and files that they read: found by name, hashed, checked."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import BaseModel, ValidationError
 
 from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -24,7 +25,13 @@ if TYPE_CHECKING:
 Loc = tuple[str | int, ...]
 
 _FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."
+_LABEL: Final = "adeye_plugin_"
 _CACHE: dict[tuple[str, str, str], Part] = {}
+_SEEN: dict[Path, str] = {}
+
+LARGEST_FILE: Final = 2**30
+"""Largest file that is hashed [bytes]. Our choice: weights of the networks that drive are smaller,
+and reading more at each plan would keep people waiting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +53,23 @@ class Part:
     def build(self, *arguments: Any) -> Any:
         """Make an instance of the class."""
         return self.obj(*arguments)
+
+
+@dataclass(frozen=True, slots=True)
+class ReadFile:
+    """A file that a part says it reads, and what identifies its content.
+
+    Attributes:
+        owner: The part that reads it, such as ``channels.nominal``.
+        name: As the user wrote it.
+        path: Where it was found.
+        digest: sha256 of its content.
+    """
+
+    owner: str
+    name: str
+    path: Path
+    digest: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +101,58 @@ def load_part(name: str, base_dir: Path) -> Part:
     if source.endswith(".py"):
         return _from_file(name, (base_dir / source).resolve(), attribute)
     return _from_module(name, source, attribute)
+
+
+def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
+    """Hash a file that a part reads.
+
+    Args:
+        owner: The part.
+        name: Path relative to ``base_dir``, in it or below.
+        base_dir: Folder of the file that names it.
+
+    Raises:
+        SpecError: There is no such file, it lies elsewhere, is too large or cannot be read.
+    """
+    folder = base_dir.resolve()
+    try:
+        path = (folder / name).resolve()
+        if Path(name).is_absolute() or not path.is_relative_to(folder):
+            raise SpecError(
+                f"{shown(name)} is outside of {shown(str(folder))}",
+                remedy="Put it into the folder of the file that names it, or below.",
+            )
+        if not path.is_file():
+            is_there = path.exists()
+            raise SpecError(
+                f"{shown(name)} is {'no file' if is_there else 'not there'}",
+                remedy=f"Looked for {shown(str(path))}; "
+                f"{'list each file by itself' if is_there else 'check the path'}.",
+            )
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise SpecError(
+                f"{shown(name)} has {size / 2**30:.1f} GiB, more than {LARGEST_FILE / 2**30:g} GiB",
+                remedy="List smaller files: all of it is hashed whenever a campaign is planned.",
+            )
+        with path.open("rb") as stream:
+            found = hashlib.file_digest(stream, "sha256").hexdigest()
+    except (OSError, ValueError, RuntimeError) as error:  # too long, null bytes, a loop of links
+        raise SpecError(
+            f"{shown(name)} cannot be read: {error}", remedy="Check the path and who may read it."
+        ) from error
+    if _SEEN.setdefault(path, found) != found:
+        _SEEN[path] = found
+        _forget_files()
+    return ReadFile(owner, name, path, found)
+
+
+def _forget_files() -> None:
+    """Let plug-ins in files be executed again: what they read when they were may be outdated."""
+    for label in [label for label in sys.modules if label.startswith(_LABEL)]:
+        del sys.modules[label]
+    for key in [key for key in _CACHE if key[0].endswith(".py")]:
+        del _CACHE[key]
 
 
 def require(part: Part, kind: str, methods: Sequence[str]) -> None:
@@ -136,14 +212,16 @@ def _said(item: ErrorDetails, model: type[BaseModel]) -> str:
     return item["msg"].replace("Input should be", "must be")
 
 
-def plugins_digest(parts: Iterable[Part]) -> str:
-    """Hash names, sources and versions of plug-ins, whatever their order.
+def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str:
+    """Hash names, sources and versions of plug-ins and the files they read, whatever their order.
 
     >>> plugins_digest([]) == plugins_digest(())
     True
     """
     digest = hashlib.sha256()
     lines = {f"{part.name}\0{part.source_digest}\0{part.version}\n" for part in parts}
+    # Told from parts by a name that none has: those have a class behind a colon.
+    lines |= {f"file\0{file.owner}\0{file.name}\0{file.digest}\n" for file in files}
     for line in sorted(lines):
         digest.update(line.encode())
     return digest.hexdigest()
@@ -170,7 +248,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
         where = SourceLocation(str(path), 1, 1)
         raise SpecError(str(error), where=where, remedy=f"Correct the plug-in {name}.") from error
     # The digest keeps two files of one stem, and two states of one file, apart.
-    label = f"adeye_plugin_{path.stem}_{digest[:12]}"
+    label = f"{_LABEL}{path.stem}_{digest[:12]}"
     if label in sys.modules:
         return sys.modules[label]
     module = ModuleType(label)

@@ -1,9 +1,11 @@
+import hashlib
 from pathlib import Path
 
 import pytest
 
+from adeye import registry
 from adeye.errors import SpecError
-from adeye.registry import load_part, plugins_digest, require, validate_parameters
+from adeye.registry import load_part, plugins_digest, read_file, require, validate_parameters
 
 CHANNEL = """
 from adeye.ports import Parameters as Base
@@ -130,3 +132,73 @@ def test_digest_of_plugins_does_not_depend_on_order(folder: Path) -> None:
     one, two = load_part("./mine.py:Mine", folder), load_part("./mine.py:Bare", folder)
     assert plugins_digest([one, two]) == plugins_digest([two, one, one])
     assert plugins_digest([one]) != plugins_digest([two])
+
+
+def test_file_that_a_part_reads_is_known_by_its_content(folder: Path) -> None:
+    weights = folder / "weights.bin"
+    weights.write_bytes(b"1")
+    before = read_file("channels.mine", "./weights.bin", folder)
+    assert before.digest == hashlib.sha256(b"1").hexdigest()
+    assert before == read_file("channels.mine", "./weights.bin", folder)
+    weights.write_bytes(b"2")
+    after = read_file("channels.mine", "./weights.bin", folder)
+    part = load_part("./mine.py:Mine", folder)
+    digests = [plugins_digest([part], files) for files in ([], [before], [after], [before, after])]
+    assert len(set(digests)) == 4
+    assert plugins_digest([part], [after, before]) == digests[3]
+
+
+def test_who_reads_a_file_and_under_which_name_counts(folder: Path) -> None:
+    for name in ("one", "two"):
+        (folder / name).write_bytes(b"same")
+    part = load_part("./mine.py:Mine", folder)
+    read = [read_file(owner, name, folder) for owner in ("a", "b") for name in ("one", "two")]
+    assert len({plugins_digest([part], [file]) for file in read}) == 4
+
+
+def test_code_is_executed_again_when_what_it_read_has_changed(folder: Path) -> None:
+    (folder / "gain.txt").write_text("1.0")
+    (folder / "reading.py").write_text(
+        "from pathlib import Path\n"
+        "GAIN = float((Path(__file__).parent / 'gain.txt').read_text())\n"
+        "def gain():\n    return GAIN\n"
+    )
+    for text in ("1.0", "2.0", "2.0"):
+        (folder / "gain.txt").write_text(text)
+        read_file("channels.mine", "gain.txt", folder)
+        assert load_part("./reading.py:gain", folder).obj() == float(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("there.bin", "not there"),
+        ("inner", "'inner' is no file"),
+        ("../beside.bin", "is outside of"),
+        ("/etc/hosts", "is outside of"),
+        ("link.bin", "is outside of"),
+        ("loop", "loop"),
+        ("no\0name", "cannot be read"),
+        ("n" * 5000, "cannot be read"),
+    ],
+)
+def test_file_that_is_not_beside_the_naming_file_is_refused(
+    folder: Path, name: str, message: str
+) -> None:
+    inner = folder / "project"
+    (inner / "inner").mkdir(parents=True)
+    (folder / "beside.bin").write_bytes(b"1")
+    (inner / "link.bin").symlink_to(folder / "beside.bin")
+    (inner / "loop").symlink_to(inner / "loop")
+    with pytest.raises(SpecError, match=message) as caught:
+        read_file("channels.mine", name, inner)
+    assert caught.value.remedy
+
+
+def test_file_that_is_too_large_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "LARGEST_FILE", 3)
+    (folder / "small.bin").write_bytes(b"123")
+    (folder / "large.bin").write_bytes(b"1234")
+    assert read_file("channels.mine", "small.bin", folder).digest
+    with pytest.raises(SpecError, match=r"'large\.bin' has .* GiB, more than"):
+        read_file("channels.mine", "large.bin", folder)

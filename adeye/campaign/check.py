@@ -6,7 +6,7 @@ import hashlib
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from adeye.campaign.parts import load_parts
+from adeye.campaign.parts import load_code, named_files
 from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, suggest
 from adeye.identity import digest
 from adeye.spec.expression import to_program
@@ -145,11 +145,12 @@ def _check_variant(files: OddFiles, shared: Shared, where: SourceLocation) -> No
 
 def _check_parts(loaded: Loaded[Any], shared: Shared, where: SourceLocation) -> None:
     try:
-        parts = load_parts(replace(loaded, spec=shared.architecture))
-        if parts.digest != load_parts(loaded).digest:
+        parts = load_code(replace(loaded, spec=shared.architecture))
+        is_other = named_files(shared.architecture) != named_files(loaded.spec)
+        if is_other or parts.digest != load_code(loaded).digest:
             # A result names the code of its architecture, not that of a variant.
             raise SpecError(
-                "another plug-in or policy is named",
+                "another plug-in, policy or file that it reads is named",
                 remedy="Write an architecture for each, with extends.",
             )
     except InputError as error:

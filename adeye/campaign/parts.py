@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from adeye.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.channels.factory import make_channel, plugin_channel
 from adeye.channels.policy.channel import load_policy
 from adeye.errors import SpecError
-from adeye.registry import Part, load_part, plugins_digest, require, validate_parameters
+from adeye.registry import (
+    Part,
+    ReadFile,
+    load_part,
+    plugins_digest,
+    read_file,
+    require,
+    validate_parameters,
+)
 from adeye.spec.channels import PluginChannel, PolicyChannel
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
 from adeye.units import shown
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
     from adeye.ports import ControlChannel
     from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded
@@ -30,21 +41,33 @@ class Parts:
         plugins: Plug-ins that it names.
         monitors: Monitor ids that its channels declare, in the order of the channels.
         metrics: Metrics from outside the package that the ODD lists.
+        files: Files that its channels say they read.
     """
 
     plugins: tuple[Part, ...]
     monitors: tuple[str, ...]
     metrics: tuple[Part, ...] = ()
+    files: tuple[ReadFile, ...] = ()
 
     @property
     def digest(self) -> str:
-        """Hash of the plug-ins' code and versions; empty without plug-ins."""
+        """Hash of the plug-ins' code, versions and files; empty without plug-ins."""
         parts = (*self.plugins, *self.metrics)
-        return plugins_digest(parts) if parts else ""
+        return plugins_digest(parts, self.files) if parts else ""
 
 
 def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
-    """Load the plug-ins of an architecture and ask its channels for their monitors.
+    """Load the plug-ins of an architecture, ask its channels for monitors, hash what they read.
+
+    Raises:
+        SpecError: A plug-in does not load, its parameters are not valid, or a file that it reads
+            is not there.
+    """
+    return replace(load_code(loaded, metrics), files=tuple(_files(loaded)))
+
+
+def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
+    """Load the plug-ins of an architecture and ask its channels for monitors; read no more.
 
     Raises:
         SpecError: A plug-in does not load, or its parameters are not valid.
@@ -81,6 +104,35 @@ def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> 
                 )
             monitors.append(monitor)
     return Parts(tuple(plugins), tuple(monitors), metrics)
+
+
+def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:
+    """List the files that each channel says it reads, as written."""
+    return {
+        name: channel.files
+        for name, channel in architecture.channels.items()
+        if isinstance(channel, PolicyChannel | PluginChannel) and channel.files
+    }
+
+
+def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
+    for channel, names in named_files(loaded.spec).items():
+        found: set[Path] = set()
+        for at, name in enumerate(names):
+            where = loaded.locate(("channels", channel, "files", at))
+            try:
+                file = read_file(f"channels.{channel}", name, loaded.path.parent)
+            except SpecError as error:
+                text = f"channel {channel}: {error.message}"
+                raise SpecError(text, where=where, remedy=error.remedy) from error
+            if file.path in found:
+                raise SpecError(
+                    f"channel {channel}: file {shown(name)} is listed twice",
+                    where=where,
+                    remedy="Name each file once.",
+                )
+            found.add(file.path)
+            yield file
 
 
 def _placed(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChannel:

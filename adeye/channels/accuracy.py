@@ -130,7 +130,7 @@ def _physical_radar(sheet: Mapping[str, Floats]) -> Columns:
     """Resolution / sqrt(2·SNR), at the weakest echo that is detected; stronger ones are better.
 
     Source:
-        Curry (2005), "Radar system performance modeling", section 8.3.
+        Curry (2005), "Radar system performance modeling", 2nd ed.
     """
     weakest = np.array([detection_threshold(rate) for rate in sheet["false_alarm_rate"]])
     share = 1.0 / np.sqrt(2.0 * weakest)

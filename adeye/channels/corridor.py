@@ -43,7 +43,7 @@ in which a car stops from 13.9 m/s (50 km/h) with 6 m/s² after 0.75 s."""
 SOON: Final = 1.0
 """An object that will be in the corridor this soon counts as in it, whoever passes first [s]. UN
 R157 5.2.5.2 counts a cut-in as seen when its lateral movement is visible for 0.72 s before the lane
-is entered; a little more here. Our choice."""
+is taken (0.3 m past its marking); a little more here. Our choice."""
 
 PASSING_MARGIN: Final = 0.5
 """How close in time to the ego's own passage an object may use the corridor [s]. Our choice."""

@@ -38,8 +38,8 @@ LEAST_PREVIEW: Final = 6.0
 """Preview of the lane keeping [s], [m]: what its law recommends."""
 
 MAX_LATERAL: Final = 3.0
-"""Lateral acceleration that is planned for [m/s²]: UN R79 5.6.2.1.3 allows lane keeping systems of
-passenger cars at most 3 m/s²."""
+"""Lateral acceleration that is planned for [m/s²]: the table of UN R79, 5.6.2.1.3 allows lane
+keeping systems of passenger cars at most 3 m/s²."""
 
 IDM_EXPONENT: Final = 4.0
 _CURVE_PREVIEWS: Final = (0.0, 1.0, 2.0, 4.0)

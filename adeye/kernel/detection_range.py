@@ -144,7 +144,7 @@ def cross_section_range(reference_range: float, cross_section: float, reference:
         reference: Cross section of the reference target, > 0 [m²].
 
     Source:
-        Skolnik, Introduction to Radar Systems, 3rd ed., eq. 1.6 (the radar equation).
+        Skolnik (2001), "Introduction to radar systems", 3rd ed.: the radar equation.
     """
     return reference_range * math.sqrt(math.sqrt(cross_section / reference))
 

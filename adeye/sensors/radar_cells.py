@@ -183,8 +183,8 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
         echo: (ECHO_WIDTH,) in and out.
 
     Source:
-        Curry (2005), "Radar system performance modeling", section 8.3, with a constant of 1 for
-        all three; what the power of this sample is, not its mean, decides.
+        Curry (2005), "Radar system performance modeling", 2nd ed.: resolution / sqrt(2·SNR), here
+        with a constant of 1 for all three; what the power of this sample is, not its mean, decides.
     """
     sigma = max(FINEST, 1.0 / math.sqrt(2.0 * received))
     along, aside = normal_pair(seed, owner, number, first)

@@ -38,7 +38,7 @@ def detection_threshold(false_alarm_rate: float) -> float:
         false_alarm_rate: Probability that noise crosses the threshold in one cell, below 1.
 
     Source:
-        Richards (2014), "Fundamentals of radar signal processing", section 6.3.
+        Richards (2014), "Fundamentals of radar signal processing", 2nd ed., chapter 6.
     """
     return -log(false_alarm_rate)
 
@@ -100,7 +100,7 @@ def signal_to_noise(  # noqa: PLR0913, PLR0917 - a kernel
         rain_in_cell: Cross section of the rain in the cell per distance squared [m²/m²].
 
     Source:
-        Skolnik (2008), "Radar handbook", chapters 1 and 19.
+        Skolnik (2008), "Radar handbook", 3rd ed.: the radar equation, echoes of rain.
     """
     square = distance * distance
     loss = beam * bearing * bearing + 2.0 * extinction * distance

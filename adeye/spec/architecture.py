@@ -103,9 +103,13 @@ class Architecture(Record):
         return self
 
     def executable(self) -> dict[str, object]:
-        """The part that a run depends on: never cost, texts or the elements that it realises."""
+        """The part that a run depends on: never cost, texts or the elements that it realises.
+
+        Nor the names of files that channels read: their content counts, as that of code does, in
+        the identity of the result.
+        """
         part = self.model_dump(mode="json", exclude={"architecture", "title", "text", "cost"})
         for record in [*part["sensors"].values(), *part["channels"].values(), part["switch"]]:
-            for key in ("cost", "text", "realises"):
+            for key in ("cost", "text", "realises", "files"):
                 record.pop(key, None)
         return part

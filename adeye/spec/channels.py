@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, StringConstraints, model_validator
 
 from adeye.spec.misplaced import misplaced
 from adeye.spec.quantity import (
@@ -26,6 +26,7 @@ from adeye.spec.sensors import (
     PositiveLength,
 )
 
+FilePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
 PositiveAcceleration = Annotated[Acceleration, Field(gt=0.0)]
 
 
@@ -171,14 +172,22 @@ class TrajectoryChannel(_Channel):
     parameters: TrajectoryParameters = TrajectoryParameters()
 
 
-class PolicyChannel(_Channel):
+class _OutsideChannel(_Channel):
+    """A channel with code from outside the package, and what that reads."""
+
+    files: Many[FilePath] = ()
+    """Files that its code reads, such as weights of a network: paths relative to this file, in its
+    folder or below. Their content is part of a result's identity, as the code is."""
+
+
+class PolicyChannel(_OutsideChannel):
     """The built-in channel that asks a policy from outside the package."""
 
     kind: Literal["policy"]
     parameters: PolicyParameters
 
 
-class PluginChannel(_Channel):
+class PluginChannel(_OutsideChannel):
     """A channel from outside the package."""
 
     kind: PluginPath

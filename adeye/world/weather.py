@@ -14,7 +14,7 @@ MM_PER_HOUR: Final = 1e-3 / 3600.0
 
 LIDAR_RAIN_A: Final = 0.01
 LIDAR_RAIN_B: Final = 0.6
-"""Extinction of a lidar beam in rain, a·R^b [1/m] with R [mm/h] (Goodin et al. 2019, eq. 4)."""
+"""Extinction of a lidar beam in rain, a·R^b [1/m] with R [mm/h] (Goodin et al. 2019)."""
 
 LIGHT_RAIN_A: Final = 1.076 / 4.343 * 1e-3
 LIGHT_RAIN_B: Final = 0.67
@@ -24,7 +24,8 @@ LIGHT_RAIN_B: Final = 0.67
 RAIN_K: Final = 1.1276
 RAIN_ALPHA: Final = 0.7073
 """Specific attenuation in rain at 77 GHz, k·R^alpha [dB/km] with R [mm/h], of vertical polarisation
-(Recommendation ITU-R P.838-3, 2005, eqs. 1 to 3); horizontal differs by less than 6 %."""
+(Recommendation ITU-R P.838-3, 2005, eqs. 1 to 3); horizontal is higher by less than 6 %
+up to 150 mm/h."""
 
 NEPER: Final = 4.342944819032518
 """Decibels of a power that is e times another."""
@@ -39,8 +40,9 @@ a lower sun is never the better one; haze that weakens a sun at the horizon is l
 
 GLARE: Final = 10.0
 """Veiling luminance [cd/m²] by illuminance at the eye [lx] and angle squared [1/deg²]: the
-Stiles-Holladay formula of disability glare (CIE 146:2002), taken for a lens as for an eye. The
-formula is for 1 to 30 degrees; nearer than 1 degree the glare of 1 degree is taken."""
+Stiles-Holladay formula of disability glare, taken for a lens as for an eye. Its form in CIE
+146:2002 has a factor for the age of the eye besides, which is left out. The formula is for 1 to 30
+degrees; nearer than 1 degree the glare of 1 degree is taken, farther than 30 it is carried on."""
 
 GREY: Final = 0.2
 """Share of light that the surroundings return, against which glare counts. Our choice: dry road."""
@@ -202,8 +204,9 @@ def veil(lens: float, cosine: float) -> float:
             below that, where the formula begins to hold.
 
     Source:
-        Holladay (1926), Stiles (1929), as in CIE 146:2002, "CIE equations for disability glare":
-        the eye's stray light. That a lens scatters as much is our choice.
+        Holladay (1926), Stiles (1929): the eye's stray light, whose form with the age of the eye
+        is in CIE 146:2002, "CIE equations for disability glare". That a lens scatters as much as
+        a young eye is our choice.
     """
     if lens <= 0.0:
         return 0.0
@@ -229,15 +232,27 @@ def glare_contrast(cosine: float, illuminance: float) -> float:
         0 to 1; 1 where the sun stands at a right angle or behind.
 
     Source:
-        CIE 146:2002, "CIE equations for disability glare" (Stiles-Holladay).
+        Stiles-Holladay, see ``veil``.
 
     >>> glare_contrast(0.0, 2e4)
     1.0
     """
     if cosine <= 0.0:
         return 1.0
+    return contrast_behind_veil(SUN_ILLUMINANCE * cosine, cosine, illuminance)
+
+
+@compiled
+def contrast_behind_veil(lens: float, cosine: float, illuminance: float) -> float:
+    """Share of contrast that a light on the lens leaves, L/(L + V) of ``glare_contrast``.
+
+    Args:
+        lens: Illuminance by the light on the lens [lx].
+        cosine: Of the angle between the light and what is looked at.
+        illuminance: Of a horizontal surface [lx], positive.
+    """
     luminance = GREY / math.pi * illuminance
-    return luminance / (luminance + veil(SUN_ILLUMINANCE * cosine, cosine))
+    return luminance / (luminance + veil(lens, cosine))
 
 
 @compiled

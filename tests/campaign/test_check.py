@@ -214,5 +214,10 @@ def test_policy_cannot_be_swept_because_a_result_names_the_code_of_its_architect
     )
     axis = "architecture.channels.nominal.parameters.{}"
     check(load({"parameters": {axis.format("nearest"): [2, 3]}}))
-    with pytest.raises(SpecError, match="another plug-in or policy"):
+    with pytest.raises(SpecError, match="another plug-in, policy or file"):
         check(load({"parameters": {axis.format("policy"): ["./one.py:drive", "./other.py:drive"]}}))
+    for name in ("one", "other"):
+        (folder / f"{name}.bin").write_bytes(name.encode())
+    files = "architecture.channels.nominal.files"
+    with pytest.raises(SpecError, match="another plug-in, policy or file"):
+        check(load({"parameters": {files: [["one.bin"], ["other.bin"]]}}))

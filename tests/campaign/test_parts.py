@@ -138,3 +138,53 @@ def test_code_of_a_policy_is_part_of_the_identity(project: Project) -> None:
 def test_policy_that_is_none_is_refused_where_it_is_named(project: Project) -> None:
     with pytest.raises(SpecError, match=r"camera_radar\.yaml:\d+:\d+.*is no policy"):
         policy_parts(project, "drive = 3\n")
+
+
+def listed(project: Project, *files: str) -> Parts:
+    """Let the plug-in beside the candidate's channels read files."""
+    return parts(project, links=["front_camera"], files=list(files))
+
+
+def test_content_of_a_file_that_a_channel_reads_is_part_of_the_identity(project: Project) -> None:
+    without = parts(project, links=["front_camera"])
+    weights = project.folder / "odd" / "architectures" / "weights.bin"
+    weights.write_bytes(b"first")
+    first = listed(project, "weights.bin")
+    weights.write_bytes(b"again")
+    again = listed(project, "weights.bin")
+    weights.write_bytes(b"first")
+    assert [file.owner for file in first.files] == ["channels.own"]
+    assert len({without.digest, first.digest, again.digest}) == 3
+    assert listed(project, "weights.bin").digest == first.digest
+
+
+def test_policy_may_read_files_too(project: Project) -> None:
+    source = "def drive(observation):\n    return 0.0, 0.0\n"
+    before = policy_parts(project, source)
+    (project.folder / "odd" / "architectures" / "net.bin").write_bytes(b"1")
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"]["files"] = ["net.bin"]
+    after = load_parts(load_architecture(project.folder / CANDIDATE))
+    assert [file.name for file in after.files] == ["net.bin"]
+    assert after.digest != before.digest
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (("weights.bin", "weihgts.bin"), "channel own: 'weihgts.bin' is not there"),
+        (("weights.bin", "."), r"channel own: '\.' is no file"),
+        (("weights.bin", "../tested.yaml"), r"'\.\./tested\.yaml' is outside of"),
+        (("weights.bin", "./weights.bin"), r"file '\./weights\.bin' is listed twice"),
+    ],
+)
+def test_file_that_cannot_be_read_is_refused_where_it_is_listed(
+    project: Project, names: tuple[str, ...], message: str
+) -> None:
+    (project.folder / "odd" / "architectures" / "weights.bin").write_bytes(b"1")
+    with pytest.raises(SpecError, match=message) as caught:
+        listed(project, *names)
+    where = caught.value.where
+    assert where is not None
+    line = (project.folder / CANDIDATE).read_text("utf-8").splitlines()[where.line - 1]
+    assert line.strip().removeprefix("- ").strip("'\"") == names[1]

@@ -88,6 +88,33 @@ def test_size_of_the_columns_does_not_change_the_campaign(
         assert planned.campaign == newest.id
 
 
+def test_changed_weights_ask_for_every_run_of_their_architecture_again(
+    make_project: MakeProject,
+) -> None:
+    project = make_project()
+    folder = project.folder / "odd" / "architectures"
+    (folder / "policy.py").write_text("def drive(observation):\n    return 0.0, 0.0\n", "utf-8")
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"] = {
+            "kind": "policy",
+            "files": ["weights.bin"],
+            "parameters": {"policy": "./policy.py:drive"},
+        }
+
+    def results(weights: bytes) -> dict[str, set[str]]:
+        (folder / "weights.bin").write_bytes(weights)
+        found: dict[str, set[str]] = {}
+        for part in project.plan().planned():
+            digests = part.engine.result_digests(part.test_cases)
+            found.setdefault(part.architecture, set()).update(digests)
+        return found
+
+    first, retrained, first_again = results(b"first"), results(b"other"), results(b"first")
+    assert first == first_again
+    assert first["legacy_camera"] == retrained["legacy_camera"]
+    assert not first["camera_radar"] & retrained["camera_radar"]
+
+
 MEMORY = """
 import resource, sys
 from pathlib import Path

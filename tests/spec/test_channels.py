@@ -36,6 +36,14 @@ def test_policy_channel_names_its_policy() -> None:
     assert channel.parameters.nearest == 3
 
 
+def test_channels_with_code_of_the_user_may_name_the_files_that_it_reads() -> None:
+    for content in (
+        {"kind": "policy", "parameters": {"policy": "./mine.py:drive"}},
+        {"kind": "./mine.py:Planner"},
+    ):
+        assert CHANNEL.validate_python({**content, "files": ["net.bin"]}).files == ("net.bin",)
+
+
 def test_parameters_of_the_trajectory_channel_have_units() -> None:
     parameters = {"rear_sight": "80 m", "max_jerk": "10 m/s^3", "weight_lane_change": 2}
     channel = CHANNEL.validate_python({"kind": "trajectory", "parameters": parameters})
@@ -52,6 +60,8 @@ def test_parameters_of_the_trajectory_channel_have_units() -> None:
         {"kind": "safety", "parameters": {"time_gap": "1 s"}},
         {"kind": "trajectory", "parameters": {"horizon": "20 s"}},
         {"kind": "trajectory", "parameters": {"weight_comfort": -1}},
+        {"kind": "nominal", "files": ["net.bin"]},
+        {"kind": "./mine.py:Planner", "files": [""]},
         {"kind": "policy"},
         {"kind": "policy", "parameters": {"policy": "mine.py"}},
         {"kind": "policy", "parameters": {"policy": "./mine.py:p", "observation": "pixels"}},

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 REAR_RESPONSE: Final = 0.4
 REAR_BRAKING: Final = 3.0
 REAR_TIME_GAP: Final = 1.0
-"""What UN R79, 5.6.4.7 (and UN R157 with it) grants who comes from behind when the ego changes
+"""What UN R79, 5.6.4.7 grants who comes from behind when the ego changes
 lanes: 0.4 s to respond, 3 m/s² of braking, and at its end 1 s of the ego's speed as distance."""
 
 NEXT_LANE: Final = 1.5

@@ -51,7 +51,7 @@ NOTES: Final = (
     "Each target stands alone: what other traffic, buildings, curves and crests hide is left out.",
     "A target counts as seen where its middle lies in range and field of view, without noise, "
     "missed detections and false alarms.",
-    "A low sun, patches of a camera and the loss of radar signal at the edge of view are left out.",
+    "Patches of a camera and the loss of radar signal at the edge of view are left out.",
     "The ego's own body hides what lies behind it; in the simulation it hides nothing.",
     "Below a speed in brackets there is a gap: a pedestrian who crosses comes at a wider bearing "
     "the slower the ego is, and then from outside the field of view.",
@@ -59,6 +59,12 @@ NOTES: Final = (
     "speeds err on the slow side.",
 )
 """What the analysis leaves out."""
+
+_LOW_SUN: Final = (
+    "A low sun stands straight ahead. A camera counts with the range that is left where it looks "
+    "nearest to the sun; that an object before the sun shades the lens is left out."
+)
+_NO_SUN: Final = "A low sun is left out: no ODD that limits the sun's elevation is given."
 
 _RADAR_AHEAD: Final = (
     "A physical radar counts with the range that it has straight ahead, where it detects half of "
@@ -277,6 +283,8 @@ class _Bench:
     def notes(self) -> Iterator[str]:
         """Say what is left out or assumed."""
         yield from NOTES
+        has_sun = any(item.sun_elevation_rad is not None for item in self.conditions)
+        yield _LOW_SUN if has_sun else _NO_SUN
         sensors = self.architecture.sensors
         if any(model_name(sensors[name]) == "radar/physical" for name in self.eyes):
             yield _RADAR_AHEAD

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from adeye.spec.channels import Channel
 
 MARGIN: Final = 2.0
-"""Gap that is left at standstill [m]: the least following distance of UN R157 5.2.3.3."""
+"""Gap that is left at standstill [m]: the least following distance of UN R157, 5.2.3.3 (below
+2 m/s)."""
 
 SAFETY_HITS: Final = 2
 """Samples that confirm a track of the built-in safety channel."""

@@ -1,7 +1,8 @@
-"""The conditions that a suite is analysed in: rain, fog, light and grip."""
+"""The conditions that a suite is analysed in: rain, fog, light, a low sun and grip."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -33,6 +34,7 @@ class Condition:
         visibility_m: In fog [m].
         light: Illumination.
         friction: Between tyre and road.
+        sun_elevation_rad: Of a sun straight ahead of the ego; None if nobody looks into it.
     """
 
     id: str
@@ -40,6 +42,7 @@ class Condition:
     visibility_m: float
     light: str
     friction: float
+    sun_elevation_rad: float | None = None
 
     @property
     def illuminance(self) -> float:
@@ -54,6 +57,8 @@ class Condition:
             parts.append(f"{self.rain_mps / MM_PER_HOUR:g} mm/h rain")
         if self.visibility_m < CLEAR_AIR:
             parts.append(f"{self.visibility_m:g} m visibility")
+        if self.sun_elevation_rad is not None:
+            parts.append(f"sun ahead at {math.degrees(self.sun_elevation_rad):.3g} deg")
         return ", ".join([*parts, f"friction {self.friction:g}"])
 
 
@@ -69,7 +74,8 @@ def conditions_of(environment: EnvironmentalConditions) -> tuple[Condition, ...]
     """Take the corners of an ODD: the best of it, each adverse attribute alone, all together.
 
     The lowest friction counts where it rains and where everything comes together; where an ODD
-    limits friction only, it is a corner of its own.
+    limits friction only, it is a corner of its own. A low sun that the ODD names stands straight
+    ahead; it comes together with the rest only where the darkest light is that of day.
 
     Args:
         environment: Environmental attributes of the ODD.
@@ -93,6 +99,11 @@ def conditions_of(environment: EnvironmentalConditions) -> tuple[Condition, ...]
     if environment.fog is not None and environment.fog.min_visibility < CLEAR_AIR:
         found.append(replace(best, id="fog", visibility_m=environment.fog.min_visibility))
         worst = replace(worst, visibility_m=environment.fog.min_visibility)
+    if environment.sun_elevation is not None and lights[0] == "day":
+        elevation = environment.sun_elevation.min
+        found.append(replace(best, id="low_sun", sun_elevation_rad=elevation))
+        if lights[-1] == "day":
+            worst = replace(worst, sun_elevation_rad=elevation)
     if lights[-1] != lights[0]:
         found.append(replace(best, id=lights[-1], light=lights[-1]))
         worst = replace(worst, light=lights[-1])

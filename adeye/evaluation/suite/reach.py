@@ -14,15 +14,19 @@ from adeye.kernel.detection_range import (
     pixel_range,
     sure_beams,
 )
-from adeye.kernel.elementary import atan, atan2, cos, tan
+from adeye.kernel.elementary import atan, atan2, cos, sin, tan
 from adeye.spec.sensors import model_name
 from adeye.world.weather import (
+    SUN_ILLUMINANCE,
     camera_range,
+    contrast_behind_veil,
+    glare_contrast,
     lidar_range,
     light_extinction,
     light_share,
     radar_rain_extinction,
     range_in_extinction,
+    sun_cosine,
 )
 
 if TYPE_CHECKING:
@@ -78,8 +82,30 @@ def _camera(sensor: Sensor, _target: Target, condition: Condition) -> Reach:
     share = light_share(spec.night_range, condition.illuminance)
     if share <= 0.0:
         return NOTHING
+    if condition.sun_elevation_rad is not None:
+        cosine = _toward_sun(spec, condition.sun_elevation_rad)
+        share *= glare_contrast(cosine, condition.illuminance)
     far = camera_range(spec.range, condition.rain_mps, condition.visibility_m, share)
     return Reach(0.0, far)
+
+
+def _toward_sun(spec: Camera | PhysicalCamera, elevation: float) -> float:
+    """Cosine of the angle from a sun straight ahead to the nearest level line of sight in view."""
+    yaw = abs(atan2(sin(spec.mount.yaw), cos(spec.mount.yaw)))
+    aside = max(0.0, yaw - 0.5 * spec.field_of_view)
+    return float(sun_cosine(cos(aside), sin(aside), elevation, 0.0))
+
+
+def _behind_lens(spec: PhysicalCamera, condition: Condition) -> float:
+    """Share of the contrast that lens and glare leave; own headlamps do not count against glare."""
+    elevation = condition.sun_elevation_rad
+    if elevation is None:
+        return float(spec.transmission)
+    ahead = sun_cosine(cos(spec.mount.yaw), sin(spec.mount.yaw), elevation, 0.0)
+    facing = cos(spec.mount.pitch) * ahead - sin(spec.mount.pitch) * sin(elevation)
+    cosine = _toward_sun(spec, elevation)
+    veiled = contrast_behind_veil(SUN_ILLUMINANCE * facing, cosine, condition.illuminance)
+    return float(spec.transmission * veiled)
 
 
 def _physical_camera(sensor: Sensor, target: Target, condition: Condition) -> Reach:
@@ -93,7 +119,7 @@ def _physical_camera(sensor: Sensor, target: Target, condition: Condition) -> Re
     tall = pixel_range(target.height_m, focal, rows)
     extinction = light_extinction(condition.rain_mps, condition.visibility_m)
     clear = contrast_range(
-        target.contrast * spec.transmission,
+        target.contrast * _behind_lens(spec, condition),
         spec.contrast_threshold,
         extinction,
         condition.illuminance,

@@ -16,7 +16,8 @@ TABLE: Final = (
     (130.0 / 3.6, 150.0),
 )
 """Highest speed of the system [m/s] and least forward detection range [m], from the foremost point
-of the vehicle: UN R157, 01 series of amendments, paragraph 7.1.1, which interpolates linearly."""
+of the vehicle: UN R157, 01 series of amendments, paragraph 7.1.1. Between the rows it is
+interpolated linearly here."""
 
 
 def least_forward_range(speed: float) -> float | None:

@@ -72,4 +72,4 @@ CASES: Final = (
     Case("crossing_pedestrian", "pedestrian crossing at 5 km/h", "pedestrian", 0.0, 5.0 / 3.6),
 )
 """Standing traffic; the slowest vehicle that German motorways admit goes faster than 60 km/h (StVO
-§ 18); the pedestrian of UN R157 (5 km/h or less)."""
+§ 18); the pedestrian of UN R157, 5.2.5.3 (5 km/h or less)."""

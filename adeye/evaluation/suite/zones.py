@@ -26,8 +26,8 @@ SIDE_AHEAD: Final = 46.0
 the near zone."""
 
 REAR: Final = 55.0
-"""How far back one looks [m]: the least rear detection range of UN R79 5.6.4.8.1 for lane
-changes."""
+"""How far back one looks [m]: the least rear detection range of UN R79, 5.6.4.8.1 (03 series
+of amendments) for lane changes."""
 
 NEAR_FIELD: Final = 2.0
 """Width of the near field around the body [m]. Our choice: what parking and moving off need."""

@@ -62,3 +62,27 @@ def test_odd_of_nights_has_no_day() -> None:
 def test_fog_is_told_by_its_visibility() -> None:
     foggy = conditions_of(environment(fog={"min_visibility": 200.0}, illumination=["day"]))[1]
     assert foggy.text == "day, 200 m visibility, friction 0.9"
+
+
+def test_lowest_sun_of_an_odd_is_a_corner_by_day() -> None:
+    low = {"min": 0.125}
+    found = conditions_of(environment(sun_elevation=low, illumination=["day", "night"]))
+    assert [(item.id, item.light, item.sun_elevation_rad) for item in found] == [
+        ("best", "day", None),
+        ("low_sun", "day", 0.125),
+        ("night", "night", None),
+        ("worst", "night", None),
+    ]
+    assert found[1].text == "day, sun ahead at 7.16 deg, friction 0.9"
+
+
+def test_low_sun_comes_with_rain_where_it_is_always_day() -> None:
+    rain = {"max": MM_PER_HOUR}
+    found = conditions_of(environment(rain=rain, sun_elevation={"min": 0.1}, illumination=["day"]))
+    assert [item.id for item in found] == ["best", "rain", "low_sun", "worst"]
+    assert (found[-1].rain_mps, found[-1].sun_elevation_rad) == (MM_PER_HOUR, 0.1)
+
+
+def test_nobody_looks_into_the_sun_of_an_odd_without_day() -> None:
+    found = conditions_of(environment(sun_elevation={"min": 0.1}, illumination=["night"]))
+    assert [item.sun_elevation_rad for item in found] == [None]

@@ -1,13 +1,18 @@
 """Reaches of every kind and fidelity against their closed forms."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from adeye.evaluation.suite.conditions import CLEAR_AIR, Condition
 from adeye.evaluation.suite.reach import Reach, reach_of
 from adeye.evaluation.suite.targets import TARGETS
+from adeye.kernel.sight import DISTANCE, DX, OUTLINE_WIDTH
+from adeye.sensors.reach import reach_in_glare
+from adeye.signals import ILLUMINANCE
 from adeye.spec.sensors import Sensor
 from adeye.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from tests.evaluation.suite.rigs import architecture
@@ -190,3 +195,69 @@ def test_lidar_that_loses_every_return_sees_nothing() -> None:
     eye = {"kind": "lidar", "fidelity": "physical", "mount": {"z": 0.6}, "range": 100.0}
     assert far(sensor(**eye, field_of_view=2.0)) > 50.0
     assert far(sensor(**eye, field_of_view=2.0, drop_out=1.0)) == 0.0
+
+
+def low_sun(elevation: float, visibility: float = 1e12) -> Condition:
+    return Condition("low_sun", 0.0, visibility, "day", 0.9, elevation)
+
+
+def test_object_camera_reaches_as_its_sensor_model_in_a_low_sun() -> None:
+    elevation = math.radians(5.0)
+    parameters = {
+        "range": 100.0,
+        "night_range": 1.0,
+        "rain": 0.0,
+        "visibility": 300.0,
+        "illuminance": ILLUMINANCE["day"],
+        "sun_elevation": elevation,
+        "sun_azimuth": 0.0,
+    }
+    record = np.array(
+        tuple(parameters.values()), dtype=[(name, np.float64) for name in parameters]
+    )[()]
+    ahead = np.zeros(OUTLINE_WIDTH)
+    ahead[DISTANCE] = ahead[DX] = 50.0
+    modelled = reach_in_glare(record, 1e9, ahead)
+    analysed = far(camera(night_range=1.0), condition=low_sun(elevation, 300.0))
+    assert analysed == pytest.approx(modelled, rel=1e-12)
+    assert analysed < 0.9 * far(camera(night_range=1.0), condition=low_sun(1.5, 300.0))
+
+
+def test_contrast_that_a_low_sun_veils_is_missing_in_the_image() -> None:
+    elevation, visibility = math.radians(15.0), 200.0
+    eye = physical_camera(columns=1024, rows=512, contrast_threshold=0.05, headlamps=0.0)
+    contrast = TARGETS["car"].contrast
+    luminance = 0.2 * 2e4 / math.pi
+    veiling = 10.0 * 2e4 * math.cos(elevation) / 15.0**2
+    light = math.sqrt(1.0 + 120.0 / 2e4)
+    left = contrast * luminance / (luminance + veiling) / (0.05 * light)
+    assert ILLUMINANCE["day"] == 2e4
+    expected = math.log(left) * visibility / 3.912
+    assert far(eye, condition=low_sun(elevation, visibility)) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("make", [camera, physical_camera])
+def test_camera_loses_more_the_nearer_it_looks_to_the_sun(make: Callable[..., Sensor]) -> None:
+    def left(yaw: float, elevation: float) -> float:
+        eye = make(mount={**ROOF, "z": 1.3, "yaw": yaw}, field_of_view=0.8)
+        return far(eye, condition=low_sun(elevation, 200.0))
+
+    lower = [left(0.0, math.radians(angle)) for angle in (40.0, 20.0, 10.0, 5.0, 2.0)]
+    assert lower == sorted(lower, reverse=True)
+    assert lower[-1] < 0.8 * lower[0]
+    aside = [left(yaw, 0.05) for yaw in (0.3, 0.6, 1.0, math.pi)]
+    assert aside == sorted(aside)
+    # Within the field of view it does not matter where the axis points.
+    assert left(0.3, 0.05) == pytest.approx(left(0.0, 0.05), rel=0.05)
+    behind = make(mount={**ROOF, "z": 1.3, "yaw": math.pi}, field_of_view=0.8)
+    assert left(math.pi, 0.05) == left(-math.pi, 0.05) == far(behind, condition=fog(200.0))
+
+
+def fog(visibility: float) -> Condition:
+    return Condition("fog", 0.0, visibility, "day", 0.9)
+
+
+@pytest.mark.parametrize("kind", ["radar", "lidar"])
+def test_low_sun_takes_nothing_from_radar_and_lidar(kind: str) -> None:
+    eye = sensor(kind=kind, mount=LOW, field_of_view=0.8, range=100.0)
+    assert far(eye, condition=low_sun(0.05)) == far(eye)
