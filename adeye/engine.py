@@ -120,8 +120,8 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     )
     while scene.running.any() and scene.tick != most_ticks:
         active = faults.update(scene)
-        readings = rack.detect(faults.on_readings(rig.sense(scene), active))
-        proposals = faults.on_commands(rack.act(scene, readings), active)
+        readings = rack.detect(faults.on_readings(rig.sense(scene), active, scene))
+        proposals = faults.on_commands(rack.act(scene, readings), active, scene)
         command, authority = switch.arbitrate(scene.time, proposals)
         rack.remember(proposals, authority)
         recorder.add(scene, readings, proposals, command, authority, active)

@@ -1110,14 +1110,14 @@ FLAWS = [
         IN_ODD,
         "camera_out, target: sensors.camera",
         "camera_out, target: sensors.camra",
-        "no architecture has sensors.camra. There are: channels.nominal",
+        "no architecture has sensors.camra. There are: sensors.",
     ),
     Flaw(
         "fault of another kind of target",
         IN_ODD,
         "camera_out, target: sensors.camera",
-        "camera_out, target: actuators.brake",
-        "must be sensors.<id> or channels.<id>",
+        "camera_out, target: wheels.left",
+        "must be sensors.<id>, channels.<id>, hooks.<channel>, links.<channel>.<link>,",
     ),
     Flaw(
         "fault model that does not fit",
@@ -1176,7 +1176,11 @@ FLAWS = [
         "uses text, which is not known during a run",
     ),
     Flaw(
-        "two onsets", IN_ODD, "{at: 2 s}", "{at: 2 s, when: time > 1 s}", "give either at or when"
+        "two onsets",
+        IN_ODD,
+        "{at: 2 s}",
+        "{at: 2 s, when: time > 1 s}",
+        "give one of at, when and between",
     ),
     Flaw(
         "onset before the start", IN_ODD, "{at: 2 s}", "{at: -2 s}", "must be at least 0 s ('-2 s')"

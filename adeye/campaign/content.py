@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import IntegrityError
 from adeye.spec.architecture import Architecture
-from adeye.spec.fault import Fault
+from adeye.spec.fault import FAULT
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
@@ -73,7 +73,7 @@ def recreate(
         scenario=LogicalScenario.model_validate(stored.scenario, context=SI),
         parameters=dict(stored.parameters),
         architecture=Architecture.model_validate(architecture, context=SI),
-        faults=tuple(Fault.model_validate(fault, context=SI) for fault in stored.faults),
+        faults=tuple(FAULT.validate_python(fault, context=SI) for fault in stored.faults),
         fault_entry=stored.fault_entry,
         replicate=stored.replicate,
         seed=stored.seed,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,10 +9,10 @@ import numpy as np
 from adeye.channels.failures import silenced
 
 if TYPE_CHECKING:
-    from adeye.signals import Bools, ControlCommand, Measurement
+    from adeye.faults.ports import InjectorContext, Moment
+    from adeye.signals import ControlCommand, Measurement
 
 
-@dataclass(slots=True)
 class DropOut:
     """A sensor delivers nothing new; after the fault its next delivery counts again.
 
@@ -21,15 +20,17 @@ class DropOut:
     estimate stand as they were before.
     """
 
-    _last: Measurement | None = None
+    def __init__(self, _context: InjectorContext) -> None:
+        self._last: Measurement | None = None
 
-    def apply(self, measurement: Measurement, active: Bools) -> Measurement:
+    def apply(self, measurement: Measurement, moment: Moment) -> Measurement:
         """Return the measurement with the fault in the active runs (B,).
 
         Args:
             measurement: The newest measurement; returned itself if no run is active.
-            active: (B,) whether the fault is present.
+            moment: Tells where the fault is present.
         """
+        active = moment.active
         if not active.any():
             self._last = measurement
             return measurement
@@ -55,19 +56,20 @@ class DropOut:
         return faulty
 
 
-@dataclass(slots=True)
 class Silence:
     """A channel says nothing: no new command, stamp frozen, status silent."""
 
-    _last: ControlCommand | None = None
+    def __init__(self, _context: InjectorContext) -> None:
+        self._last: ControlCommand | None = None
 
-    def apply(self, command: ControlCommand, active: Bools) -> ControlCommand:
+    def apply(self, command: ControlCommand, moment: Moment) -> ControlCommand:
         """Return the command with the fault in the active runs (B,).
 
         Args:
             command: The newest command; returned itself if no run is active.
-            active: (B,) whether the fault is present.
+            moment: Tells where the fault is present.
         """
+        active = moment.active
         if not active.any():
             self._last = command
             return command

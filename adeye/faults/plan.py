@@ -1,15 +1,21 @@
-"""When each fault of a batch is present: from a time, or from when a condition first holds."""
+"""When each fault of a batch is present: from a time, or from when a condition first holds.
+
+What it then does is the matter of its injector, see ``ports``.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from adeye.errors import SpecError
-from adeye.faults.injectors import DropOut, Silence
+from adeye.faults.catalogue import make_injector
+from adeye.faults.ports import InjectorContext, Moment
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import run_program
+from adeye.kernel.random import owner_id, uniform
+from adeye.spec.architecture import targets_of
 from adeye.spec.expression import Expression, Program, to_program
 from adeye.world.triggers import TriggerTable
 
@@ -23,6 +29,9 @@ if TYPE_CHECKING:
 
 TIME_TOLERANCE = 1e-9
 """Slack of comparisons of times [s]: multiples of the step are not exact."""
+
+ONSET_DRAW: Final = 0xFFFFFFFF
+"""Index of the draw of an onset: the last one there is, far from what an injector draws."""
 
 
 class FaultPlan:
@@ -51,23 +60,43 @@ class FaultPlan:
         shape = (len(cases), len(self.ids))
         self._at = np.full(shape, np.nan)
         self._duration = np.full(shape, np.inf)
+        self._every = np.full(shape, np.inf)
+        self._times = np.full(shape, np.inf)
         for run, case in enumerate(cases):
             for index, fault in enumerate(case.faults):
                 if fault.onset.at is not None:
                     self._at[run, index] = fault.onset.at
+                if fault.onset.between is not None:
+                    first_at, last_at = fault.onset.between
+                    share = uniform(
+                        np.uint64(case.stream_seed),
+                        np.uint64(owner_id(f"fault/{fault.id}")),
+                        0,
+                        ONSET_DRAW,
+                    )
+                    self._at[run, index] = first_at + share * (last_at - first_at)
                 if fault.duration is not None:
                     self._duration[run, index] = fault.duration
+                if fault.every is not None:
+                    self._every[run, index] = fault.every
+                if fault.times is not None:
+                    self._times[run, index] = fault.times
         self._begun = np.full(shape, np.nan)
         self._triggers = TriggerTable.of(cases, context)
         self._programs = _Programs.of(cases, self._triggers.index)
         self._triggers.watch(self._programs.ops, self._programs.args)
-        self._drop_outs: dict[str, tuple[DropOut, list[int]]] = {}
-        self._silences: dict[str, tuple[Silence, list[int]]] = {}
+        self._injectors: dict[str, list[tuple[int, str, Any]]] = {}
         for index, fault in enumerate(first.faults):
-            if fault.model == "drop_out":
-                self._drop_outs.setdefault(fault.target_id, (DropOut(), []))[1].append(index)
-            else:
-                self._silences.setdefault(fault.target_id, (Silence(), []))[1].append(index)
+            made = make_injector(
+                InjectorContext(
+                    [case.faults[index] for case in cases],
+                    context,
+                    first.step,
+                    np.uint64(owner_id(f"fault/{fault.id}")),
+                )
+            )
+            of_port = self._injectors.setdefault(fault.port, [])
+            of_port.append((index, fault.target_id, made))
 
     def update(self, scene: Scene) -> Bools:
         """Decide which faults are present at this tick.
@@ -87,6 +116,8 @@ class FaultPlan:
             scene.running,
             self._at,
             self._duration,
+            self._every,
+            self._times,
             self._triggers.values(scene) if programs.count else np.zeros((active.shape[0], 1)),
             programs.ops,
             programs.args,
@@ -98,39 +129,43 @@ class FaultPlan:
         return active
 
     def on_readings(
-        self, readings: Mapping[str, Measurement], active: Bools
+        self, readings: Mapping[str, Measurement], active: Bools, scene: Scene
     ) -> dict[str, Measurement]:
-        """Apply the faults of sensors to the newest measurements.
+        """Apply the faults of sensors to the newest measurements, in the order of the faults.
 
         Args:
             readings: By sensor id.
             active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
         """
         faulty = dict(readings)
-        for name, (injector, columns) in self._drop_outs.items():
-            faulty[name] = injector.apply(readings[name], _any_of(active, columns))
+        for index, name, injector in self._injectors.get("sensors", ()):
+            faulty[name] = injector.apply(faulty[name], self._moment(index, active, scene))
         return faulty
 
     def on_commands(
-        self, proposals: Sequence[ControlCommand], active: Bools
+        self, proposals: Sequence[ControlCommand], active: Bools, scene: Scene
     ) -> list[ControlCommand]:
-        """Apply the faults of channels to their newest commands.
+        """Apply the faults of channels to their newest commands, in the order of the faults.
 
         Args:
             proposals: One command per channel.
             active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
         """
         faulty = list(proposals)
-        for index, command in enumerate(proposals):
-            if command.channel in self._silences:
-                injector, columns = self._silences[command.channel]
-                faulty[index] = injector.apply(command, _any_of(active, columns))
+        for index, name, injector in self._injectors.get("channels", ()):
+            for place, command in enumerate(faulty):
+                if command.channel == name:
+                    faulty[place] = injector.apply(command, self._moment(index, active, scene))
         return faulty
 
-
-def _any_of(active: Bools, columns: list[int]) -> Bools:
-    """Tell in which runs (B,) any of some faults is present."""
-    return np.asarray(active[:, columns].any(axis=1), dtype=np.bool_)
+    def _moment(self, index: int, active: Bools, scene: Scene) -> Moment:
+        return Moment(
+            time=scene.time,
+            active=np.ascontiguousarray(active[:, index]),
+            age=scene.time - self._begun[:, index],
+        )
 
 
 class _Programs:
@@ -187,12 +222,12 @@ def _check(cases: Sequence[TestCase], ids: tuple[str, ...]) -> None:
 
 
 def _check_target(fault: Fault, architecture: Architecture) -> None:
-    kind = fault.target.partition(".")[0]
-    known = architecture.sensors if kind == "sensors" else architecture.channels
-    if fault.target_id not in known:
+    known = targets_of(architecture)
+    if fault.target not in known:
+        alike = [name for name in known if name.split(".")[0] == fault.port] or known
         raise SpecError(
             f"fault {fault.id}: architecture {architecture.architecture} has no {fault.target}",
-            remedy=f"It has {', '.join(f'{kind}.{name}' for name in known)}.",
+            remedy=f"It has {', '.join(alike)}.",
         )
 
 
@@ -202,6 +237,8 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
     running: Bools,
     at: Floats,
     duration: Floats,
+    every: Floats,
+    times: Floats,
     variables: Floats,
     ops: Ints,
     args: Floats,
@@ -227,5 +264,9 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
                     # NaN compares false: an undefined condition begins nothing.
                     if value > 0.0 or value < 0.0:
                         begun[run, fault] = time
+            last = begun[run, fault]
+            if every[run, fault] < np.inf:
+                gone = np.floor((time - last + TIME_TOLERANCE) / every[run, fault])
+                last += min(gone, times[run, fault] - 1.0) * every[run, fault]
             # NaN compares false, too: what has not begun is not active.
-            active[run, fault] = time < begun[run, fault] + duration[run, fault] - TIME_TOLERANCE
+            active[run, fault] = time < last + duration[run, fault] - TIME_TOLERANCE

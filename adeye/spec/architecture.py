@@ -113,3 +113,27 @@ class Architecture(Record):
             for key in ("cost", "text", "realises", "files"):
                 record.pop(key, None)
         return part
+
+
+ACTUATORS = ("drive", "brake", "steering")
+"""What moves the vehicle, as targets of faults."""
+
+
+def targets_of(architecture: Architecture) -> list[str]:
+    """List what of an architecture a fault can be injected into.
+
+    A link is named by the channel that it leads to and what it brings.
+    """
+    return [
+        *(f"sensors.{name}" for name in architecture.sensors),
+        *(f"channels.{name}" for name in architecture.channels),
+        *(f"hooks.{name}" for name in architecture.channels),
+        *(
+            f"links.{name}.{link}"
+            for name, channel in architecture.channels.items()
+            for link in channel.links
+        ),
+        *(f"actuators.{name}" for name in ACTUATORS),
+        "tyres",
+        "switch",
+    ]

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from adeye.errors import suggest
-from adeye.spec.fault import Fault
+from adeye.spec.fault import AnyFault
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
     Angle,
@@ -183,7 +183,7 @@ class Odd(Record):
     text: str = ""
     attributes: Attributes = Attributes()
     scenarios: Annotated[Many[ScenarioUse], Field(min_length=1)]
-    faults: Many[Fault] = ()
+    faults: Many[AnyFault] = ()
     architectures: Annotated[Many[Text], Field(min_length=1)]
     concept: Text
     gate: Gate | None = None

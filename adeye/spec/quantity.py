@@ -33,12 +33,18 @@ from adeye.units import Dimension, parse_quantity, shown
 
 IDENTIFIER: Final = r"^[a-z][a-z0-9_]*$"
 REFERENCE: Final = r"^[A-Za-z][A-Za-z0-9_.-]*$"
-TARGET: Final = r"^(sensors|channels)\.[a-z][a-z0-9_]*$"
+TARGET: Final = (
+    r"^((sensors|channels|hooks|actuators)\.[a-z][a-z0-9_]*"
+    r"|links\.[a-z][a-z0-9_]*\.(channels\.)?[a-z][a-z0-9_]*|tyres|switch)$"
+)
 PLUGIN: Final = r"^.+:[A-Za-z_][A-Za-z0-9_]*$"
 PATTERNS: Final = {
     IDENTIFIER: "must be lower case letters, digits and underscores after a letter",
     REFERENCE: "must be letters, digits, points, hyphens and underscores after a letter",
-    TARGET: "must be sensors.<id> or channels.<id>",
+    TARGET: (
+        "must be sensors.<id>, channels.<id>, hooks.<channel>, links.<channel>.<link>, "
+        "actuators.<drive, brake or steering>, tyres or switch"
+    ),
     PLUGIN: "must be module:Class or ./file.py:Class",
 }
 """What each pattern of a text asks for, in words."""

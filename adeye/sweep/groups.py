@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from adeye.errors import SourceLocation, SweepError
+from adeye.spec.architecture import targets_of
 from adeye.sweep.axes import Axis, has_path
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     import numpy as np
     from numpy.typing import NDArray
 
@@ -80,7 +79,7 @@ def groups_of(
     for ids in _entries(files, use):
         faults = tuple(k for k, fault in enumerate(files.odd.spec.faults) if fault.id in ids)
         targets = [files.odd.spec.faults[k].target for k in faults]
-        if not all(has_path(architecture.spec, tuple(t.split("."))) for t in targets):
+        if not set(targets) <= set(targets_of(architecture.spec)):
             continue
         varied = tuple(axis for axis in axes if varies(axis, architecture.spec, ids))
         groups.append(
@@ -120,24 +119,19 @@ def _entries(files: OddFiles, use: ScenarioUse) -> list[tuple[str, ...]]:
         if ids not in entries:
             entries.append(ids)
     for number, fault in enumerate(odd.spec.faults):
-        if any(fault.id in ids for ids in entries) and not _has_target(files, fault.target):
+        if any(fault.id in ids for ids in entries) and fault.target not in _targets(files):
             raise SweepError(
                 f"fault {fault.id}: no architecture has {fault.target}",
                 where=odd.locate(("faults", number, "target")),
-                remedy=f"There are: {', '.join(sorted(_targets(files)))}.",
+                remedy=f"There are: {', '.join(_alike(fault.port, _targets(files)))}.",
             )
     return entries
 
 
-def _has_target(files: OddFiles, target: str) -> bool:
-    path = tuple(target.split("."))
-    return any(has_path(item.spec, path) for item in files.architectures.values())
-
-
 def _targets(files: OddFiles) -> set[str]:
-    def parts() -> Iterator[str]:
-        for item in files.architectures.values():
-            yield from (f"sensors.{name}" for name in item.spec.sensors)
-            yield from (f"channels.{name}" for name in item.spec.channels)
+    return {target for item in files.architectures.values() for target in targets_of(item.spec)}
 
-    return set(parts())
+
+def _alike(port: str, targets: set[str]) -> list[str]:
+    """List the targets of one kind, or all if there is none."""
+    return sorted(name for name in targets if name.split(".")[0] == port) or sorted(targets)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SweepError
-from adeye.spec.fault import Fault
 from adeye.spec.problems import validate
 from adeye.spec.quantity import Record
 from adeye.sweep.axes import quantity_or_text
@@ -15,6 +14,7 @@ from adeye.sweep.axes import quantity_or_text
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded
     from adeye.spec.odd import Level
 
@@ -85,7 +85,7 @@ class Variants:
             return fault
         key = (id(fault), changes)
         if key not in self._made:
-            self._keep(key, _changed(Fault, content, changes))
+            self._keep(key, _changed(type(fault), content, changes))
         made: Fault = self._made[key]
         return made
 

@@ -13,7 +13,6 @@ import pytest
 from adeye import engine
 from adeye.channels.boxes import SLOTS
 from adeye.channels.clustering import Clustering
-from adeye.faults.injectors import DropOut
 from adeye.sensors.lidar import LidarSensor
 from adeye.signals import (
     DETECTION_LENGTH,
@@ -30,6 +29,7 @@ from adeye.signals import (
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.spec.sensors import PhysicalLidar
+from adeye.testing.faults import injector, moment
 from adeye.world.weather import MM_PER_HOUR
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context, sensor_context
 
@@ -279,12 +279,12 @@ def drive(ticks: int, out: Sequence[int] = ()) -> list[Measurement]:
     """Follow a car for some ticks at a lidar of every second one, which drops out at some."""
     context = scene_context(runs=2)
     lidar = LidarSensor(sensor_context(spec(), context, every=2, latency=1))
-    clustering, fault = Clustering([spec()] * 2, 1), DropOut()
+    clustering, fault = Clustering([spec()] * 2, 1), injector("drop_out", "sensors.lidar", runs=2)
     seen = []
     for tick in range(ticks):
         found = lidar.sense(scene(context, [(20.0 + tick, 0.0)], tick=tick))
         active = np.array([False, tick in out])
-        shown = clustering.detect(fault.apply(found, active))
+        shown = clustering.detect(fault.apply(found, moment(active)))
         seen.append(replace(shown, mask=shown.mask.copy(), detections=shown.detections.copy()))
     return seen
 

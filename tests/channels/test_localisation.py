@@ -25,7 +25,7 @@ from adeye.signals import (
     Floats,
 )
 from adeye.spec.architecture import Architecture
-from adeye.spec.fault import Fault
+from adeye.spec.fault import FAULT
 from adeye.testing.scenes import channel_context, ego_estimate, straight_road
 from tests.channels.egos import CAR, STEP, Estimated, drive, estimate, gnss, imu
 from tests.motorway import ARCHITECTURE, make_case, make_scenario, merged
@@ -254,7 +254,7 @@ def test_ego_keeps_its_lane_through_a_short_outage_only() -> None:
 
 def statuses(target: str) -> list[str]:
     """Return the status of the channel at each tick of a run; the target is out from 3 s on."""
-    fault = Fault.model_validate(
+    fault = FAULT.validate_python(
         {"id": "out", "target": target, "model": "drop_out", "onset": {"at": "3 s"}}
     )
     architecture = merged(ARCHITECTURE, {"channels": {"nominal": {"links": list(GOOD)}}})

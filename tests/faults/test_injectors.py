@@ -1,10 +1,17 @@
+from typing import Any
+
 import numpy as np
 
-from adeye.faults.injectors import DropOut, Silence
 from adeye.signals import OK, SILENT, ControlCommand, Measurement
+from adeye.testing.faults import injector, moment
 
 FIRST = np.array([True, False])
 NONE = np.zeros(2, dtype=np.bool_)
+TARGETS = {"drop_out": "sensors.front", "silent": "channels.nominal"}
+
+
+def made(model: str) -> Any:
+    return injector(model, TARGETS[model], runs=2)
 
 
 def measurement(time: float) -> Measurement:
@@ -31,14 +38,14 @@ def command(time: float) -> ControlCommand:
 
 def test_inactive_drop_out_is_the_very_same_measurement() -> None:
     given = measurement(1.0)
-    assert DropOut().apply(given, NONE) is given
+    assert made("drop_out").apply(given, moment(NONE)) is given
 
 
 def test_dropped_out_sensor_keeps_its_last_sample_but_shows_nothing() -> None:
-    fault = DropOut()
-    fault.apply(measurement(1.0), NONE)
+    fault = made("drop_out")
+    fault.apply(measurement(1.0), moment(NONE))
     given = measurement(1.1)
-    faulty = fault.apply(given, FIRST)
+    faulty = fault.apply(given, moment(FIRST))
     assert faulty.alive.tolist() == [False, True]
     assert faulty.fresh.tolist() == [False, True]
     assert faulty.stamp.tolist() == [1.0, 1.1]
@@ -51,47 +58,47 @@ def test_dropped_out_sensor_keeps_its_last_sample_but_shows_nothing() -> None:
 
 
 def test_dropped_out_receiver_has_no_values_and_leaves_those_of_other_runs() -> None:
-    fault = DropOut()
+    fault = made("drop_out")
     given = measurement(1.1)
     given.values = np.ones((2, 4))
-    faulty = fault.apply(given, FIRST)
+    faulty = fault.apply(given, moment(FIRST))
     assert faulty.values is not None
     assert np.isnan(faulty.values).tolist() == [[True] * 4, [False] * 4]
     assert (given.values == 1.0).all()
 
 
 def test_stamp_stands_for_the_whole_drop_out_and_runs_on_after_it() -> None:
-    fault = DropOut()
-    fault.apply(measurement(1.0), NONE)
-    stamps = [fault.apply(measurement(1.0 + 0.1 * k), FIRST).stamp[0] for k in range(1, 4)]
+    fault = made("drop_out")
+    fault.apply(measurement(1.0), moment(NONE))
+    stamps = [fault.apply(measurement(1.0 + 0.1 * k), moment(FIRST)).stamp[0] for k in range(1, 4)]
     assert stamps == [1.0, 1.0, 1.0]
     after = measurement(1.5)
-    assert fault.apply(after, NONE) is after
+    assert fault.apply(after, moment(NONE)) is after
 
 
 def test_run_that_drops_out_later_keeps_its_own_last_sample() -> None:
-    fault = DropOut()
-    fault.apply(measurement(1.0), FIRST)
-    fault.apply(measurement(2.0), FIRST)
-    assert fault.apply(measurement(3.0), ~FIRST).stamp.tolist() == [3.0, 2.0]
+    fault = made("drop_out")
+    fault.apply(measurement(1.0), moment(FIRST))
+    fault.apply(measurement(2.0), moment(FIRST))
+    assert fault.apply(measurement(3.0), moment(~FIRST)).stamp.tolist() == [3.0, 2.0]
 
 
 def test_sensor_dead_from_the_start_never_delivers() -> None:
-    faulty = DropOut().apply(measurement(0.0), FIRST)
+    faulty = made("drop_out").apply(measurement(0.0), moment(FIRST))
     assert faulty.stamp.tolist() == [-1.0, 0.0]
 
 
 def test_inactive_silence_is_the_very_same_command() -> None:
     given = command(1.0)
-    assert Silence().apply(given, NONE) is given
+    assert made("silent").apply(given, moment(NONE)) is given
 
 
 def test_silent_channel_says_nothing_new() -> None:
-    fault = Silence()
-    fault.apply(command(1.0), NONE)
+    fault = made("silent")
+    fault.apply(command(1.0), moment(NONE))
     given = command(1.1)
     for _ in range(3):
-        faulty = fault.apply(given, FIRST)
+        faulty = fault.apply(given, moment(FIRST))
         assert faulty.status.tolist() == [SILENT, OK]
         assert faulty.stamp.tolist() == [1.0, 1.1]
         assert faulty.acceleration.tolist() == [1.0, 1.1]
@@ -99,6 +106,6 @@ def test_silent_channel_says_nothing_new() -> None:
 
 
 def test_channel_silent_from_the_start_has_no_command() -> None:
-    faulty = Silence().apply(command(1.0), FIRST)
+    faulty = made("silent").apply(command(1.0), moment(FIRST))
     assert faulty.stamp.tolist() == [-1.0, 1.0]
     assert faulty.acceleration.tolist() == [0.0, 1.0]

@@ -10,7 +10,7 @@ from adeye.errors import SpecError
 from adeye.faults import FaultPlan
 from adeye.signals import OK, SILENT, ControlCommand, Measurement, Scene, SceneContext
 from adeye.spec.architecture import Architecture
-from adeye.spec.fault import Fault
+from adeye.spec.fault import FAULT
 from adeye.spec.odd import Attributes
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
@@ -102,7 +102,7 @@ def case(*faults: Mapping[str, Any], delay: float = 1.0) -> TestCase:
         scenario=SCENARIO,
         parameters={"delay": delay},
         architecture=ARCHITECTURE,
-        faults=tuple(Fault.model_validate(fault) for fault in faults),
+        faults=tuple(FAULT.validate_python(fault) for fault in faults),
         fault_entry="+".join(fault["id"] for fault in faults) or "none",
         replicate=0,
         seed=1,
@@ -177,6 +177,32 @@ def test_duration_counts_from_when_the_condition_held() -> None:
     assert np.flatnonzero(activity([case(fault)] * 3, 10)[:, 0, 0]).tolist() == [4, 5]
 
 
+def test_intermittent_fault_comes_again_after_it_went() -> None:
+    fault = {**CAMERA_OUT, "duration": "0.1 s", "every": "0.25 s"}
+    active = activity([case(fault)] * 3, 20)
+    assert np.flatnonzero(active[:, 0, 0]).tolist() == [4, 5, 9, 10, 14, 15, 19]
+    twice = activity([case({**fault, "times": 2})] * 3, 20)
+    assert np.flatnonzero(twice[:, 0, 0]).tolist() == [4, 5, 9, 10]
+
+
+def test_intermittent_fault_counts_from_when_its_condition_held() -> None:
+    fault = {**NOMINAL_SILENT, "onset": {"when": "time >= 0.2 s"}}
+    active = activity([case({**fault, "duration": "0.05 s", "every": "0.3 s"})] * 3, 20)
+    assert np.flatnonzero(active[:, 0, 0]).tolist() == [4, 10, 16]
+
+
+def test_random_onset_lies_in_its_window_and_hangs_on_the_situation_alone() -> None:
+    fault = {**CAMERA_OUT, "onset": {"between": ["0.2 s", "1.2 s"]}, "duration": None}
+    cases = [case(fault, delay=delay) for delay in np.linspace(0.1, 2.0, 3)]
+    first = np.argmax(activity(cases, 40)[:, :, 0], axis=0)
+    assert ((first >= 4) & (first <= 24)).all()
+    assert len(set(first.tolist())) > 1
+    alone = [np.argmax(activity([one] * 3, 40)[:, 0, 0]) for one in cases]
+    assert alone == first.tolist()
+    other = activity([case({**fault, "id": "another"}, delay=0.1)] * 3, 40)[:, 0, 0]
+    assert np.argmax(other) != first[0]
+
+
 def test_ended_run_has_no_active_fault() -> None:
     plan = FaultPlan([case(CAMERA_OUT)] * 3, CONTEXT)
     scene = scene_of(CONTEXT, 5)
@@ -186,11 +212,12 @@ def test_ended_run_has_no_active_fault() -> None:
 
 def test_no_fault_is_the_identity() -> None:
     plan = FaultPlan([case()] * 3, CONTEXT)
-    active = plan.update(scene_of(CONTEXT, 0))
+    here = scene_of(CONTEXT, 0)
+    active = plan.update(here)
     front, nominal = reading(0.0), command("nominal", 0.0)
     assert active.shape == (3, 0)
-    assert plan.on_readings({"front": front}, active)["front"] is front
-    assert plan.on_commands([nominal], active)[0] is nominal
+    assert plan.on_readings({"front": front}, active, here)["front"] is front
+    assert plan.on_commands([nominal], active, here)[0] is nominal
 
 
 @settings(max_examples=25)
@@ -209,16 +236,16 @@ def test_zero_duration_and_onset_after_the_end_are_identities(
         active = plan.update(scene)
         front, nominal = reading(scene.time), command("nominal", scene.time)
         assert not active.any()
-        assert plan.on_readings({"front": front}, active)["front"] is front
-        assert plan.on_commands([nominal], active)[0] is nominal
+        assert plan.on_readings({"front": front}, active, scene)["front"] is front
+        assert plan.on_commands([nominal], active, scene)[0] is nominal
 
 
 def test_only_the_target_is_touched() -> None:
     plan = FaultPlan([case(CAMERA_OUT, NOMINAL_SILENT)] * 3, CONTEXT)
-    active = np.ones((3, 2), dtype=np.bool_)
+    active, here = np.ones((3, 2), dtype=np.bool_), scene_of(CONTEXT, 0)
     rear, safety = reading(1.0), command("safety", 1.0)
-    readings = plan.on_readings({"front": reading(1.0), "rear": rear}, active)
-    commands = plan.on_commands([command("nominal", 1.0), safety], active)
+    readings = plan.on_readings({"front": reading(1.0), "rear": rear}, active, here)
+    commands = plan.on_commands([command("nominal", 1.0), safety], active, here)
     assert readings["rear"] is rear
     assert not readings["front"].alive.any()
     assert commands[1] is safety
@@ -230,7 +257,7 @@ def test_removed_fault_returns_the_signal() -> None:
     seen = []
     for scene in scenes(10):
         given_reading = reading(scene.time)
-        faulty = plan.on_readings({"front": given_reading}, plan.update(scene))["front"]
+        faulty = plan.on_readings({"front": given_reading}, plan.update(scene), scene)["front"]
         seen.append(faulty is given_reading)
     assert seen == [True] * 4 + [False] * 3 + [True] * 3
 
@@ -239,7 +266,7 @@ def test_two_faults_of_one_target_are_one_outage() -> None:
     other = {**CAMERA_OUT, "id": "again", "onset": {"at": "0.3 s"}}
     plan = FaultPlan([case(CAMERA_OUT, other)] * 3, CONTEXT)
     alive = [
-        bool(plan.on_readings({"front": reading(s.time)}, plan.update(s))["front"].alive.all())
+        bool(plan.on_readings({"front": reading(s.time)}, plan.update(s), s)["front"].alive.all())
         for s in scenes(10)
     ]
     assert alive == [True] * 4 + [False] * 5 + [True]

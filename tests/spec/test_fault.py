@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.spec.fault import Fault
+from adeye.spec.fault import FAULT
 from adeye.spec.quantity import SI
 
 OUT: dict[str, Any] = {
@@ -20,14 +20,14 @@ OUT: dict[str, Any] = {
 
 
 def test_times_are_in_seconds() -> None:
-    fault = Fault.model_validate(OUT)
+    fault = FAULT.validate_python(OUT)
     assert fault.onset.at == 2.0
     assert fault.duration == 0.5
     assert fault.target_id == "front_camera"
 
 
 def test_duration_may_be_left_out() -> None:
-    assert Fault.model_validate({k: v for k, v in OUT.items() if k != "duration"}).duration is None
+    assert FAULT.validate_python({k: v for k, v in OUT.items() if k != "duration"}).duration is None
 
 
 @pytest.mark.parametrize(
@@ -38,8 +38,15 @@ def test_duration_may_be_left_out() -> None:
         ({"target": "front_camera"}, "target"),
         ({"target": "sensors.front.camera"}, "target"),
         ({"model": "stuck"}, "model"),
-        ({"onset": {}}, "give either at or when"),
-        ({"onset": {"at": "1 s", "when": "time > 1 s"}}, "give either at or when"),
+        ({"onset": {}}, "give one of at, when and between"),
+        ({"onset": {"at": "1 s", "when": "time > 1 s"}}, "give one of at, when and between"),
+        ({"onset": {"at": "1 s", "between": ["1 s", "2 s"]}}, "give one of at, when and between"),
+        ({"onset": {"between": ["2 s", "1 s"]}}, "the earliest time comes first"),
+        ({"onset": {"between": ["2 s"]}}, "at least 2"),
+        ({"every": "500 ms"}, "give a duration that is shorter"),
+        ({"every": "1 s", "duration": None}, "give a duration that is shorter"),
+        ({"times": 3}, "give every, too"),
+        ({"every": "1 s", "times": 0}, "greater than or equal to 1"),
         ({"onset": {"at": "-1 s"}}, "greater than or equal to 0"),
         ({"onset": {"at": "5 m"}}, "is not a time"),
         ({"onset": {"when": "time"}}, "neither true nor false"),
@@ -50,16 +57,28 @@ def test_duration_may_be_left_out() -> None:
 )
 def test_what_is_no_fault_is_refused(changes: dict[str, Any], said: str) -> None:
     with pytest.raises(ValidationError, match=said):
-        Fault.model_validate({**OUT, **changes})
+        FAULT.validate_python({**OUT, **changes})
 
 
 def test_text_is_no_part_of_what_is_executed() -> None:
-    plain = Fault.model_validate(OUT).executable()
-    assert Fault.model_validate({**OUT, "text": "cable broken"}).executable() == plain
-    assert Fault.model_validate({**OUT, "duration": "1 s"}).executable() != plain
+    plain = FAULT.validate_python(OUT).executable()
+    assert FAULT.validate_python({**OUT, "text": "cable broken"}).executable() == plain
+    assert FAULT.validate_python({**OUT, "duration": "1 s"}).executable() != plain
 
 
 def test_stored_fault_reads_back() -> None:
-    triggered = Fault.model_validate({**OUT, "onset": {"when": "lead.gap < 20 m"}})
+    triggered = FAULT.validate_python({**OUT, "onset": {"when": "lead.gap < 20 m"}})
     stored = triggered.model_dump(mode="json")
-    assert Fault.model_validate(stored, context=SI) == triggered
+    assert FAULT.validate_python(stored, context=SI) == triggered
+
+
+def test_identity_of_a_fault_that_comes_once_is_what_it_was() -> None:
+    assert FAULT.validate_python(OUT).executable() == {
+        "id": "camera_out",
+        "target": "sensors.front_camera",
+        "model": "drop_out",
+        "onset": {"at": 2.0, "when": None},
+        "duration": 0.5,
+    }
+    again = FAULT.validate_python({**OUT, "every": "2 s", "times": 3}).executable()
+    assert (again["every"], again["times"]) == (2.0, 3)

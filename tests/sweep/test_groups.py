@@ -68,7 +68,7 @@ def test_unused_fault_may_have_any_target(load: Load) -> None:
     lost = fault("lost", "sensors.lidar")
     assert entries(load(faults=[lost], use={"faults": ["none"]})) == ["none"]
     with pytest.raises(
-        SweepError, match=r"no architecture has sensors\.lidar\. There are: channels"
+        SweepError, match=r"no architecture has sensors\.lidar\. There are: sensors"
     ):
         entries(load(faults=[lost]))
 

@@ -1,0 +1,60 @@
+"""What an injector is built with, and what it is told at each tick.
+
+An injector returns the very same object where its fault is active in no run, otherwise a changed
+copy in which the other runs keep every bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+
+    from adeye.signals import Bools, Floats, SceneContext
+    from adeye.spec.fault import Fault
+
+Thing = TypeVar("Thing")
+
+
+@dataclass(frozen=True, slots=True)
+class InjectorContext:
+    """What an injector is built with.
+
+    Attributes:
+        specs: The fault of each run; they share id, target and model.
+        scene: Objects, sizes and stream seeds of the batch.
+        step: Master clock [s].
+        owner: Owner number of its random draws.
+    """
+
+    specs: Sequence[Fault]
+    scene: SceneContext
+    step: float
+    owner: np.uint64
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """One tick, as a fault sees it.
+
+    Attributes:
+        time: [s].
+        active: (B,) runs in which the fault is present.
+        age: (B,) time since its first onset [s], NaN before.
+    """
+
+    time: float
+    active: Bools
+    age: Floats
+
+
+class Injector(Protocol[Thing]):
+    """What a fault does to a measurement, a command or whatever its target is."""
+
+    def apply(self, thing: Thing, moment: Moment) -> Thing:
+        """Return the thing itself if the fault is active in no run, else a changed copy."""
+        ...

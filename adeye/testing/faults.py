@@ -1,0 +1,55 @@
+"""Fakes for those who write faults: an injector on its own, and the tick that it is told."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adeye.faults.catalogue import make_injector
+from adeye.faults.ports import InjectorContext, Moment
+from adeye.kernel.random import owner_id
+from adeye.spec.fault import FAULT
+from adeye.testing.sensors import three_objects
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.signals import Bools, Floats, SceneContext
+
+
+def injector(
+    model: str,
+    target: str,
+    *,
+    runs: int = 3,
+    context: SceneContext | None = None,
+    step: float = 0.05,
+    parameters: Sequence[Mapping[str, Any]] | None = None,
+) -> Any:
+    """Make the injector of one fault.
+
+    Args:
+        model: Of the fault.
+        target: What fails.
+        runs: B.
+        context: Objects, sizes and seeds of the batch; ``three_objects`` unless given.
+        step: Master clock [s].
+        parameters: What the model has beside, as in YAML, for each run.
+    """
+    fixed = {"id": "tested", "target": target, "model": model, "onset": {"at": "0 s"}}
+    specs = [FAULT.validate_python({**fixed, **dict(item)}) for item in parameters or [{}] * runs]
+    owner = np.uint64(owner_id("fault/tested"))
+    return make_injector(InjectorContext(specs, context or three_objects(), step, owner))
+
+
+def moment(active: Bools, *, time: float = 0.0, age: float | Floats = 0.0) -> Moment:
+    """Return a tick at which a fault is active in some runs.
+
+    Args:
+        active: (B,).
+        time: [s].
+        age: Time since its onset [s], one or (B,).
+    """
+    ages = np.broadcast_to(np.asarray(age, dtype=np.float64), active.shape).copy()
+    return Moment(time, active, ages)
