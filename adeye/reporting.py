@@ -16,7 +16,7 @@ from adeye.report.build import (
     replay_events,
     run_verdicts,
 )
-from adeye.report.compare import CompareOptions, compare
+from adeye.report.compare import compare
 from adeye.report.drive import replay_of
 from adeye.report.files import write_atomically
 from adeye.report.html import render_comparison, write_html
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from adeye.report.comparison import Comparison
     from adeye.report.model import Report
+    from adeye.report.options import CompareOptions
     from adeye.report.replay import Replay
     from adeye.store.rows import VerdictRecord
     from adeye.store.stored import CampaignInfo

@@ -8,6 +8,7 @@ import pytest
 
 from adeye.cli.compare import p_text, percent, place_text
 from tests.report.test_comparison import candidate
+from tests.suites import build_half
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -75,6 +76,14 @@ def test_page_is_written(adeye: Any, db: tuple[str, str], folder: Path) -> None:
     [
         (("camera_radr", "twin"), "Did you mean 'camera_radar'"),
         (("9f9f9f9f",), "there is none"),
+        (("99",), "There are: 1 (suites, "),
+        (("--objectives", "cost,failures,cost"), "'cost' is given twice"),
+        (("--objectives", "prize"), "Allowed: failures, margin, availability, cost"),
+        (("--epsilon", "cost=1", "--epsilon", "cost=2"), "epsilon of cost is given twice: 1 and 2"),
+        (("--epsilon", "cost=nan"), "epsilon of cost is nan. Give a finite number, 0 or more"),
+        (("--epsilon", "cost=-inf"), "epsilon of cost is -inf"),
+        (("--epsilon", "cost=-1"), "epsilon of cost is -1"),
+        (("--epsilon", "margin=1"), "has no effect: the objectives are failures, availability"),
         (("missing.yaml",), "missing.yaml"),
         (("twin",), "nothing to compare"),
         (("--epsilon", "cost"), "NAME=SIZE"),
@@ -97,6 +106,37 @@ def test_odd_that_was_never_run_exits_2(adeye: Any, db: tuple[str, str], suites:
     ended = adeye("compare", str(shipped), *db)
     assert ended.code == 2
     assert "has no campaign" in ended.err
+
+
+def test_text_json_and_page_of_an_interrupted_campaign_agree(
+    adeye: Any, suites: Executed, folder: Path
+) -> None:
+    db = ("--db", str(build_half(suites, folder / "half.db").db))
+    text = adeye("compare", *db).out
+    candidates = adeye("compare", *db, "--json", "--html", "half.html").document["candidates"]
+    page = (folder / "half.html").read_text("utf-8")
+    for item in candidates:
+        named = ", ".join(
+            f"{one['scenario']} {one['missing']} of {one['planned']}" for one in item["unexecuted"]
+        )
+        assert named
+        assert 0 < item["cases"] == 26 - item["left_out"] < 26
+        for said in (text, page):
+            flat = " ".join(said.split())
+            assert f"Not executed of {item['id']}: {named}." in flat
+            assert f"Left out of {item['id']} above: {item['left_out']} of 26 shared" in flat
+            assert f"{item['failing']} of {item['cases']}" in flat
+
+
+def test_loss_is_never_a_gain(adeye: Any, db: tuple[str, str]) -> None:
+    table = adeye("compare", *db).out
+    head = next(line for line in table.splitlines() if "Largest loss" in line)
+    start = head.index("Largest loss") + len("Largest loss")
+    document = adeye("compare", *db, "--json").document
+    margins = [item["margin"] for item in document["differences"] if item["margin"]]
+    assert any(item["least"] >= 0.0 < item["greatest"] for item in margins)
+    assert start > 0
+    assert "none" in table
 
 
 def test_numbers_for_people() -> None:

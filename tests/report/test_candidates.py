@@ -9,7 +9,8 @@ import pytest
 
 from adeye.evaluation.verdict import Verdict
 from adeye.report.candidates import cost_of, extra_sensor, measuring, suite_of
-from adeye.report.compare import CompareOptions, compare
+from adeye.report.compare import compare
+from adeye.report.options import CompareOptions
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
