@@ -61,7 +61,7 @@ Epsilon = Annotated[
         "--epsilon",
         metavar="NAME=SIZE",
         envvar="ADEYE_EPSILON",
-        help="Difference of an objective that does not count, such as cost=10; may be repeated.",
+        help="Difference of an objective that does not count, such as cost=10; once for each.",
     ),
 ]
 HtmlFile = Annotated[

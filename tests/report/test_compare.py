@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.errors import UsageError
 from adeye.evaluation.verdict import Verdict
 from adeye.report.compare import compare, overview
 from adeye.report.front import draw_front
@@ -244,28 +243,6 @@ def test_least_change_is_a_loss_only_below_zero(everything: Comparison) -> None:
     assert None in losses
     assert all(item is None or item < 0.0 for item in losses)
     assert all((item.loss is None) == (item.least >= 0.0) for item in changes)
-
-
-@pytest.mark.parametrize(
-    ("options", "part"),
-    [
-        ({"architectures": ("camera_radr", "twin")}, "Did you mean 'camera_radar'"),
-        ({"architectures": ("twin",)}, "nothing to compare 'twin' with"),
-        ({"baseline": "unheard_of"}, "no architecture 'unheard_of'"),
-        ({"confidence": 1.0}, "confidence is 1"),
-        ({"objectives": ("price",)}, "no objective 'price'"),
-        ({"objectives": ()}, "no objective is given"),
-        ({"objectives": ("cost", "failures", "cost")}, "'cost' is given twice"),
-        ({"epsilon": {"cost": -1.0}}, "epsilon of cost is -1"),
-        ({"epsilon": {"cost": float("nan")}}, "epsilon of cost is nan"),
-        ({"epsilon": {"cost": float("inf")}}, "epsilon of cost is inf. Give a finite number"),
-        ({"epsilon": {"margin": 1.0}}, "epsilon of margin has no effect"),
-        ({"epsilon": {"prize": 1.0}}, "no objective 'prize'"),
-    ],
-)
-def test_wrong_question_is_refused(suites: Executed, options: Any, part: str) -> None:
-    with pytest.raises(UsageError, match=part):
-        compared(suites, **options)
 
 
 def test_report_shows_no_comparison_of_one(suites: Executed, mini: Executed) -> None:
