@@ -2,7 +2,7 @@
 
 >>> import adeye
 >>> sorted(adeye.__all__)
-['__version__', 'plan', 'replay', 'results', 'run']
+['CompareOptions', '__version__', 'compare', 'plan', 'replay', 'results', 'run']
 """
 
 from __future__ import annotations
@@ -10,16 +10,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from adeye.api import plan, replay, results, run
+    from adeye.api import CompareOptions, compare, plan, replay, results, run
 
 from adeye.version import __version__
 
-__all__ = ["__version__", "plan", "replay", "results", "run"]
+__all__ = ["CompareOptions", "__version__", "compare", "plan", "replay", "results", "run"]
 
 
 def __getattr__(name: str) -> Any:
     """Import the public functions when they are first used, so that `adeye --help` is quick."""
-    if name in {"plan", "replay", "results", "run"}:
+    if name in __all__:
         from adeye import api
 
         return getattr(api, name)

@@ -1,4 +1,4 @@
-"""The public functions: plan, run, replay, results. The command line calls the same ones."""
+"""The public functions: plan, run, replay, results, compare; the command line calls the same."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
 from adeye.campaign.runner import CampaignSummary, Progress, run_campaign
 from adeye.engine import DEFAULT_BACKEND
-from adeye.reporting import find_campaign
+from adeye.report.compare import compare as compare_architectures
+from adeye.report.options import CompareOptions
+from adeye.reporting import find_campaign, find_compared
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
@@ -16,6 +18,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
+
+    from adeye.report.comparison import Comparison
+
+__all__ = ["CompareOptions", "compare", "plan", "replay", "results", "run"]
 
 
 def plan(
@@ -84,3 +90,26 @@ def results(campaign: str | None = None, *, db: str | Path | None = None) -> pd.
         table = repository.results(find_campaign(repository, campaign).id)
     frame = pd.DataFrame(list(table.rows), columns=list(table.columns))
     return frame.convert_dtypes()
+
+
+def compare(
+    campaign: str | None = None,
+    options: CompareOptions | None = None,
+    *,
+    db: str | Path | None = None,
+) -> Comparison:
+    """Compare the architectures of a campaign on the test cases that they share.
+
+    Nothing is executed. ``adeye compare --json`` prints the same record.
+
+    Args:
+        campaign: An ODD's file or id, or a campaign's id, its beginning or its number; None for
+            the newest.
+        options: Which architectures, the baseline, the objectives; by default all, every pair.
+        db: Database, by default ``.adeye/adeye.db``.
+
+    Raises:
+        adeye.errors.InputError: There is no such campaign or architecture, or nothing to compare.
+    """
+    with Repository.open(db, create=False) as repository:
+        return compare_architectures(repository, find_compared(repository, campaign), options)

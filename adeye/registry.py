@@ -6,6 +6,7 @@ import hashlib
 import inspect
 import sys
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 Loc = tuple[str | int, ...]
+Nameable = Callable[[Any], bool]
 
 _FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."
 _LABEL: Final = "adeye_plugin_"
@@ -85,12 +87,13 @@ class Validated:
     errors: tuple[tuple[Loc, str], ...]
 
 
-def load_part(name: str, base_dir: Path) -> Part:
+def load_part(name: str, base_dir: Path, *, is_nameable: Nameable = inspect.isclass) -> Part:
     """Load the class that a user named; nothing else is searched or imported.
 
     Args:
         name: ``module:Class`` or ``./file.py:Class``.
         base_dir: Folder of the file that names it.
+        is_nameable: Tells what of the module the message offers if the name is not there.
 
     Raises:
         SpecError: There is no such file, module or class, or its code cannot be executed.
@@ -99,8 +102,8 @@ def load_part(name: str, base_dir: Path) -> Part:
     if not source or not attribute.isidentifier():
         raise SpecError(f"{name!r} does not name a class", remedy=_FORM)
     if source.endswith(".py"):
-        return _from_file(name, (base_dir / source).resolve(), attribute)
-    return _from_module(name, source, attribute)
+        return _from_file(name, (base_dir / source).resolve(), attribute, is_nameable)
+    return _from_module(name, source, attribute, is_nameable)
 
 
 def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
@@ -227,7 +230,7 @@ def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str
     return digest.hexdigest()
 
 
-def _from_file(name: str, path: Path, attribute: str) -> Part:
+def _from_file(name: str, path: Path, attribute: str, is_nameable: Nameable) -> Part:
     if not path.is_file():
         raise SpecError(f"{name}: there is no file {path}", remedy=_FORM)
     content = path.read_bytes()
@@ -236,7 +239,7 @@ def _from_file(name: str, path: Path, attribute: str) -> Part:
     if known is not None:
         return known if known.name == name else Part(known.obj, name, digest, known.version)
     module = _execute(name, path, content, digest)
-    return _remember((str(path), attribute, digest), name, module, digest)
+    return _remember((str(path), attribute, digest), name, module, is_nameable)
 
 
 def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
@@ -262,7 +265,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     return module
 
 
-def _from_module(name: str, source: str, attribute: str) -> Part:
+def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) -> Part:
     try:
         module = import_module(source)
     except SyntaxError as error:
@@ -276,7 +279,7 @@ def _from_module(name: str, source: str, attribute: str) -> Part:
         raise _import_error(name, source, error) from error
     digest = _module_digest(name, module)
     known = _CACHE.get((source, attribute, digest))
-    return known or _remember((source, attribute, digest), name, module, digest)
+    return known or _remember((source, attribute, digest), name, module, is_nameable)
 
 
 def _module_digest(name: str, module: ModuleType) -> str:
@@ -305,13 +308,15 @@ def _module_digest(name: str, module: ModuleType) -> str:
     return digest.hexdigest()
 
 
-def _remember(key: tuple[str, str, str], name: str, module: ModuleType, digest: str) -> Part:
-    attribute = key[1]
+def _remember(
+    key: tuple[str, str, str], name: str, module: ModuleType, is_nameable: Nameable
+) -> Part:
+    _, attribute, digest = key
     if not hasattr(module, attribute):
         known = sorted(
             label
             for label, value in vars(module).items()
-            if inspect.isclass(value) and value.__module__ == module.__name__
+            if is_nameable(value) and _is_own(label, value, module)
         )
         raise SpecError(f"{key[0]} has no {attribute!r}", remedy=suggest(attribute, known))
     top = sys.modules.get(module.__name__.partition(".")[0], module)
@@ -319,6 +324,11 @@ def _remember(key: tuple[str, str, str], name: str, module: ModuleType, digest: 
     part = Part(getattr(module, attribute), name, digest, str(version))
     _CACHE[key] = part
     return part
+
+
+def _is_own(label: str, value: Any, module: ModuleType) -> bool:
+    """Tell whether a module defines something for others, and did not import it."""
+    return not label.startswith("_") and getattr(value, "__module__", None) == module.__name__
 
 
 def _syntax_error(name: str, path: str, error: SyntaxError) -> SpecError:

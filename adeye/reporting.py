@@ -16,7 +16,7 @@ from adeye.report.build import (
     replay_events,
     run_verdicts,
 )
-from adeye.report.compare import CompareOptions, compare
+from adeye.report.compare import compare
 from adeye.report.drive import replay_of
 from adeye.report.files import write_atomically
 from adeye.report.html import render_comparison, write_html
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from adeye.report.comparison import Comparison
     from adeye.report.model import Report
+    from adeye.report.options import CompareOptions
     from adeye.report.replay import Replay
     from adeye.store.rows import VerdictRecord
     from adeye.store.stored import CampaignInfo
@@ -155,20 +156,35 @@ def _campaign_among(
     """Tell the campaign from the architectures that follow it."""
     if not names:
         return find_campaign(repository, None), ()
-    first, rest = names[0], names[1:]
-    if Path(first).suffix in {".yaml", ".yml"}:
-        found = repository.latest_campaign(load_odd(first).odd.spec.odd)
+    found = _campaign_called(repository, names[0])
+    if found is None:
+        return find_campaign(repository, None), names
+    return found, names[1:]
+
+
+def _campaign_called(repository: Repository, name: str) -> CampaignInfo | None:
+    """Find a campaign by its ODD, number or digest; None for a word that can be none of them."""
+    if Path(name).suffix in {".yaml", ".yml"}:
+        found = repository.latest_campaign(load_odd(name).odd.spec.odd)
         if found is None:
             raise UsageError(
-                f"{first} has no campaign in the database", remedy=f"Run adeye run {first} first."
+                f"{name} has no campaign in the database", remedy=f"Run adeye run {name} first."
             )
-        return found, rest
-    of_odd = repository.latest_campaign(first)
-    if of_odd is not None:
-        return of_odd, rest
-    if is_campaign_name(first):
-        return repository.find_campaign(first), rest
-    return find_campaign(repository, None), names
+        return found
+    of_odd = repository.latest_campaign(name)
+    if of_odd is None and is_campaign_name(name):
+        return repository.find_campaign(name)
+    return of_odd
+
+
+def find_compared(repository: Repository, name: str | None) -> CampaignInfo:
+    """Find a campaign by its ODD's file or id, its number or digest, or the newest.
+
+    Raises:
+        InputError: There is none.
+    """
+    found = None if name is None else _campaign_called(repository, name)
+    return find_campaign(repository, name) if found is None else found
 
 
 def is_campaign_name(text: str) -> bool:

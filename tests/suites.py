@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from copy import deepcopy
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from adeye.campaign.work import BatchTask, execute
+from adeye.store.repository import Repository
 from tests.project import CANDIDATE, Executed, Project
 
 if TYPE_CHECKING:
@@ -68,3 +71,18 @@ def build_suites(folder: Path) -> Executed:
         project.write(f"odd/architectures/{content['architecture']}.yaml", content)
     plan = project.plan()
     return Executed(project, plan, project.run(), project.db)
+
+
+def build_half(suites: Executed, db: Path) -> Executed:
+    """Execute every other block of the same campaign into a database of its own."""
+    plan = suites.project.plan()
+    with Repository.open(db) as repository:
+        planned = repository.plan_campaign(plan.record(), plan.planned(), block_size=3)
+        is_wanted = True
+        while (block := repository.claim_block(campaign=planned.campaign)) is not None:
+            if is_wanted:
+                cases = tuple(plan.cases[item.ordinal] for item in block.to_execute)
+                task = BatchTask(block=block.id, execute=cases, judge=(), context=plan.work)
+                assert repository.complete_block(block, execute(task).runs)
+            is_wanted = not is_wanted
+    return Executed(suites.project, plan, replace(suites.summary, campaign=planned.campaign), db)

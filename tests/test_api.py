@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from typing import TYPE_CHECKING
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 import adeye
+from adeye.cli.entry import main
+from adeye.errors import InputError
 from adeye.evaluation.verdict import ExitCode
 
 if TYPE_CHECKING:
@@ -16,7 +19,9 @@ if TYPE_CHECKING:
 
 
 def test_exported_names_are_pinned() -> None:
-    assert adeye.__all__ == ["__version__", "plan", "replay", "results", "run"]
+    assert adeye.__all__ == [
+        "CompareOptions", "__version__", "compare", "plan", "replay", "results", "run",
+    ]  # fmt: skip
     for name in adeye.__all__:
         assert getattr(adeye, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'simulate'"):
@@ -57,3 +62,25 @@ def test_results_are_a_typed_table(mini: Executed) -> None:
     assert str(frame["min_distance_m"].dtype) == "Float64"
     assert str(frame["scenario"].dtype) == "string" or str(frame["scenario"].dtype) == "str"
     assert frame["run"].is_unique
+
+
+def test_comparison_is_the_record_that_the_command_prints(
+    mini: Executed, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = adeye.compare("mini", adeye.CompareOptions(baseline="legacy_camera"), db=mini.db)
+    assert main(
+        ["compare", "mini", "--baseline", "legacy_camera", "--db", str(mini.db), "--json"]
+    ) == int(ExitCode.OK)
+    printed = json.loads(capsys.readouterr().out)
+    assert printed.pop("schema") == "adeye/compare@1"
+    assert printed == found.model_dump(mode="json")
+    assert found.baseline == found.pairs[0].a == "legacy_camera"
+
+
+def test_comparison_is_of_the_newest_campaign_unless_said(mini: Executed) -> None:
+    found = adeye.compare(db=mini.db)
+    assert found.campaign == mini.summary.campaign
+    for name in ("1", mini.summary.campaign[:8], str(mini.project.odd)):
+        assert adeye.compare(name, db=mini.db) == found
+    with pytest.raises(InputError, match="There are: 1 "):
+        adeye.compare("legacy_camera", db=mini.db)

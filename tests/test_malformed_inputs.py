@@ -542,7 +542,6 @@ FLAWS = [
         SPEEDS,
         "scenario.actors.lead.start.ahead_of: [nobody]",
         "there is no actor 'nobody'",
-        "odd/small.yaml:10:",
     ),
     Flaw(
         "swept formula",
@@ -550,7 +549,6 @@ FLAWS = [
         SPEEDS,
         "scenario.actors.lead.start.gap: [gp]",
         "'gp' uses 'gp', which does not exist",
-        "odd/small.yaml:10:",
     ),
     Flaw(
         "swept friction of zero",

@@ -6,6 +6,7 @@ import hashlib
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from adeye.campaign.authorship import author
 from adeye.campaign.parts import load_code, named_files
 from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, suggest
 from adeye.identity import digest
@@ -78,7 +79,7 @@ def check_cases(expansion: Expansion) -> None:
         where = sweeps[shared.scenario_id]
         faults = digest([fault.executable() for fault in shared.faults])
         if _is_new((shared.scenario_id, content_digest(shared.scenario), faults), seen):
-            _check_variant(files, shared, where)
+            _check_variant(files, section, shared)
         loaded = section.group.architecture
         is_varied = shared.architecture is not loaded.spec
         if is_varied and _is_new(content_digest(shared.architecture), seen):
@@ -131,11 +132,14 @@ def _check_onset(fault: Fault, scenario: LogicalScenario, name: str, where: Sour
         ) from error
 
 
-def _check_variant(files: OddFiles, shared: Shared, where: SourceLocation) -> None:
+def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:
+    where = section.group.where
     if shared.scenario is not files.scenarios[shared.scenario_id].spec:
         for loc, message in check_scenario(shared.scenario):
+            path = tuple(map(str, loc))
+            place = author(files, section.group, shared.scenario, path)
             raise SpecError(
-                f"with the swept values, {'.'.join(map(str, loc))}: {message}", where=where
+                f"with the swept values, {'.'.join(path)}: {message}", where=place or where
             )
     planned = {fault.id: fault for fault in files.odd.spec.faults}
     for fault in shared.faults:
@@ -166,7 +170,12 @@ def _check_worlds(expansion: Expansion, section: Section) -> None:
         try:
             compile_world(columns.worlds())
         except InputError as error:
-            loaded = section.group.scenario
+            if error.where is not None:
+                raise
+            group = section.group
+            scenario = expansion.shared(section).scenario
             path = tuple(error.message.split(":")[0].split("."))
-            where = error.where or loaded.locate(path)
-            raise SpecError(error.message, where=where, remedy=error.remedy) from error
+            place = author(expansion.files, group, scenario, path)
+            said = error.message if place is None else f"with the ODD's values, {error.message}"
+            where = place or group.scenario.locate(path)
+            raise SpecError(said, where=where, remedy=error.remedy) from error

@@ -61,7 +61,7 @@ Epsilon = Annotated[
         "--epsilon",
         metavar="NAME=SIZE",
         envvar="ADEYE_EPSILON",
-        help="Difference of an objective that does not count, such as cost=10; may be repeated.",
+        help="Difference of an objective that does not count, such as cost=10; once for each.",
     ),
 ]
 HtmlFile = Annotated[
@@ -89,7 +89,7 @@ def compare(
     loses or gains, and which sensor saw the object first. Intervals and p-values are printed for a
     random design only; a grid gets counts and worst cases.
     """
-    from adeye.report.compare import CompareOptions
+    from adeye.report.options import CompareOptions
     from adeye.reporting import compare_campaign
 
     comparison = compare_campaign(
@@ -114,15 +114,21 @@ def compare(
 def _sizes(texts: Sequence[str]) -> Mapping[str, float]:
     from adeye.errors import UsageError
 
-    sizes = {}
+    sizes: dict[str, float] = {}
     for text in texts:
-        name, _, size = text.partition("=")
+        name, _, size = (part.strip() for part in text.partition("="))
         try:
-            sizes[name.strip()] = float(size)
+            value = float(size)
         except ValueError as error:
             raise UsageError(
                 f"--epsilon {text!r} is not NAME=SIZE", remedy="Write cost=10."
             ) from error
+        if name in sizes:
+            raise UsageError(
+                f"epsilon of {name} is given twice: {sizes[name]:g} and {value:g}",
+                remedy="Give it once.",
+            )
+        sizes[name] = value
     return sizes
 
 
@@ -167,6 +173,27 @@ def _print_overview(comparison: Comparison) -> None:
         emit("No architecture meets every mandatory FSR.")
     for text in comparison.left_out:
         emit(clean(f"Objective left out: {text}."))
+    _print_unexecuted(comparison)
+
+
+def _print_unexecuted(comparison: Comparison) -> None:
+    """Name what no count is about."""
+    from adeye.report.words import counted
+
+    for item in comparison.by_cost:
+        if item.unexecuted:
+            emit(
+                clean(f"Not executed of {item.id}: {listed(one.text for one in item.unexecuted)}.")
+            )
+    for item in comparison.by_cost:
+        if item.left_out:
+            emit(
+                clean(
+                    f"Left out of {item.id} above: {counted(item.left_out)} of "
+                    f"{counted(item.cases + item.left_out)} shared test cases, because not all "
+                    "architectures have executed them."
+                )
+            )
 
 
 def place_text(item: Candidate) -> str:
@@ -190,8 +217,8 @@ def _print_pair(comparison: Comparison, pair: Pair) -> None:
     emit("")
     emit(
         clean(
-            f"A = {pair.a}, B = {pair.b}: {counted(pair.pairs)} pairs, "
-            f"{counted(pair.incomplete)} incomplete; without a partner {counted(pair.only_a)} of A "
+            f"A = {pair.a}, B = {pair.b}: {counted(pair.pairs)} pairs executed, "
+            f"{counted(pair.incomplete)} not; without a partner {counted(pair.only_a)} of A "
             f"and {counted(pair.only_b)} of B."
         )
     )
@@ -239,8 +266,12 @@ def _print_differences(shown: Sequence[Difference]) -> None:
             if margin.interval is not None:
                 low, high = margin.interval.low, margin.interval.high
                 mean += f" [{quantity(low, '1', signed=True)}, {quantity(high, '1', signed=True)}]"
-            loss = quantity(margin.least, margin.unit, signed=True)
-            cells += [mean, loss, short(margin.least_run_b)]
+            cells.append(mean)
+            if margin.loss is None:
+                cells += ["none", NONE]
+            else:
+                loss = quantity(margin.loss, margin.unit, signed=True)
+                cells += [loss, short(margin.least_run_b)]
         rows.append(cells)
     emit_table(headers + inferred + margins, rows, right=(headers + inferred + margins)[2:-1])
 

@@ -26,6 +26,7 @@ from adeye.report.contents import (
     waivers_of,
 )
 from adeye.report.dead import dead_axes
+from adeye.report.designs import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
 from adeye.report.model import (
     Cell,
     Report,
@@ -158,10 +159,7 @@ class ReportBuilder:
             determinism=determinism(
                 str(provenance.get("backend", "")), str(provenance.get("variant", ""))
             ),
-            statements=(
-                "The sweep is a designed set of points, not a random sample: it gives coverage, "
-                "worst cases and boundaries, and no probability of failure.",
-            ),
+            statements=self._statements(),
             planned=progress.planned,
             accounted=progress.accounted,
             outcomes=self._outcomes(),
@@ -183,6 +181,10 @@ class ReportBuilder:
             suites=tuple(suites_of(content)),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
         )
+
+    def _statements(self) -> tuple[str, ...]:
+        designs = designs_of(self.odd)
+        return spoken_of(designs, designs, drawn=REPORTED_SAMPLE, fixed=REPORTED_GRID)
 
     def _outcomes(self) -> Counter[Outcome]:
         """Count the runs by outcome."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -19,30 +18,22 @@ from adeye.report.comparison import (
     Cost,
     Objective,
     Sighting,
+    Unexecuted,
     Unmet,
 )
+from adeye.report.composition import cost_of, extra_sensor, measuring, suite_of
+from adeye.report.options import OBJECTIVES
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from adeye.report.matching import Matching
     from adeye.signals import Ints
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo
 
-OBJECTIVES: Final = {
-    "failures": "lower",
-    "margin": "higher",
-    "availability": "higher",
-    "cost": "lower",
-}
-"""What candidates can be measured by, and which way is better.
-
-``failures``: shared test cases in which a mandatory FSR fails or is undecided. ``margin``: least
-robustness of those FSRs. ``availability``: share of fault-free runs without a takeover. ``cost``.
-"""
 _NO_FAULT: Final = "none"
 
 
@@ -89,7 +80,7 @@ class _Figures:
 
 
 class Candidates:
-    """Measures the compared architectures on the test cases that all of them share."""
+    """Measures the compared architectures on the test cases that all share and have executed."""
 
     def __init__(
         self,
@@ -116,7 +107,8 @@ class Candidates:
         self._gate = [
             item for item in repository.gate(campaign.id) if item.architecture in set(names)
         ]
-        self._rows = matching.common(names)
+        self._shared = matching.common(names)
+        self._rows = matching.common(names, executed=True)
         mandatory = {item.fsr for item in self._gate}
         applicable = {
             name: {
@@ -141,7 +133,11 @@ class Candidates:
         figures = {name: self._figures(name) for name in self._names}
         used: list[Objective] = []
         left_out: list[str] = []
-        for objective in dict.fromkeys(objectives):
+        has_evidence = all(item.cases for item in figures.values())
+        if not has_evidence:
+            # A front of costs alone would be an advice that nothing supports.
+            left_out.append("all of them, because no test case was executed for every architecture")
+        for objective in objectives if has_evidence else ():
             unknown = [name for name, item in figures.items() if item.value(objective) is None]
             if unknown:
                 left_out.append(f"{objective}: not known for {', '.join(unknown)}")
@@ -179,6 +175,8 @@ class Candidates:
             mandatory=sum(item.architecture == name for item in self._gate),
             unmet=figure.unmet,
             cases=figure.cases,
+            left_out=len(self._shared[name]) - figure.cases,
+            unexecuted=tuple(self._unexecuted(name)),
             failing=figure.failing,
             undecided=figure.undecided,
             worst_margin=worst[0],
@@ -197,7 +195,7 @@ class Candidates:
         columns = self._columns()
         severity = severities(compared.verdict[np.ix_(rows, columns)]).max(axis=1, initial=HELD)
         is_free = np.array([word == _NO_FAULT for word in compared.fault_entry.words])
-        free = rows[is_free[compared.fault_entry.codes[rows]] & compared.is_done[rows]]
+        free = rows[is_free[compared.fault_entry.codes[rows]]]
         default = self._contents[name]["switch"]["default"]
         own = compared.channels.index(default) if default in compared.channels else None
         foreign = compared.acting[free] & ~(0 if own is None else 1 << own)
@@ -217,6 +215,16 @@ class Candidates:
             availability=float((foreign == 0).mean()) if len(free) else None,
             fault_free=len(free),
         )
+
+    def _unexecuted(self, name: str) -> Iterator[Unexecuted]:
+        """Count the planned test cases of an architecture without a result, by scenario."""
+        compared = self._compared
+        rows = self._matching.rows(name)
+        for code, scenario in enumerate(compared.scenario.words):
+            is_done = compared.is_done[rows[compared.scenario.codes[rows] == code]]
+            if not is_done.all():
+                missing = int((~is_done).sum())
+                yield Unexecuted(scenario=scenario, planned=len(is_done), missing=missing)
 
     def _failing(self, fsr: str, rows: Ints) -> dict[str, int]:
         """Count the test cases that fail an FSR, by scenario in the order of the ODD."""
@@ -263,8 +271,11 @@ class Candidates:
     def _contribution(self, sensor: str, more: str, less: str) -> Contribution:
         columns = self._columns()
         rows = self._matching.pairs(more, less)
+        is_done = self._compared.is_done[rows[0]] & self._compared.is_done[rows[1]]
         with_it, without_it = (
-            severities(self._compared.verdict[np.ix_(own, columns)]).max(axis=1, initial=HELD)
+            severities(self._compared.verdict[np.ix_(own[is_done], columns)]).max(
+                axis=1, initial=HELD
+            )
             for own in rows
         )
         return Contribution(
@@ -272,7 +283,7 @@ class Candidates:
             with_it=more,
             without_it=less,
             cost=self._contents[more]["sensors"][sensor]["cost"],
-            pairs=len(rows[0]),
+            pairs=int(is_done.sum()),
             rescued=int(((without_it == FAILED) & (with_it == HELD)).sum()),
             harmed=int(((with_it == FAILED) & (without_it == HELD)).sum()),
         )
@@ -320,68 +331,6 @@ def item_value(figure: _Figures, objective: str) -> float:
     value = figure.value(objective)
     assert value is not None
     return value
-
-
-def cost_of(content: Mapping[str, Any]) -> Cost | None:
-    """Add up what an architecture costs.
-
-    Its own ``cost`` is the total where it covers that of the parts, and the rest is what has no
-    part. Where the parts cost more, as after a part was added, their sum is the total.
-
-    Args:
-        content: The architecture.
-
-    Returns:
-        None if neither is declared: what costs nothing is not known to be cheap.
-
-    >>> cost_of({"cost": 300.0, "sensors": {"camera": {"cost": 120.0}}, "channels": {}}).total
-    300.0
-    """
-    parts = {
-        f"{kind}.{name}": float(part["cost"])
-        for kind in ("sensors", "channels")
-        for name, part in content[kind].items()
-        if part["cost"] > 0.0
-    }
-    declared = float(content["cost"])
-    total = max(declared, sum(parts.values()))
-    return Cost(total=total, declared=declared, parts=parts) if total > 0.0 else None
-
-
-def measuring(content: Mapping[str, Any]) -> list[str]:
-    """List the sensors that measure and feed a channel."""
-    linked = {link for channel in content["channels"].values() for link in channel["links"]}
-    return [
-        name
-        for name, sensor in content["sensors"].items()
-        if name in linked and sensor["kind"] not in {"ground_truth", "localisation"}
-    ]
-
-
-def suite_of(content: Mapping[str, Any]) -> dict[str, int]:
-    """Count the sensors that measure and feed a channel, by kind."""
-    return dict(Counter(content["sensors"][name]["kind"] for name in measuring(content)))
-
-
-def extra_sensor(more: Mapping[str, Any], less: Mapping[str, Any]) -> str | None:
-    """Name the one sensor that an architecture has beyond another that is equal in all else.
-
-    Args:
-        more: Executable part of the one.
-        less: Executable part of the other.
-    """
-    extra = [name for name in more["sensors"] if name not in less["sensors"]]
-    if len(extra) != 1 or len(more["sensors"]) != len(less["sensors"]) + 1:
-        return None
-    without = {
-        **more,
-        "sensors": {key: item for key, item in more["sensors"].items() if key != extra[0]},
-        "channels": {
-            key: {**item, "links": [link for link in item["links"] if link != extra[0]]}
-            for key, item in more["channels"].items()
-        },
-    }
-    return extra[0] if without == dict(less) else None
 
 
 def _cheapest(candidates: Sequence[Candidate]) -> tuple[str, ...]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.errors import UsageError, suggest
+from adeye.errors import UsageError
 from adeye.evaluation.judgement import FAIL, PASS, VERDICTS
 from adeye.evaluation.pairing import counts_of, verdict_table
 from adeye.evaluation.statistics import RESOLUTION, median_low
-from adeye.report.candidates import OBJECTIVES, Candidates
+from adeye.report.candidates import Candidates
 from adeye.report.comparison import (
     ClusterKind,
     Comparison,
@@ -21,8 +21,10 @@ from adeye.report.comparison import (
     MarginDifference,
     Pair,
 )
-from adeye.report.inference import RANDOM, MarginBootstrap, Matched, PointCounts, Units, infer
+from adeye.report.designs import SHARED, designs_of, is_sample, spoken_of
+from adeye.report.inference import MarginBootstrap, Matched, PointCounts, Units, infer
 from adeye.report.matching import Matching
+from adeye.report.options import CompareOptions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -32,44 +34,7 @@ if TYPE_CHECKING:
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo
 
-CONFIDENCE: Final = 0.95
-DEFAULT_OBJECTIVES: Final = ("failures", "availability", "cost")
 _WORDS: Final = (*map(str, VERDICTS), "NOT_RUN")
-
-SAMPLE: Final = (
-    "{scenarios}: points drawn uniformly between the ends of each axis. Intervals and p-values are "
-    "about that distribution, this simulation and these architectures. The drawn point is the "
-    "unit and fails if any of its runs does; an undecided one counts against a difference. "
-    "p-values are adjusted for their number (Holm), intervals are not."
-)
-GRID: Final = (
-    "{scenarios}: chosen points, not a random sample. Counts, worst cases and differences are "
-    "about these test cases only; there is no interval and no p-value."
-)
-SHARED: Final = (
-    "Every count is over test cases that the compared architectures share: the same situation, "
-    "fault entry and replicate, with the same random numbers. VACUOUS never counts as PASS. "
-    "What is undecided is listed apart; the front counts it as if it had failed."
-)
-
-
-@dataclass(frozen=True)
-class CompareOptions:
-    """What is compared and how.
-
-    Attributes:
-        architectures: Ids; none: all of the campaign.
-        baseline: The one that all others are compared with; None: every pair.
-        confidence: Of intervals.
-        objectives: What the front is made of.
-        epsilon: Difference that does not count, by objective.
-    """
-
-    architectures: Sequence[str] = ()
-    baseline: str | None = None
-    confidence: float = CONFIDENCE
-    objectives: Sequence[str] = DEFAULT_OBJECTIVES
-    epsilon: Mapping[str, float] = field(default_factory=dict)
 
 
 def compare(
@@ -88,8 +53,8 @@ def compare(
     """
     options = options or CompareOptions()
     odd: Mapping[str, Any] = repository.content("odd", campaign.odd_digest)
-    names = _chosen(list(odd["architectures"]), options)
-    _check(options)
+    names = options.chosen(list(odd["architectures"]))
+    options.check()
     compared = repository.compared(campaign.id, names)
     return _Comparer(repository, campaign, odd, names, options, compared).compare()
 
@@ -120,42 +85,6 @@ def overview(
     return found.model_copy(update={"differences": kept})
 
 
-def _chosen(known: Sequence[str], options: CompareOptions) -> list[str]:
-    """Give the architectures to compare in the order of the ODD, the baseline first."""
-    wanted = list(dict.fromkeys(options.architectures)) or list(known)
-    if options.baseline is not None and options.baseline not in wanted:
-        wanted.append(options.baseline)
-    for name in wanted:
-        if name not in known:
-            raise UsageError(
-                f"the campaign has no architecture {name!r}, but {', '.join(known)}",
-                remedy=suggest(name, known),
-            )
-    if len(wanted) < 2:
-        raise UsageError(
-            f"there is nothing to compare {wanted[0]!r} with"
-            if wanted
-            else "the campaign has no architecture",
-            remedy="Name two architectures of one campaign, or list more of them in the ODD.",
-        )
-    return sorted(wanted, key=lambda name: (name != options.baseline, known.index(name)))
-
-
-def _check(options: CompareOptions) -> None:
-    if not 0.5 <= options.confidence < 1.0:
-        raise UsageError(
-            f"confidence is {options.confidence:g}", remedy="Give one from 0.5 to below 1."
-        )
-    for name in (*options.objectives, *options.epsilon):
-        if name not in OBJECTIVES:
-            raise UsageError(f"there is no objective {name!r}", remedy=suggest(name, OBJECTIVES))
-    for name, value in options.epsilon.items():
-        if not 0.0 <= value < float("inf"):
-            raise UsageError(f"epsilon of {name} is {value:g}", remedy="Give 0 or more.")
-    if not options.objectives:
-        raise UsageError("no objective is given", remedy=f"Give some of {', '.join(OBJECTIVES)}.")
-
-
 @dataclass(frozen=True)
 class _Cluster:
     kind: ClusterKind
@@ -179,10 +108,7 @@ class _Comparer:
         self._names = names
         self._options = options
         self._compared = compared
-        self._designs = {
-            str(use.get("as") or use["use"]): str(use["sweep"]["design"])
-            for use in odd["odd"]["scenarios"]
-        }
+        self._designs = designs_of(odd)
         self._matching = Matching(compared)
 
     def compare(self) -> Comparison:
@@ -209,7 +135,7 @@ class _Comparer:
                 for name, design in self._designs.items()
                 if name in compared.scenario.words
             },
-            statements=self._statements(),
+            statements=(SHARED, *spoken_of(self._designs, compared.scenario.words)),
             objectives=judged.objectives,
             left_out=judged.left_out,
             candidates=judged.candidates,
@@ -221,17 +147,6 @@ class _Comparer:
             cheapest=judged.cheapest,
         )
 
-    def _statements(self) -> tuple[str, ...]:
-        used = self._compared.scenario.words
-        drawn = [name for name in used if self._designs[name] == RANDOM]
-        fixed = [name for name in used if self._designs[name] != RANDOM]
-        statements = [SHARED]
-        if drawn:
-            statements.append(SAMPLE.format(scenarios=", ".join(drawn)))
-        if fixed:
-            statements.append(GRID.format(scenarios=", ".join(fixed)))
-        return tuple(statements)
-
     # Pairs
 
     def _matched(self, a: str, b: str) -> Matched:
@@ -241,20 +156,20 @@ class _Comparer:
                 f"{a} and {b} share no test case in campaign {self._campaign.id[:10]}",
                 remedy="Compare architectures that meet the same scenarios, faults and points.",
             )
+        done = self._compared.is_done[rows_a] & self._compared.is_done[rows_b]
         change, units, is_normalised = _change(self._compared, rows_a, rows_b)
-        return Matched(a, b, rows_a, rows_b, change, units, is_normalised)
+        return Matched(a, b, rows_a, rows_b, done, change, units, is_normalised)
 
     def _pair(self, pair: Matched) -> Pair:
         compared = self._compared
-        done = compared.is_done[pair.rows_a] & compared.is_done[pair.rows_b]
         verdict_a, verdict_b = compared.verdict[pair.rows_a], compared.verdict[pair.rows_b]
         # An FSR may be asked for outside the ODD only, and then is judged on neither.
         alone = ((verdict_a >= 0).any(axis=0)) != ((verdict_b >= 0).any(axis=0))
         return Pair(
             a=pair.a,
             b=pair.b,
-            pairs=len(pair.rows_a),
-            incomplete=int((~done).sum()),
+            pairs=int(pair.is_done.sum()),
+            incomplete=int((~pair.is_done).sum()),
             only_a=len(self._matching.rows(pair.a)) - len(np.unique(pair.rows_a)),
             only_b=len(self._matching.rows(pair.b)) - len(np.unique(pair.rows_b)),
             not_comparable=tuple(
@@ -287,9 +202,11 @@ class _Comparer:
             made: list[Difference] = []
             counts: list[PointCounts] = []
             words = self._compared.scenario.words
-            is_drawn = all(self._designs[words[code]] == RANDOM for code in cluster.scenarios)
+            is_drawn = all(is_sample(self._designs[words[code]]) for code in cluster.scenarios)
             for number, pair in enumerate(pairs):
-                inside = np.isin(self._compared.scenario.codes[pair.rows_a], cluster.scenarios)
+                planned = np.isin(self._compared.scenario.codes[pair.rows_a], cluster.scenarios)
+                inside = planned & pair.is_done
+                is_complete = bool((inside == planned).all())
                 units = Units.of(self._compared, pair) if is_drawn else None
                 for fsr in range(len(self._compared.fsrs)):
                     item = self._difference(pair, cluster, inside, fsr)
@@ -300,7 +217,7 @@ class _Comparer:
                         interval = bootstrap.interval(
                             cluster.scenarios, number, fsr, self._options.confidence
                         )
-                        if item.margin is not None and item.undecided == 0:
+                        if item.margin is not None and item.undecided == 0 and is_complete:
                             margin = item.margin.model_copy(update={"interval": interval})
                             item = item.model_copy(update={"margin": margin})
                     made.append(item)

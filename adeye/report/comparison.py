@@ -28,7 +28,7 @@ class Inference(Part):
     """Points in which a run of A failed, and none of B."""
     only_b_fails: Count
     undecided: Count
-    """Points with an undecided run, and no failed one, of either."""
+    """Points with an undecided run or without one of its runs, and no failed one, of either."""
     difference: float
     """Share of failing points, B minus A; an undecided one counts as no difference."""
     interval: Range
@@ -50,13 +50,18 @@ class MarginDifference(Part):
     median: float
     """Of an even number the lower middle."""
     interval: Range | None = None
-    """Of the mean; only for a random design, and where no pair is undecided."""
+    """Of the mean; only for a random design, and where no pair is undecided or incomplete."""
     least: float
-    """The largest loss of B against A."""
+    """Of all pairs; below zero it is the largest loss of B against A."""
     greatest: float
     least_run_a: Id
-    """Result digest of the pair with the largest loss."""
+    """Result digest of the pair with the least change."""
     least_run_b: Id
+
+    @property
+    def loss(self) -> float | None:
+        """The largest loss of B against A; None where B loses in no pair."""
+        return self.least if self.least < 0.0 else None
 
 
 class Difference(Part):
@@ -69,6 +74,7 @@ class Difference(Part):
     cluster: str
     """Scenario or category; empty for all."""
     pairs: Count
+    """Pairs that were both executed and are judged."""
     both_pass: Count
     only_a_fails: Count
     only_b_fails: Count
@@ -76,7 +82,7 @@ class Difference(Part):
     neutral: Count
     """No FAIL, at least one VACUOUS."""
     undecided: Count
-    """At least one INCONCLUSIVE, INVALID, ERROR or NOT_RUN."""
+    """At least one INCONCLUSIVE, INVALID or ERROR."""
     verdicts: dict[str, Count]
     """Every combination that occurs, as ``PASS/FAIL`` for A and B."""
     difference: float | None
@@ -107,9 +113,10 @@ class Pair(Part):
 
     a: Id
     b: Id
-    pairs: Annotated[int, Field(ge=1)]
+    pairs: Count
+    """Pairs that were both executed; every count is over them."""
     incomplete: Count
-    """Pairs of which at least one has no result."""
+    """Planned pairs beside them, of which at least one was not executed."""
     only_a: Count
     """Test cases of A without a partner, such as a fault in a part that B lacks."""
     only_b: Count
@@ -134,7 +141,7 @@ class Unmet(Part):
     verdict: Verdict | None
     """None where it is not applicable."""
     failing: dict[str, Count] = Field(default_factory=dict)
-    """Shared test cases that fail it, by scenario; those without a failure are left out."""
+    """Compared test cases that fail it, by scenario; those without a failure are left out."""
 
     @property
     def text(self) -> str:
@@ -142,6 +149,19 @@ class Unmet(Part):
         word = self.verdict.value if self.verdict else "not applicable"
         where = ", ".join(f"{name} {count}" for name, count in self.failing.items())
         return f"{self.fsr} {word}" + (f" ({where})" if where else "")
+
+
+class Unexecuted(Part):
+    """Planned test cases of an architecture in one scenario that have no result."""
+
+    scenario: Id
+    planned: Annotated[int, Field(ge=1)]
+    missing: Annotated[int, Field(ge=1)]
+
+    @property
+    def text(self) -> str:
+        """Scenario and count, for tables."""
+        return f"{self.scenario} {self.missing:,} of {self.planned:,}"
 
 
 class Candidate(Part):
@@ -158,7 +178,11 @@ class Candidate(Part):
     unmet: tuple[Unmet, ...]
     """Mandatory FSRs that do not PASS over all planned runs of it."""
     cases: Count
-    """Test cases that all compared architectures share."""
+    """Test cases that all compared architectures share and that were executed for all of them."""
+    left_out: Count = 0
+    """Those that they share and that were not executed for all of them; counted nowhere."""
+    unexecuted: tuple[Unexecuted, ...] = ()
+    """Its own planned test cases without a result, shared or not."""
     failing: Count
     """Those in which a mandatory FSR fails that is applicable to all."""
     undecided: Count
@@ -168,8 +192,9 @@ class Candidate(Part):
     worst_fsr: str = ""
     worst_run: str = ""
     availability: Share | None
-    """Share of fault-free runs without a takeover; None without such a run."""
+    """Share of fault-free test cases without a takeover; None without such a one."""
     fault_free: Count
+    """Fault-free ones among ``cases``."""
     values: dict[str, float]
     """By objective."""
     is_on_front: bool
@@ -201,6 +226,7 @@ class Contribution(Part):
     cost: float
     """Of the sensor alone."""
     pairs: Count
+    """Test cases that were executed for both."""
     rescued: Count
     """Test cases in which a mandatory FSR fails without it and none fails or is open with it."""
     harmed: Count
@@ -213,7 +239,7 @@ class Sighting(Part):
     architecture: Id
     sensor: Id
     runs: Count
-    """Shared test cases with such an object."""
+    """Compared test cases with such an object."""
     first: Count
     """Alone."""
     shared: Count
@@ -261,10 +287,18 @@ class Comparison(Part):
             if item.id in self.cheapest and item.unmet:
                 msg = f"{item.id} is named as meeting everything, and does not: {item.unmet}"
                 raise ValueError(msg)
+            if item.failing + item.undecided > item.cases or item.fault_free > item.cases:
+                msg = f"{item.id} has more failing, undecided or fault-free cases than {item.cases}"
+                raise ValueError(msg)
             if item.is_on_front and item.dominated_by is not None:
                 msg = f"{item.id} is on the front and dominated by {item.dominated_by}"
                 raise ValueError(msg)
         return self
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every planned test case of every architecture was executed."""
+        return not any(item.unexecuted for item in self.candidates)
 
     @property
     def by_cost(self) -> list[Candidate]:

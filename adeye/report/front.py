@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from adeye.report.labels import Box, Label, place_labels
 from adeye.report.words import counted
 
 if TYPE_CHECKING:
@@ -20,9 +22,6 @@ WIDTH: Final = 560.0
 HEIGHT: Final = 300.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 64.0, 24.0, 24.0, 46.0
 _TICKS: Final = 5
-_LINE: Final = 15.0
-_LETTER: Final = 7.0
-"""Room of a label: height of a line and width of a letter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +34,7 @@ class Dot:
         y: Downwards.
         style: ``front`` or ``behind``.
         is_gate: Whether it decides the exit code: drawn as a square.
-        label_x: Where its name begins or ends.
-        label_y: Baseline of its name.
-        anchor: ``start`` or ``end``.
+        label: Its name and where it stands; None where no room is left for it.
         title: What it says when it is pointed at.
     """
 
@@ -46,9 +43,7 @@ class Dot:
     y: float
     style: str
     is_gate: bool
-    label_x: float
-    label_y: float
-    anchor: str
+    label: Label | None
     title: str
 
 
@@ -76,11 +71,16 @@ class Front:
     columns: tuple[Tick, ...]
     rows: tuple[Tick, ...]
 
+    @property
+    def unnamed(self) -> int:
+        """How many architectures have no name in the picture."""
+        return sum(dot.label is None for dot in self.dots)
+
 
 def draw_front(comparison: Comparison) -> Front | None:
-    """Place the architectures; None if one has no cost, because then there is no place for it."""
+    """Place the architectures; None if one has no cost or no test case: it has no place then."""
     items = comparison.candidates
-    costs = [item.cost.total for item in items if item.cost is not None]
+    costs = [item.cost.total for item in items if item.cost is not None and item.cases]
     if len(costs) < len(items):
         return None
     losses = [float(item.failing + item.undecided) for item in items]
@@ -101,7 +101,7 @@ def draw_front(comparison: Comparison) -> Front | None:
             steps.append((right(cost), steps[-1][1]))
         steps.append((right(cost), down(loss)))
     return Front(
-        dots=_dots(items, places),
+        dots=_dots(items, places, steps),
         steps=" ".join(f"{x:.1f},{y:.1f}" for x, y in steps),
         columns=tuple(Tick(right(value), f"{value:,g}") for value in cost_ticks),
         rows=tuple(Tick(down(value), f"{value:,g}") for value in loss_ticks),
@@ -144,16 +144,19 @@ def _staircase(points: Sequence[tuple[float, float]]) -> list[tuple[float, float
     return kept
 
 
-def _dots(items: Sequence[Candidate], places: Sequence[tuple[float, float]]) -> tuple[Dot, ...]:
-    taken: list[tuple[float, float, float]] = []
+def _dots(
+    items: Sequence[Candidate],
+    places: Sequence[tuple[float, float]],
+    steps: Sequence[tuple[float, float]],
+) -> tuple[Dot, ...]:
+    area = Box(_LEFT + 4.0, 2.0, WIDTH - 2.0, HEIGHT - _BOTTOM)
+    lines = [
+        Box(min(x, right), min(y, down), max(x, right), max(y, down))
+        for (x, y), (right, down) in pairwise(steps)
+    ]
+    labels = place_labels([item.id for item in items], places, area, lines)
     dots = []
-    for item, (x, y) in zip(items, places, strict=True):
-        length = _LETTER * len(item.id)
-        is_left = x + length + 12.0 > WIDTH
-        begin = x - 8.0 - length if is_left else x + 8.0
-        # Above the dot, because the line of the front leaves it to the right.
-        label_y = _free(taken, begin, begin + length, y - 8.0)
-        taken.append((begin, begin + length, label_y))
+    for item, (x, y), label in zip(items, places, labels, strict=True):
         cost = 0.0 if item.cost is None else item.cost.total
         state = "on the front" if item.is_on_front else f"dominated by {item.dominated_by}"
         dots.append(
@@ -163,28 +166,9 @@ def _dots(items: Sequence[Candidate], places: Sequence[tuple[float, float]]) -> 
                 y=y,
                 style="front" if item.is_on_front else "behind",
                 is_gate=item.is_gate,
-                label_x=x - 8.0 if is_left else x + 8.0,
-                label_y=label_y,
-                anchor="end" if is_left else "start",
+                label=label,
                 title=f"{item.id}: cost {cost:,g}, {counted(item.failing + item.undecided)} of "
                 f"{counted(item.cases)} test cases fail or are undecided, {state}",
             )
         )
     return tuple(dots)
-
-
-def _free(
-    taken: Sequence[tuple[float, float, float]], begin: float, end: float, wanted: float
-) -> float:
-    """Find the line nearest to the wanted one where a label covers no other and stays inside."""
-    offsets = [0.0]
-    for step in range(1, len(taken) + 2):
-        offsets += [-step * _LINE, step * _LINE]
-    for offset in offsets:
-        y = wanted + offset
-        clear = all(
-            end < other[0] or begin > other[1] or abs(y - other[2]) >= _LINE for other in taken
-        )
-        if clear and _LINE <= y <= HEIGHT - _BOTTOM + 4.0:
-            return y
-    return wanted

@@ -2,13 +2,14 @@
 
 The unit is the drawn point, not the run: the runs of one point, with its faults and replicates,
 are no independent draws. A point fails if any of its runs does. Whether a point is undecided may
-depend on what happened there, so it is not left out: it counts against what would be found.
+depend on what happened there, so it is not left out: it counts against what would be found. A
+point that lacks a run is undecided, too, because all drawn points are the sample.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,15 +24,13 @@ from adeye.evaluation.statistics import (
     resampled_sums,
 )
 from adeye.report.comparison import Inference, Range
+from adeye.report.designs import is_sample
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bools, Floats, Ints
     from adeye.store.compared import Compared
-
-RANDOM: Final = "random"
-"""The one design that is a sample of a declared distribution: uniform between the ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +40,9 @@ class Matched:
     Attributes:
         a: Id.
         b: Id.
-        rows_a: (P,) case of A in each pair.
+        rows_a: (P,) case of A in each planned pair.
         rows_b: (P,) case of B.
+        is_done: (P,) whether both were executed.
         change: (P, F) margin of B minus that of A; NaN where one has none.
         units: Unit of the change by FSR.
         is_normalised: Whether the change is in robustness, by FSR.
@@ -52,6 +52,7 @@ class Matched:
     b: str
     rows_a: Ints
     rows_b: Ints
+    is_done: Bools
     change: Floats
     units: tuple[str, ...]
     is_normalised: tuple[bool, ...]
@@ -198,7 +199,7 @@ class MarginBootstrap:
         self._sums: dict[int, Floats] = {}
         self._counts: dict[int, Floats] = {}
         for code, name in enumerate(compared.scenario.words):
-            if designs[name] == RANDOM:
+            if is_sample(designs[name]):
                 values = self._table(compared, pairs, code)
                 known = np.isfinite(values)
                 filled = np.where(known, values, 0.0)

@@ -41,12 +41,20 @@ class Matching:
         at_a, at_b = pair_up(keys[rows_a], keys[rows_b])
         return rows_a[at_a], rows_b[at_b]
 
-    def common(self, names: Sequence[str]) -> dict[str, Ints]:
-        """Give the cases of each architecture on the test cases that all of them share."""
+    def common(self, names: Sequence[str], *, executed: bool = False) -> dict[str, Ints]:
+        """Give the cases of each architecture on the test cases that all of them share.
+
+        Args:
+            names: Architectures.
+            executed: Leave out a test case unless every case of all of them has its results.
+        """
         keys = self._keys(names)
         shared = np.unique(keys)
         for name in names:
-            shared = np.intersect1d(shared, keys[self.rows(name)])
+            own = self.rows(name)
+            shared = np.intersect1d(shared, keys[own])
+            if executed:
+                shared = np.setdiff1d(shared, keys[own[~self.compared.is_done[own]]])
         return {name: self.rows(name)[np.isin(keys[self.rows(name)], shared)] for name in names}
 
     def _keys(self, names: Sequence[str]) -> Ints:

@@ -66,6 +66,10 @@ class Document:
         """Find the place of the key of a part."""
         return self._keys.get(loc) or _nearest(self._values, loc)
 
+    def heir(self, loc: Loc) -> str:  # noqa: ARG002 - nothing is inherited
+        """Return no file: everything is written here."""
+        return ""
+
 
 def load_document(path: str | Path) -> Document:
     """Read a YAML file.

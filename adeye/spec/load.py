@@ -152,6 +152,10 @@ class _Merged:
     def locate_key(self, loc: Loc) -> SourceLocation:
         return _deepest(self.documents, loc).locate_key(loc)
 
+    def heir(self, loc: Loc) -> str:
+        is_own = _deepest(self.documents, loc) is self.documents[0]
+        return "" if is_own else self.documents[0].path
+
 
 def _with_bases(path: Path) -> tuple[Document, ...]:
     documents: list[Document] = []

@@ -73,6 +73,10 @@ class Located(Protocol):
         """Find the place of the key of a part."""
         ...
 
+    def heir(self, loc: Loc) -> str:
+        """Name the file that inherits a part; empty if it is written where it is read."""
+        ...
+
 
 def validate(document: Located, model: type[Model]) -> Model:
     """Validate a document against a spec model.
@@ -194,6 +198,9 @@ def _unknown_key(document: Located, loc: Loc, name: str, allowed: list[str]) -> 
     # The nearest word is a guess, so the others follow it.
     if near.startswith("Did"):
         near += f" Allowed: {', '.join(allowed)}."
+    heir = document.heir(loc)
+    if heir:
+        near += f" It is inherited: `{loc[-1]}: null` at this place in {heir} removes it."
     return SpecError(
         f"{name}: there is no key {shown(loc[-1])} here",
         where=document.locate_key(loc),

@@ -41,7 +41,7 @@ class Compared:
         point: (N,) code of scenario and parameters: the point of the design.
         axes: (N,) swept values of the architecture by axis; no word where a case has none.
         result: (N,) digest of the result that the case has or would have.
-        is_done: (N,) whether it was executed.
+        is_done: (N,) whether it was executed and has the verdict of every FSR that is judged on it.
         fsrs: F ids.
         verdict: (N, F) codes of ``VERDICTS``, ``NOT_RUN`` or ``NOT_JUDGED``.
         robustness: (N, F) lower end; NaN where there is none.
@@ -102,10 +102,10 @@ def read_compared(
     (number,) = read_columns(
         connection, "run", "result_digest", ("number",), cases.results, np.float64
     )
-    is_done = np.isfinite(number)
-    numbers, inverse = np.unique(number[is_done].astype(np.int64), return_inverse=True)
+    has_run = np.isfinite(number)
+    numbers, inverse = np.unique(number[has_run].astype(np.int64), return_inverse=True)
     rows = np.full(len(cases.results), -1, dtype=np.int64)
-    rows[is_done] = inverse
+    rows[has_run] = inverse
     fsrs, judged = _judged_on(connection, campaign_id, cases)
     verdicts = _Verdicts(len(numbers), len(fsrs))
     verdicts.read(connection, numbers, fsrs)
@@ -113,7 +113,9 @@ def read_compared(
     happened.read(connection, numbers)
     scenario = Labels.of(cases.scenarios)
     names = tuple(fsrs)
-    code = np.where(is_done[:, np.newaxis], verdicts.code[rows], NOT_RUN)
+    code = np.where(has_run[:, np.newaxis], verdicts.code[rows], NOT_RUN)
+    # A run of another campaign may wait to be judged on an FSR that has changed since.
+    is_done = has_run & ~(judged & (code == NOT_RUN)).any(axis=1)
     return Compared(
         scenario=scenario,
         architecture=Labels.of(cases.architectures),

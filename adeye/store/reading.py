@@ -43,16 +43,34 @@ def find_campaign(connection: Connection, name: str) -> CampaignInfo:
     """Find a campaign by its id, the beginning of it, or its number.
 
     Raises:
-        InputError: None or several match.
+        InputError: None or several match; the message names those that there are.
     """
     table = tables.campaign
     if name.isascii() and name.isdigit() and len(name) < 10:
         numbered = connection.execute(table.select().where(table.c.number == int(name))).first()
         if numbered is not None:
             return _campaign(connection, numbered)
-    ids = _starting_with(connection, table.c.id, name, "campaign")
+    try:
+        ids = _starting_with(connection, table.c.id, name, "campaign")
+    except InputError as error:
+        remedy = f"{error.remedy} {_known_campaigns(connection)}".strip()
+        raise InputError(error.message, remedy=remedy) from error
     found = connection.execute(table.select().where(table.c.id == ids)).one()
     return _campaign(connection, found)
+
+
+def _known_campaigns(connection: Connection) -> str:
+    """Name the newest campaigns by number, id and ODD."""
+    table = tables.campaign
+    found = connection.execute(
+        select(table.c.number, table.c.id, table.c.odd_id)
+        .order_by(table.c.number.desc())
+        .limit(_LISTED + 1)
+    ).all()
+    if not found:
+        return "The database has no campaign; run an ODD first."
+    listed = ", ".join(f"{item.number} ({item.odd_id}, {item.id[:10]})" for item in found[:_LISTED])
+    return f"There are: {listed}{', …' if len(found) > _LISTED else ''}."
 
 
 def _campaign(connection: Connection, item: Row[Any]) -> CampaignInfo:
@@ -75,8 +93,9 @@ def _campaign(connection: Connection, item: Row[Any]) -> CampaignInfo:
 def _starting_with(connection: Connection, column: Any, prefix: str, what: str) -> str:
     """Find the one value of a digest column that begins with a prefix."""
     if len(prefix) < MIN_PREFIX or not set(prefix) <= set("0123456789abcdef"):
+        number = "no number of one and " if what == "campaign" else ""
         raise InputError(
-            f"{what} {prefix!r}: not the beginning of a digest",
+            f"{what} {prefix!r}: {number}not the beginning of a digest",
             remedy=f"Give at least {MIN_PREFIX} of its characters (0-9, a-f).",
         )
     matches = (
@@ -92,7 +111,8 @@ def _starting_with(connection: Connection, column: Any, prefix: str, what: str) 
     )
     if not matches:
         raise InputError(
-            f"{what} {prefix!r}: there is none", remedy=f"'adeye show' lists each {what}."
+            f"{what} {prefix!r}: there is none",
+            remedy="" if what == "campaign" else "Runs are in the view v_runs: see 'adeye query'.",
         )
     if len(matches) > 1:
         listed = ", ".join(str(item)[: len(prefix) + 8] for item in matches[:_LISTED])

@@ -116,6 +116,10 @@ class _Changed:
         """Find the axis that wrote the key of a part, or the last one."""
         return self.locate(loc)
 
+    def heir(self, loc: tuple[str | int, ...]) -> str:  # noqa: ARG002 - nothing is inherited
+        """Return no file: the axis writes into the file as a whole."""
+        return ""
+
 
 def _guilty(changes: tuple[Change, ...], loc: tuple[str | int, ...]) -> Change:
     wrote = [change for change in changes if loc[: len(change.path)] == change.path]

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from adeye.cli.compare import p_text, percent, place_text
 from tests.report.test_comparison import candidate
+from tests.suites import build_half
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tests.project import Executed
+
+DASH = "\N{EN DASH}"
 
 
 @pytest.fixture
@@ -75,6 +80,14 @@ def test_page_is_written(adeye: Any, db: tuple[str, str], folder: Path) -> None:
     [
         (("camera_radr", "twin"), "Did you mean 'camera_radar'"),
         (("9f9f9f9f",), "there is none"),
+        (("99",), "There are: 1 (suites, "),
+        (("--objectives", "cost,failures,cost"), "'cost' is given twice"),
+        (("--objectives", "prize"), "Allowed: failures, margin, availability, cost"),
+        (("--epsilon", "cost=1", "--epsilon", "cost=2"), "epsilon of cost is given twice: 1 and 2"),
+        (("--epsilon", "cost=nan"), "epsilon of cost is nan. Give a finite number, 0 or more"),
+        (("--epsilon", "cost=-inf"), "epsilon of cost is -inf"),
+        (("--epsilon", "cost=-1"), "epsilon of cost is -1"),
+        (("--epsilon", "margin=1"), "has no effect: the objectives are failures, availability"),
         (("missing.yaml",), "missing.yaml"),
         (("twin",), "nothing to compare"),
         (("--epsilon", "cost"), "NAME=SIZE"),
@@ -97,6 +110,43 @@ def test_odd_that_was_never_run_exits_2(adeye: Any, db: tuple[str, str], suites:
     ended = adeye("compare", str(shipped), *db)
     assert ended.code == 2
     assert "has no campaign" in ended.err
+
+
+def test_text_json_and_page_of_an_interrupted_campaign_agree(
+    adeye: Any, suites: Executed, folder: Path
+) -> None:
+    db = ("--db", str(build_half(suites, folder / "half.db").db))
+    text = adeye("compare", *db).out
+    candidates = adeye("compare", *db, "--json", "--html", "half.html").document["candidates"]
+    page = (folder / "half.html").read_text("utf-8")
+    for item in candidates:
+        named = ", ".join(
+            f"{one['scenario']} {one['missing']} of {one['planned']}" for one in item["unexecuted"]
+        )
+        assert named
+        assert 0 < item["cases"] == 26 - item["left_out"] < 26
+        for said in (text, page):
+            flat = " ".join(said.split())
+            assert f"Not executed of {item['id']}: {named}." in flat
+            assert f"Left out of {item['id']} above: {item['left_out']} of 26 shared" in flat
+            assert f"{item['failing']} of {item['cases']}" in flat
+
+
+def test_largest_loss_is_a_loss_or_none(adeye: Any, db: tuple[str, str]) -> None:
+    found: Counter[str] = Counter()
+    column = -1
+    for line in adeye("compare", *db).out.splitlines():
+        cells = re.split(r"\s{2,}", line.strip())
+        if "Largest loss" in cells:
+            column = cells.index("Largest loss")
+            width = len(cells)
+        elif column >= 0 and len(cells) == width:
+            loss, run = cells[column : column + 2]
+            found[loss[0]] += 1
+            assert (run == DASH) == (loss in {"none", DASH})
+        else:
+            column = column if set(line.strip()) == {"\N{BOX DRAWINGS LIGHT HORIZONTAL}"} else -1
+    assert set(found) == {"n", DASH, "\N{MINUS SIGN}"}
 
 
 def test_numbers_for_people() -> None:

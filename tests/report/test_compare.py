@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.errors import UsageError
-from adeye.report.compare import CompareOptions, compare, overview
+from adeye.evaluation.verdict import Verdict
+from adeye.report.compare import compare, overview
+from adeye.report.front import draw_front
+from adeye.report.html import render_comparison
+from adeye.report.options import CompareOptions
 from adeye.store.repository import Repository
+from tests.suites import build_half
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -156,34 +160,89 @@ def test_wider_confidence_gives_wider_intervals(suites: Executed) -> None:
         assert outer.low <= inner.low <= inner.high <= outer.high
 
 
-def test_incomplete_pairs_are_counted_and_never_pass(suites: Executed, tmp_path: Any) -> None:
-    db = tmp_path / "part.db"
+def test_campaign_without_a_run_is_no_evidence_for_anybody(suites: Executed, tmp_path: Any) -> None:
     plan = suites.project.plan()
-    with Repository.open(db) as repository:
+    with Repository.open(tmp_path / "none.db") as repository:
         planned = repository.plan_campaign(plan.record(), plan.planned())
         found = compare(repository, repository.find_campaign(planned.campaign))
-    assert all(item.incomplete == item.pairs > 0 for item in found.pairs)
-    assert all(item.undecided == item.pairs for item in found.differences)
-    assert all(item.undecided == item.cases and item.unmet for item in found.candidates)
+    assert all(item.pairs == 0 < item.incomplete for item in found.pairs)
+    assert found.differences == ()
+    for item in found.candidates:
+        assert (item.cases, item.left_out, item.fault_free) == (0, 26, 0)
+        assert (item.availability, item.is_on_front, item.dominated_by) == (None, False, None)
+        assert item.unmet
+        assert [(one.scenario, one.missing == one.planned) for one in item.unexecuted] == [
+            ("cut_in", True),
+            ("lead_braking", True),
+        ]
+    assert len(found.left_out) == 1
+    assert "no test case was executed" in found.left_out[0]
+    assert "no test case was executed" in render_comparison(found)
+    assert "<svg" not in render_comparison(found)
+    assert found.cheapest == ()
+    assert draw_front(found) is None
+
+
+@pytest.fixture(scope="module")
+def half(suites: Executed, tmp_path_factory: pytest.TempPathFactory) -> Executed:
+    """Execute half of the campaign, as one that was interrupted."""
+    return build_half(suites, tmp_path_factory.mktemp("half") / "half.db")
+
+
+def test_interrupted_campaign_has_one_denominator(half: Executed) -> None:
+    """Counts are those of a hand-made join over the runs that both architectures have."""
+    found = compared(half)
+    runs: dict[tuple[str, ...], dict[str, Any]] = {}
+    with sqlite3.connect(half.db) as connection:
+        for architecture, situation, fault, contact in connection.execute(
+            "SELECT architecture, situation, fault_entry, contact FROM v_runs "
+            "WHERE outcome IS NOT NULL"
+        ):
+            runs.setdefault((situation, fault), {})[architecture] = contact
+    connection.close()
+    names = {item.id for item in found.candidates}
+    everywhere = [item for item in runs.values() if names <= item.keys()]
+    assert 0 < len(everywhere) < 26
+    assert not found.is_complete
+    for item in found.candidates:
+        assert (item.cases, item.left_out) == (len(everywhere), 26 - len(everywhere))
+        assert 0 < item.fault_free <= item.cases
+        assert item.unexecuted
+        assert any(unmet.verdict is Verdict.NOT_RUN for unmet in item.unmet) or item.failing
+    for pair in found.pairs:
+        both = [item for item in runs.values() if {pair.a, pair.b} <= item.keys()]
+        assert pair.pairs == len(both) > 0
+        assert pair.incomplete > 0
+        (contacts,) = [
+            item for item in found.differences_of(pair.a, pair.b) if item.fsr == "FSR-01"
+        ]
+        assert contacts.pairs == len(both)
+        assert not any("NOT_RUN" in words for words in contacts.verdicts)
+        assert contacts.only_b_fails + contacts.both_fail == sum(item[pair.b] for item in both)
     assert found.cheapest == ()
 
 
-@pytest.mark.parametrize(
-    ("options", "part"),
-    [
-        ({"architectures": ("camera_radr", "twin")}, "Did you mean 'camera_radar'"),
-        ({"architectures": ("twin",)}, "nothing to compare 'twin' with"),
-        ({"baseline": "unheard_of"}, "no architecture 'unheard_of'"),
-        ({"confidence": 1.0}, "confidence is 1"),
-        ({"objectives": ("price",)}, "no objective 'price'"),
-        ({"objectives": ()}, "no objective is given"),
-        ({"epsilon": {"cost": -1.0}}, "epsilon of cost is -1"),
-        ({"epsilon": {"prize": 1.0}}, "no objective 'prize'"),
-    ],
-)
-def test_wrong_question_is_refused(suites: Executed, options: Any, part: str) -> None:
-    with pytest.raises(UsageError, match=part):
-        compared(suites, **options)
+def test_interrupted_campaign_keeps_its_drawn_points_as_the_sample(half: Executed) -> None:
+    found = [item for item in compared(half).differences if item.cluster == "cut_in"]
+    assert found
+    for item in found:
+        assert item.inference is not None
+        assert item.inference.units == 12
+        assert item.inference.undecided > 0
+        assert item.margin is None or item.margin.interval is None
+
+
+def test_complete_campaign_names_nothing_as_unexecuted(everything: Comparison) -> None:
+    assert everything.is_complete
+    assert all(item.left_out == 0 == len(item.unexecuted) for item in everything.candidates)
+
+
+def test_least_change_is_a_loss_only_below_zero(everything: Comparison) -> None:
+    changes = [item.margin for item in everything.differences if item.margin is not None]
+    losses = [item.loss for item in changes]
+    assert None in losses
+    assert all(item is None or item < 0.0 for item in losses)
+    assert all((item.loss is None) == (item.least >= 0.0) for item in changes)
 
 
 def test_report_shows_no_comparison_of_one(suites: Executed, mini: Executed) -> None:

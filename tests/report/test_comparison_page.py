@@ -33,7 +33,7 @@ def test_page_escapes_what_people_wrote() -> None:
 def test_page_says_everything_once() -> None:
     text = render_comparison(comparison())
     for part in ("cheapest that meets all", "dominated by camera_radar", "not applicable",
-                 "Chosen points.", "1 incomplete", "efefefefefef"):  # fmt: skip
+                 "Chosen points.", "1 more not executed", "efefefefefef"):  # fmt: skip
         assert part in text
     assert text.count("<svg") == 1
     assert render_comparison(comparison()) == text

@@ -13,7 +13,9 @@ from tests.report.test_comparison import candidate, comparison
 
 def drawn(*points: tuple[str, float, int]) -> Front:
     candidates = [
-        candidate(name, cost=Cost(total=cost, declared=cost, parts={}), failing=failing)
+        candidate(
+            name, cost=Cost(total=cost, declared=cost, parts={}), failing=failing, cases=10_000
+        )
         for name, cost, failing in points
     ]
     front = draw_front(comparison(candidates=candidates, pairs=(), cheapest=()))
@@ -41,10 +43,18 @@ def test_one_without_a_cost_has_no_place() -> None:
                                  pairs=(), cheapest=())) is None  # fmt: skip
 
 
+def test_nothing_executed_is_no_picture() -> None:
+    candidates = (candidate("a", cases=0, fault_free=0), candidate("b", cases=0, fault_free=0))
+    assert draw_front(comparison(candidates=candidates, pairs=(), cheapest=())) is None
+
+
 def test_all_in_one_place_keep_their_labels_apart() -> None:
     front = drawn(*((f"architecture_{number}", 100.0, 3) for number in range(6)))
-    lines = sorted(dot.label_y for dot in front.dots)
-    assert all(after - before >= 14.0 for before, after in itertools.pairwise(lines))
+    assert front.unnamed == 0
+    boxes = [dot.label.box for dot in front.dots if dot.label is not None]
+    for one, other in itertools.combinations(boxes, 2):
+        beside = one.right <= other.left or other.right <= one.left
+        assert beside or one.bottom <= other.top or other.bottom <= one.top
 
 
 def test_everything_lies_in_the_box() -> None:
@@ -52,9 +62,9 @@ def test_everything_lies_in_the_box() -> None:
     for dot in front.dots:
         assert 0.0 <= dot.x <= WIDTH
         assert 0.0 <= dot.y <= HEIGHT
-        width = 7.0 * len(dot.name)
-        assert dot.label_x - (width if dot.anchor == "end" else 0.0) >= 0.0
-        assert dot.label_x + (0.0 if dot.anchor == "end" else width) <= WIDTH
+        assert dot.label is not None
+        assert 0.0 <= dot.label.box.left < dot.label.box.right <= WIDTH
+        assert 0.0 <= dot.label.box.top < dot.label.box.bottom <= HEIGHT
     for tick in (*front.rows, *front.columns):
         assert 0.0 <= tick.at <= WIDTH
 

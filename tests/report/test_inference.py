@@ -17,7 +17,9 @@ from adeye.store.figures import Labels
 
 def matched(change: list[float]) -> Matched:
     rows = np.arange(len(change))
-    return Matched("a", "b", rows, rows, np.array(change)[:, np.newaxis], ("m",), (False,))
+    done = np.ones(len(change), dtype=np.bool_)
+    margins = np.array(change)[:, np.newaxis]
+    return Matched("a", "b", rows, rows, done, margins, ("m",), (False,))
 
 
 def cases(points: list[int], verdict: list[int], scenarios: list[str] | None = None) -> Any:
@@ -32,8 +34,8 @@ def cases(points: list[int], verdict: list[int], scenarios: list[str] | None = N
 def test_point_fails_if_any_of_its_runs_does() -> None:
     compared = cases([0, 0, 1, 1, 2, 3], [PASS, FAIL, PASS, VACUOUS, INCONCLUSIVE, PASS])
     pair = Matched(
-        "a", "b", np.array([0, 1, 2, 3, 4]), np.array([5, 5, 5, 5, 5]), np.zeros((5, 1)),
-        ("m",), (False,),
+        "a", "b", np.array([0, 1, 2, 3, 4]), np.array([5, 5, 5, 5, 5]),
+        np.ones(5, dtype=np.bool_), np.zeros((5, 1)), ("m",), (False,),
     )  # fmt: skip
     units = Units.of(compared, pair)
     assert units.counts([0], 0) == PointCounts(only_a=1, neither=1, open_held=1)

@@ -12,8 +12,9 @@ from scipy import stats
 from adeye.evaluation.judgement import FAIL
 from adeye.evaluation.statistics import mcnemar_p
 from adeye.kernel.random import owner_id, uniform
-from adeye.report.compare import CompareOptions, compare
+from adeye.report.compare import compare
 from adeye.report.matching import Matching
+from adeye.report.options import CompareOptions
 from adeye.store.repository import Repository
 from tests.project import LEGACY, Project
 

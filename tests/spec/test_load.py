@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.errors import SpecError
+from adeye.errors import InputErrors, SpecError
 from adeye.spec.load import (
     load_architecture,
     load_odd,
@@ -18,6 +19,7 @@ from adeye.spec.load import (
     scenario_files,
     shipped,
 )
+from adeye.spec.sensors import Camera
 
 ROOT = Path(__file__).parents[2]
 BASE = """\
@@ -158,6 +160,40 @@ def test_unknown_key_is_placed_at_the_key_of_its_file(write: Any) -> None:
     near = write("near", "extends: base\nscenario: near\nego: {sped: 20 m/s}\n")
     with pytest.raises(SpecError, match=r"near.yaml:3:7: ego.sped: there is no key"):
         load_scenario(near)
+
+
+@pytest.fixture
+def suites(tmp_path: Path) -> Path:
+    """Copy the shipped architectures."""
+    shutil.copytree(ROOT / "odd" / "architectures", tmp_path / "architectures")
+    return tmp_path / "architectures"
+
+
+def test_inherited_key_of_another_fidelity_says_how_to_remove_it(suites: Path) -> None:
+    path = suites / "cheap.yaml"
+    camera = "fidelity: object, range: 80 m"
+    text = "extends: study_camera\narchitecture: cheap\nsensors: {{front_camera: {{{}}}}}\n"
+    path.write_text(text.format(camera), encoding="utf-8")
+    with pytest.raises(InputErrors) as caught:
+        load_architecture(path)
+    unknown = [error for error in caught.value.errors if "there is no key" in error.message]
+    keys = [error.message.split(":")[0].rpartition(".")[2] for error in unknown]
+    assert {"columns", "rows", "min_pixel_height"} <= set(keys)
+    for key, error in zip(keys, unknown, strict=True):
+        assert error.where is not None
+        assert error.where.path.endswith("study_camera.yaml")
+        assert f"`{key}: null` at this place in {path} removes it." in error.remedy
+    # What the message says is so.
+    removed = "".join(f", {key}: null" for key in keys)
+    path.write_text(text.format(camera + removed), encoding="utf-8")
+    assert isinstance(load_architecture(path).spec.sensors["front_camera"], Camera)
+
+
+def test_unknown_key_that_is_not_inherited_is_to_be_corrected_where_it_is(write: Any) -> None:
+    near = write("near", "extends: base\nscenario: near\nego: {sped: 20 m/s}\n")
+    with pytest.raises(SpecError) as caught:
+        load_scenario(near)
+    assert "null" not in str(caught.value)
 
 
 def test_places_of_the_loaded_content_are_in_the_nearest_file(write: Any) -> None:

@@ -47,8 +47,9 @@ def test_unknown_campaign_is_an_input_error(
     repository: Repository, campaign: str, name: str, message: str
 ) -> None:
     assert campaign
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(InputError, match=message) as caught:
         repository.find_campaign(name)
+    assert f"There are: 1 (motorway, {campaign[:10]})." in str(caught.value)
 
 
 def test_run_is_found_by_ordinal_and_by_prefix(

@@ -47,15 +47,22 @@ def load_policy(name: str, base_dir: Path) -> Part:
     Raises:
         SpecError: There is no such thing, or it is no policy.
     """
-    part = load_part(name, base_dir)
-    has_predict = callable(getattr(part.obj, "predict", None))
-    is_instance_called = inspect.isclass(part.obj) and "__call__" in dir(part.obj)
-    if has_predict or is_instance_called or (callable(part.obj) and not inspect.isclass(part.obj)):
+    part = load_part(name, base_dir, is_nameable=_is_policy)
+    if _is_policy(part.obj):
         return part
     raise SpecError(
         f"{part.name} is no policy",
         remedy="Name a function of the observation, or something with predict().",
     )
+
+
+def _is_policy(thing: Any) -> bool:
+    """Tell whether something can be asked, or makes objects that can."""
+    if inspect.ismodule(thing):
+        return False
+    has_predict = callable(getattr(thing, "predict", None))
+    is_asked = "__call__" in dir(thing) if inspect.isclass(thing) else callable(thing)
+    return has_predict or is_asked
 
 
 class PolicyChannel:

@@ -207,6 +207,14 @@ def test_function_object_and_class_are_policies(folder: Path) -> None:
         assert load_policy(f"./mine.py:{name}", folder).source_digest
 
 
+def test_missing_policy_names_functions_objects_and_classes_of_the_file(folder: Path) -> None:
+    with pytest.raises(SpecError) as caught:
+        load_policy("./mine.py:qqq", folder)
+    offered = caught.value.remedy.removeprefix("Allowed: ").removesuffix(".").split(", ")
+    assert {"keep", "network", "Predictor", "Batched"} <= set(offered)
+    assert not {"number", "np", "nothing"} & set(offered)
+
+
 @pytest.mark.parametrize(
     ("name", "message"), [("number", "is no policy"), ("nothing", "has no 'nothing'")]
 )

@@ -1,0 +1,137 @@
+"""Labels beside dots: apart from one another, off the dots, in their area, tied to their dot."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from adeye.kernel.random import uniform
+from adeye.report.labels import RADIUS, Box, Label, place_labels, width_of
+
+AREA = Box(68.0, 2.0, 558.0, 254.0)
+
+
+def square(dot: tuple[float, float]) -> Box:
+    x, y = dot
+    return Box(x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS)
+
+
+def shares(one: Box, other: Box) -> bool:
+    """Tell whether two boxes share more than a side."""
+    return (
+        min(one.right, other.right) - max(one.left, other.left) > 1e-9
+        and min(one.bottom, other.bottom) - max(one.top, other.top) > 1e-9
+    )
+
+
+def check(labels: list[Label], dots: list[tuple[float, float]]) -> None:
+    for one, other in itertools.combinations(labels, 2):
+        assert not shares(one.box, other.box), (one, other)
+    for label in labels:
+        assert AREA.left <= label.box.left < label.box.right <= AREA.right
+        assert AREA.top <= label.box.top < label.box.bottom <= AREA.bottom
+        assert not any(shares(label.box, square(dot)) for dot in dots)
+
+
+def cloud(number: int, size: int, width: float) -> list[tuple[float, float]]:
+    """Draw dots around the middle, the same for everybody."""
+    draws = [uniform(np.uint64(5), np.uint64(number), 0, at) for at in range(2 * size)]
+    pairs = itertools.batched(draws, 2) if hasattr(itertools, "batched") else zip(
+        draws[::2], draws[1::2], strict=True
+    )  # fmt: skip
+    return [
+        (300.0 + width * (float(a) - 0.5), 128.0 + 0.45 * width * (float(b) - 0.5))
+        for a, b in pairs
+    ]
+
+
+@pytest.mark.parametrize("width", [0.0, 20.0, 100.0, 440.0])
+@pytest.mark.parametrize("number", range(5))
+def test_labels_of_a_cloud_cover_nothing(number: int, width: float) -> None:
+    dots = cloud(number, 12, width)
+    labels = place_labels([f"study_suite_{at}" for at in range(12)], dots, AREA)
+    found = [item for item in labels if item is not None]
+    assert len(found) == 12
+    check(found, dots)
+
+
+@pytest.mark.parametrize("dot", [(64.0, 24.0), (536.0, 24.0), (64.0, 254.0), (536.0, 254.0)])
+def test_label_at_a_corner_stays_inside(dot: tuple[float, float]) -> None:
+    labels = place_labels(["a_rather_long_name_of_a_suite"], [dot], AREA)
+    check([item for item in labels if item is not None], [dot])
+    assert labels[0] is not None
+
+
+def test_alone_it_stands_beside_its_dot_without_a_line() -> None:
+    (label,) = place_labels(["lidar"], [(300.0, 100.0)], AREA)
+    assert label is not None
+    assert label.leader is None
+    assert math.hypot(label.box.left - 300.0, label.box.bottom - 100.0) < 2.0 * RADIUS
+
+
+def test_label_that_stands_off_is_tied_to_its_own_dot() -> None:
+    dots = [(300.0, 100.0)] * 10
+    labels = place_labels([f"copy_{at}" for at in range(10)], dots, AREA)
+    tied = [item for item in labels if item is not None and item.leader is not None]
+    assert tied
+    for label in tied:
+        assert label.leader is not None
+        x1, y1, x2, y2 = label.leader
+        assert (x1, y1) == (300.0, 100.0)
+        assert label.box.left <= x2 <= label.box.right
+        assert label.box.top <= y2 <= label.box.bottom
+
+
+def test_line_of_one_label_crosses_no_other_while_there_is_a_way() -> None:
+    names = [f"study_suite_{at}" for at in range(6)]
+    dots = [(300.0 + 12.0 * (at % 3), 100.0 + 9.0 * (at % 2)) for at in range(6)]
+    found = [item for item in place_labels(names, dots, AREA) if item is not None]
+    tied = [item for item in found if item.leader is not None]
+    assert tied
+    for label in tied:
+        assert label.leader is not None
+        x1, y1, x2, y2 = label.leader
+        for other in found:
+            if other is not label:
+                inside = [
+                    other.box.left < x1 + (x2 - x1) * share < other.box.right
+                    and other.box.top < y1 + (y2 - y1) * share < other.box.bottom
+                    for share in (at / 200.0 for at in range(201))
+                ]
+                assert not any(inside)
+
+
+def test_label_leaves_a_drawn_line_free_if_it_can() -> None:
+    dot = (300.0, 100.0)
+    line = Box(300.0, 100.0, 500.0, 100.0)
+    free, moved = (place_labels(["lidar"], [dot], AREA, lines)[0] for lines in ((), (line,)))
+    assert free is not None
+    assert moved is not None
+    assert free.box.top < line.top < free.box.bottom
+    assert free.box.right > line.left
+    assert moved.box.bottom <= line.top or moved.box.right <= line.left
+
+
+def test_no_room_is_no_label_rather_than_one_on_another() -> None:
+    dots = [(300.0, 100.0)] * 200
+    labels = place_labels([f"a_rather_long_name_{at}" for at in range(200)], dots, AREA)
+    found = [item for item in labels if item is not None]
+    assert 20 < len(found) < 200
+    check(found, dots)
+
+
+def test_very_long_name_is_cut() -> None:
+    (label,) = place_labels(["m" * 90], [(300.0, 100.0)], AREA)
+    assert label is not None
+    assert label.text.endswith("m\N{HORIZONTAL ELLIPSIS}")
+    assert width_of(label.text) == pytest.approx(label.width)
+    assert label.width <= 240.0
+
+
+def test_same_dots_have_the_same_labels() -> None:
+    dots = cloud(1, 20, 60.0)
+    names = [f"suite_{at}" for at in range(20)]
+    assert place_labels(names, dots, AREA) == place_labels(names, dots, AREA)
