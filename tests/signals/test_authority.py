@@ -19,3 +19,7 @@ def test_sound_switch_is_neither_stuck_nor_late() -> None:
     sound = SwitchFaults.none(3)
     assert sound.stuck.tolist() == [False] * 3
     assert sound.delay.tolist() == [0.0] * 3
+
+
+def test_no_channel_is_no_index() -> None:
+    assert authority.NO_CHANNEL < 0

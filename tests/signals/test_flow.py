@@ -41,10 +41,6 @@ def test_an_estimate_is_the_ego_state_and_its_place() -> None:
     assert flow.ESTIMATE_COLUMNS[flow.ESTIMATE_PLACE :] == flow.PLACE_COLUMNS
 
 
-def test_no_channel_is_no_index() -> None:
-    assert flow.NO_CHANNEL < 0
-
-
 def test_copy_of_a_command_is_not_changed_with_it() -> None:
     command = ControlCommand(
         "nominal",
