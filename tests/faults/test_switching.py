@@ -163,4 +163,13 @@ def test_late_switch_delays_the_takeover_by_exactly_that(traces: dict[str, Trace
     assert late == pytest.approx(sound + 0.4)
 
 
+def test_what_the_switch_loses_is_in_the_time_to_the_safe_state(traces: dict[str, Trace]) -> None:
+    sound, status = measured(traces["nominal_silent"], "fault_to_safe_state_s")
+    late, late_status = measured(traces["late"], "fault_to_safe_state_s")
+    assert (status, late_status) == ("value", "value")
+    # Until the takeover the ego goes on without braking, so the stop itself is not shorter.
+    assert late >= sound + 0.4 - 1e-9
+    assert measured(traces["stuck_early"], "fault_to_safe_state_s")[1] == "incomplete"
+
+
 SCENE = scene_of(CONTEXT, 0)

@@ -220,3 +220,47 @@ def test_silent_channel_is_noticed_by_the_age_of_its_last_command() -> None:
         _, authority = made.arbitrate(time, proposals)
         holders.append(int(authority.channel[0]))
     assert holders == [NOMINAL] * 4 + [SAFETY] * 2
+
+
+EVERY = (
+    spec(priority=IDS),
+    spec(priority=IDS, latch=False, handover="0.1 s", meanwhile="coast"),
+    spec(priority=IDS, policy="hysteresis", return_after="0.1 s"),
+    spec(
+        priority=IDS,
+        policy="voting",
+        voters=IDS,
+        acceleration_tolerance="1 m/s^2",
+        steering_tolerance="1 rad",
+        bumpless={"jerk": "20 m/s^3", "steering_rate": "1 rad/s"},
+    ),
+    spec(priority=IDS, policy="stuck"),
+)
+NUMBERS = st.tuples(st.sampled_from([-6.0, 0.0, 0.7, np.nan]), st.floats(-0.4, 0.4))
+
+
+@settings(max_examples=60, deadline=None)
+@given(rows=st.lists(st.tuples(ROW, st.tuples(NUMBERS, NUMBERS, NUMBERS)), min_size=1, max_size=12))
+def test_every_policy_gives_the_same_bits_beside_the_others_as_alone(
+    rows: list[tuple[tuple[int, ...], tuple[tuple[float, float], ...]]],
+) -> None:
+    statuses, numbers = [row for row, _ in rows], [row for _, row in rows]
+    alone = [ticks(switch(one, channels=IDS), statuses, numbers) for one in EVERY]
+    batch = switch(*EVERY, channels=IDS)
+    for tick, (row, given_numbers) in enumerate(rows):
+        time = tick * STEP
+        proposals = [
+            ControlCommand(
+                name,
+                np.full(len(EVERY), given_numbers[k][0]),
+                np.full(len(EVERY), given_numbers[k][1]),
+                np.full(len(EVERY), -1.0 if row[k] == SILENT else time),
+                np.full(len(EVERY), row[k], dtype=np.int64),
+            )
+            for k, name in enumerate(IDS)
+        ]
+        acting, authority = batch.arbitrate(time, proposals)
+        for run, found in enumerate(alone):
+            assert authority.channel[run] == found[tick].channel
+            assert authority.reason[run] == found[tick].reason
+            assert acting[run].tolist() == [found[tick].acceleration, found[tick].steering]
