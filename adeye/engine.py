@@ -122,7 +122,9 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         active = faults.update(scene)
         readings = rack.detect(faults.on_readings(rig.sense(scene), active, scene))
         proposals = faults.on_commands(rack.act(scene, readings), active, scene)
-        command, authority = switch.arbitrate(scene.time, proposals)
+        command, authority = switch.arbitrate(
+            scene.time, proposals, faults.on_switch(active, scene)
+        )
         rack.remember(proposals, authority)
         recorder.add(scene, readings, proposals, command, authority, active)
         scene = traffic.step(command)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.faults.injectors import DropOut, Silence
+from adeye.faults.switching import LateSwitch, StuckSwitch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("sensors", "drop_out"): DropOut,
     ("channels", "silent"): Silence,
+    ("switch", "stuck"): StuckSwitch,
+    ("switch", "late"): LateSwitch,
 }
 """How to make an injector, by kind of target and model."""
 

@@ -112,7 +112,23 @@ class Silent(Fault):
     model: Literal["silent"]
 
 
-AnyFault = Annotated[DropOut | Silent, Field(discriminator="model")]
+class Stuck(Fault):
+    """The switch stays at the channel that acts at the onset."""
+
+    fits = ("switch",)
+    model: Literal["stuck"]
+
+
+class Late(Fault):
+    """Each change of authority takes effect later, beside the handover time of the switch."""
+
+    fits = ("switch",)
+    model: Literal["late"]
+    delay: Annotated[Duration, Field(ge=0.0)]
+    """How much later [s]."""
+
+
+AnyFault = Annotated[DropOut | Silent | Stuck | Late, Field(discriminator="model")]
 """A scripted fault, by its model."""
 
 FAULT: Final[TypeAdapter[Fault]] = TypeAdapter(AnyFault)
