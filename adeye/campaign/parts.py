@@ -172,7 +172,7 @@ def _policy(loaded: Loaded[Architecture], name: str, spec: PolicyChannel) -> Par
 
 def _check_program(loaded: Loaded[Architecture], name: str, spec: ProcessChannel) -> None:
     try:
-        find_program(f"channels.{name}", spec.parameters.command, loaded.path.parent)
+        find_program(spec.parameters.command, loaded.path.parent)
     except SpecError as error:
         where = loaded.locate(("channels", name, "parameters", "command"))
         text = f"channel {name}: {error.message}"

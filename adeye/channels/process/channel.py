@@ -76,9 +76,8 @@ class ProcessChannel:
         self._parameters: list[ProcessParameters] = list(context.parameters)
         self._patience = [item.run_deadline for item in self._parameters]
         self._ticks = [0] * context.runs
-        owner = f"channels.{context.channel_id}"
         commands = dict.fromkeys(item.command for item in self._parameters)
-        argvs = {item: find_program(owner, item, self._base_dir) for item in commands}
+        argvs = {item: find_program(item, self._base_dir) for item in commands}
         self._children = Children()
         for run, item in enumerate(self._parameters):
             self._children.start(run, argvs[item.command], _ceilings(item))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import SpecError
-from adeye.registry import read_file
+from adeye.registry import locate_file
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -23,11 +23,10 @@ def command_files(command: Sequence[str]) -> dict[int, str]:
     return {at: word for at, word in enumerate(command) if word.startswith(HERE)}
 
 
-def find_program(owner: str, command: Sequence[str], base_dir: Path) -> tuple[str, ...]:
+def find_program(command: Sequence[str], base_dir: Path) -> tuple[str, ...]:
     """Turn a command into what is executed: files by their absolute paths.
 
     Args:
-        owner: The part that is one, for messages.
         command: As the user wrote it.
         base_dir: Folder of the file that names it.
 
@@ -43,10 +42,7 @@ def find_program(owner: str, command: Sequence[str], base_dir: Path) -> tuple[st
             "kind process needs a POSIX system, such as Linux",
             remedy="Run it there, or write the channel as ./file.py:Class.",
         )
-    paths = {
-        at: str(read_file(owner, word, base_dir).path)
-        for at, word in command_files(command).items()
-    }
+    paths = {at: str(locate_file(word, base_dir)) for at, word in command_files(command).items()}
     if not paths:
         raise SpecError(
             f"the command {shown(' '.join(command))} names no file of the project",

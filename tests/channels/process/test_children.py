@@ -52,7 +52,9 @@ def test_all_are_waited_for_at_the_same_time(children: Children) -> None:
     answers = children.ask(dict.fromkeys(range(3), b"\n"), dict.fromkeys(range(3), 0.4))
     assert 0.4 <= time.perf_counter() - begin < 1.0
     for answer, passed in answers.values():
-        assert answer == Broken("channel_timeout", "no answer until its deadline", True)
+        assert answer == Broken(
+            "channel_timeout", "no answer until its deadline", is_machine_dependent=True
+        )
         assert passed >= 0.4
 
 

@@ -32,12 +32,12 @@ def test_words_with_a_dot_and_a_slash_are_files() -> None:
 
 
 def test_files_get_their_paths_and_other_words_stay(folder: Path) -> None:
-    argv = find_program("channels.a", ("./drive", "--gain", "2", "./plain.txt"), folder)
+    argv = find_program(("./drive", "--gain", "2", "./plain.txt"), folder)
     assert argv == (str(folder / "drive"), "--gain", "2", str(folder / "plain.txt"))
 
 
 def test_other_programs_are_found_on_the_path(folder: Path) -> None:
-    program, script = find_program("channels.a", ("sh", "./drive"), folder)
+    program, script = find_program(("sh", "./drive"), folder)
     assert os.access(program, os.X_OK)
     assert script == str(folder / "drive")
 
@@ -57,7 +57,7 @@ def test_what_cannot_be_executed_is_refused(
     folder: Path, command: tuple[str, ...], words: str
 ) -> None:
     with pytest.raises(SpecError, match=words) as caught:
-        find_program("channels.a", command, folder)
+        find_program(command, folder)
     assert caught.value.remedy
 
 
@@ -66,7 +66,7 @@ def test_other_systems_are_told_what_is_needed(
 ) -> None:
     monkeypatch.setattr("adeye.channels.process.program.os.name", "nt")
     with pytest.raises(SpecError, match="needs a POSIX system"):
-        find_program("channels.a", ("./drive",), folder)
+        find_program(("./drive",), folder)
 
 
 def test_package_imports_without_what_only_posix_has() -> None:
