@@ -204,7 +204,7 @@ def _channel(
         values = model.model_validate(values)
     if inspect.isclass(channel) and not hasattr(channel, "reset"):
         return ScalarChannel(cast("ScalarFactory", channel)), values
-    made: ControlChannel = channel() if inspect.isclass(channel) else channel
+    made: Any = channel() if inspect.isclass(channel) else channel
     return made, values
 
 
@@ -220,7 +220,9 @@ def _measurement(item: dict[str, Any]) -> Measurement:
     mask[0, : len(seen)] = True
     for place, row in enumerate(seen):
         detections[0, place] = np.array(row, dtype=np.float64)
-    extras = {name: _array(item[name]) for name in ("estimate", "points", "values") if name in item}
+    extras: dict[str, Any] = {
+        name: _array(item[name]) for name in ("estimate", "points", "values") if name in item
+    }
     return Measurement(
         stamp=_array(item["stamp"]),
         fresh=np.array([item["fresh"]], dtype=np.bool_),

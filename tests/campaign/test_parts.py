@@ -222,7 +222,7 @@ def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:
     ("command", "files", "message", "line"),
     [
         (("./gone",), (), "'./gone' is not there", "- ./gone"),
-        (("sh", "-c", "exit"), (), "names no file of the project", "command:"),
+        (("sh", "-c", "exit"), (), "names no file of the project", "- sh"),
         (("sh", "./own.py"), ("own.py",), "'own.py' is listed twice", "- own.py"),
     ],
 )

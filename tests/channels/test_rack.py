@@ -270,7 +270,7 @@ def test_run_depends_on_the_machine_if_any_failure_in_it_does(
     bench = Bench(tmp_path, base, channels)
     for number in range(6):
         bench.tick(number)
-    late = bench.rack._inner["late"]
+    late: Any = bench.rack._inner["late"]
     events = late.events
     events[1] = replace(events[1], is_machine_dependent=True)
     found = [event and (event.channel, event.is_machine_dependent) for event in bench.rack.events]
