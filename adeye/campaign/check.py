@@ -76,7 +76,7 @@ def check_hooks(files: OddFiles) -> None:
                     f"fault {fault.id}: channel {fault.target_id} of architecture {name} "
                     f"({channel.kind}) has no hook {fault.model}",
                     where=files.odd.locate(("faults", number, "model")),
-                    remedy=f"It has {', '.join(hooks) or 'none'}; see HookedChannel in adeye.ports.",
+                    remedy=f"It has {', '.join(hooks) or 'none'}; see HookedChannel.",
                 )
 
 

@@ -60,6 +60,7 @@ class GuardedChannel:
         self._previous = no_command("", 0)
         self._dead = False
         self._time = 0.0
+        self._running: Bools = np.zeros(0, dtype=np.bool_)
 
     @property
     def hooks(self) -> tuple[str, ...]:
@@ -79,7 +80,8 @@ class GuardedChannel:
             )
         if not self._dead:
             told = functools.partial(self._channel.inject, hook, active.copy())  # type: ignore[attr-defined]
-            self._call(told, size.copy(), self._time, active)
+            # As after an exception elsewhere, its state is unknown in every run that goes on.
+            self._call(told, size.copy(), self._time, self._running)
 
     @property
     def events(self) -> list[ChannelEvent | None]:
@@ -94,11 +96,12 @@ class GuardedChannel:
         self._previous = no_command(context.channel_id, context.runs)
         self._dead = False
         self._time = 0.0
-        self._call(self._channel.reset, context, 0.0, np.ones(context.runs, dtype=np.bool_))
+        self._running = np.ones(context.runs, dtype=np.bool_)
+        self._call(self._channel.reset, context, 0.0, self._running)
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer with a command that is finite and well formed in every run."""
-        running = observation.running
+        running = self._running = observation.running
         self._time = observation.time
         answer = None
         if not self._dead:
