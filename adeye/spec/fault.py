@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Literal, get_args
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Literal, get_args
 
-from pydantic import Field, TypeAdapter
+from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from adeye.spec.faults.base import Fault, Onset
 from adeye.spec.faults.channels import (
@@ -37,9 +40,9 @@ class DropOut(Fault):
     model: Literal["drop_out"]
 
 
-Choice = (
-    DropOut
-    | Silent
+SensorFault = DropOut
+CommandFault = (
+    Silent
     | Crash
     | Slow
     | Stuck
@@ -49,24 +52,78 @@ Choice = (
     | PlausibleButWrong
     | NotANumber
     | HeartbeatLies
-    | Drop
-    | Delay
-    | Reorder
-    | Duplicate
-    | TracksLost
-    | PlannerFrozen
-    | MapShifted
-    | Loss
-    | Fade
-    | Offset
-    | RateLimit
-    | Friction
 )
+LinkFault = Drop | Delay | Reorder | Duplicate
+HookFault = TracksLost | PlannerFrozen | MapShifted
+ActuatorFault = Loss | Fade | Offset | RateLimit | Delay | Stuck
+TyreFault = Friction
 
-AnyFault = Annotated[Choice, Field(discriminator="model")]
-"""A scripted fault, by its model."""
+_KINDS: Final[Mapping[str, Any]] = {
+    "sensors": SensorFault,
+    "channels": CommandFault,
+    "links": LinkFault,
+    "hooks": HookFault,
+    "actuators": ActuatorFault,
+    "tyres": TyreFault,
+}
 
-MODELS: Final[tuple[type[Fault], ...]] = get_args(Choice)
+
+def _records(kind: str) -> tuple[type[Fault], ...]:
+    return get_args(_KINDS[kind]) or (_KINDS[kind],)
+
+
+_NAMES: Final[Mapping[str, frozenset[str]]] = {
+    kind: frozenset(
+        name
+        for record in _records(kind)
+        for name in get_args(record.model_fields["model"].annotation)
+    )
+    for kind in _KINDS
+}
+"""Names of the models of each kind of target; a name may mean another record at another kind."""
+
+
+def _kind_of(value: Any) -> str:
+    """Return the kind of target whose records read a fault.
+
+    A model that is none of its target's is read as what it is elsewhere: that record knows what it
+    is a fault of, and says so.
+    """
+    content = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
+    kind = str(content.get("target")).partition(".")[0]
+    model = str(content.get("model"))
+    elsewhere = [name for name, names in _NAMES.items() if model in names]
+    if elsewhere and kind not in elsewhere:
+        return elsewhere[0]
+    return kind if kind in _NAMES else next(iter(_NAMES))
+
+
+class _InSchemaOfAny:
+    """Lets several kinds fit in the JSON Schema, where some have a record in common."""
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        made = handler(core)
+        made["anyOf"] = made.pop("oneOf")
+        return made
+
+
+AnyFault = Annotated[
+    Annotated[SensorFault, Tag("sensors"), Field(title="sensors")]
+    | Annotated[CommandFault, Tag("channels"), Field(discriminator="model", title="channels")]
+    | Annotated[LinkFault, Tag("links"), Field(discriminator="model", title="links")]
+    | Annotated[HookFault, Tag("hooks"), Field(discriminator="model", title="hooks")]
+    | Annotated[ActuatorFault, Tag("actuators"), Field(discriminator="model", title="actuators")]
+    | Annotated[TyreFault, Tag("tyres"), Field(title="tyres")],
+    Discriminator(_kind_of),
+    _InSchemaOfAny(),
+]
+"""A scripted fault, by the kind of its target and its model."""
+
+MODELS: Final[tuple[type[Fault], ...]] = tuple(
+    dict.fromkeys(record for kind in _KINDS for record in _records(kind))
+)
 """The record of every model."""
 
 FAULT: Final[TypeAdapter[Fault]] = TypeAdapter(AnyFault)
