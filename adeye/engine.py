@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -113,6 +114,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         tail=scenario.tail,
         realised=scenario.realised,
     )
+    grip = context.surroundings.friction
     last = ticks(scenario.horizon, first.step, "horizon") + ticks(scenario.tail, first.step, "tail")
     recorder = Recorder(
         layout,
@@ -126,13 +128,17 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         while scene.running.any() and scene.tick != most_ticks:
             active = faults.update(scene)
             readings = rack.detect(faults.on_readings(rig.sense(scene), active, scene))
-            proposals = faults.on_commands(rack.act(scene, readings), active, scene)
+            faults.on_hooks(rack.channels, active, scene)
+            answers = rack.act(scene, readings, partial(faults.on_links, active, scene))
+            proposals = faults.on_commands(answers, active, scene)
             command, authority = switch.arbitrate(
                 scene.time, proposals, faults.on_switch(active, scene)
             )
             rack.remember(proposals, authority)
             recorder.add(scene, readings, proposals, command, authority, active)
-            scene = traffic.step(command)
+            scene = traffic.step(
+                faults.on_actuators(command, active, scene), faults.on_tyres(grip, active, scene)
+            )
             if on_tick is not None:
                 on_tick(int(np.count_nonzero(~scene.running)))
         recorder.close(scene)

@@ -15,6 +15,7 @@ from adeye.channels.safety import SafetyChannel
 from adeye.channels.scalar import ScalarChannel
 from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
+from adeye.ports import HookedChannel
 from adeye.registry import Part, load_part, require, validate_parameters
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.ports import ChannelContext, ControlChannel
-    from adeye.signals import ControlCommand, Observation
+    from adeye.signals import Bools, ControlCommand, Floats, Observation
     from adeye.trace import ChannelEvent
 
 BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
@@ -97,6 +98,24 @@ class PluginChannel:
         self.monitor_ids: tuple[str, ...] = channel.monitor_ids
 
     @property
+    def hooks(self) -> tuple[str, ...]:
+        """Faults inside it that the channel offers a hook for, see ``ports.HookedChannel``."""
+        return tuple(getattr(self._channel, "hooks", ()))
+
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        """Tell the channel where a fault inside it is present.
+
+        Raises:
+            SpecError: It does not offer the hook.
+        """
+        if not isinstance(self._channel, HookedChannel):
+            raise SpecError(
+                f"{self._part.name} has no hook {hook}",
+                remedy="A channel on the batch may have it.",
+            )
+        self._channel.inject(hook, active, size)
+
+    @property
     def events(self) -> list[ChannelEvent | None]:
         """First failure of the channel in each run, or None."""
         return self._channel.events
@@ -131,11 +150,15 @@ class _LateChannel:
     def __init__(self, part: Part) -> None:
         self._part = part
         self.monitor_ids: tuple[str, ...] = tuple(getattr(part.obj, "monitor_ids", ()))
+        self.hooks: tuple[str, ...] = tuple(getattr(part.obj, "hooks", ()))
         self._channel: Any = None
 
     def reset(self, context: ChannelContext) -> None:
         self._channel = self._part.build()
         self._channel.reset(context)
+
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        self._channel.inject(hook, active, size)
 
     def act(self, observation: Observation) -> ControlCommand:
         command: ControlCommand = self._channel.act(observation)

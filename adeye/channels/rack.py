@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from adeye.channels.clock import ClockedChannel
 from adeye.channels.clustering import Clustering
 from adeye.channels.factory import BUILT_IN, make_channel
-from adeye.channels.links import observe
+from adeye.channels.links import View, observe
 from adeye.channels.process.witness import Witness, WitnessedChannel
 from adeye.ports import ChannelContext, ControlChannel
 from adeye.sensors.rig import data_sheets, mounts
@@ -18,7 +18,7 @@ from adeye.spec.sensors import PhysicalLidar, model_name
 from adeye.world.compile import ego_desired_speeds
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from adeye.sweep.case import TestCase
@@ -95,6 +95,11 @@ class ChannelRack:
         self._authority: Authority | None = None
 
     @property
+    def channels(self) -> Mapping[str, ControlChannel]:
+        """The channels themselves by id, without their cadence."""
+        return self._inner
+
+    @property
     def monitor_ids(self) -> tuple[str, ...]:
         """Monitors of all channels, in the order of the channels."""
         return tuple(name for channel in self._clocked.values() for name in channel.monitor_ids)
@@ -126,18 +131,32 @@ class ChannelRack:
             found[name] = clustering.detect(readings[name])
         return found
 
-    def act(self, scene: Scene, readings: Mapping[str, Measurement]) -> list[ControlCommand]:
-        """Ask every channel for its command at this tick."""
+    def act(
+        self,
+        scene: Scene,
+        readings: Mapping[str, Measurement],
+        distort: Callable[[str, View], View] | None = None,
+    ) -> list[ControlCommand]:
+        """Ask every channel for its command at this tick.
+
+        Args:
+            scene: Ground truth at the tick.
+            readings: Newest measurement of every sensor, after faults.
+            distort: Makes of the view what a channel is shown instead; asked at every tick, also
+                where the channel is not due.
+        """
         proposals = []
+        view = View(readings, self._commands, self._authority)
         for name, channel in self._clocked.items():
             observation = None
+            shown = view if distort is None else distort(name, view)
             if channel.is_due:
                 observation = observe(
                     self._links[name],
                     scene.time,
-                    readings,
-                    self._commands,
-                    self._authority,
+                    shown.measurements,
+                    shown.commands,
+                    shown.authority,
                     scene.running,
                     protect=self._is_plugin[name],
                 )

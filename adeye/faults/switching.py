@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.spec.fault import Late
+from adeye.spec.faults.switch import Late
 
 if TYPE_CHECKING:
     from adeye.faults.ports import InjectorContext, Moment
