@@ -120,7 +120,8 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     )
     while scene.running.any() and scene.tick != most_ticks:
         active = faults.update(scene)
-        readings = rack.detect(faults.on_readings(rig.sense(scene), active, scene))
+        sensed = faults.on_bodies(rig, active, scene).sense(scene)
+        readings = rack.detect(faults.on_readings(sensed, active, scene))
         proposals = faults.on_commands(rack.act(scene, readings), active, scene)
         command, authority = switch.arbitrate(scene.time, proposals)
         rack.remember(proposals, authority)

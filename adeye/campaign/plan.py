@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adeye.campaign.check import check_cases, check_onsets, check_scenarios
+from adeye.campaign.check import check_cases, check_fits, check_onsets, check_scenarios
 from adeye.campaign.content import Contents
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
@@ -281,6 +281,7 @@ def make_plan(
     parts = {name: load_parts(item, metrics) for name, item in files.architectures.items()}
     expansion = expand(files)
     check_onsets(files)
+    check_fits(files)
     requirements = check_requirements(
         files.concept.spec, judged_plan(files, parts), files.concept.locate
     )

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from adeye.faults.bodies import BlindSector, Jump, Miscalibration, Pixels, RangeLoss
 from adeye.faults.injectors import DropOut, Silence
+from adeye.faults.numbers import NumberFault
+from adeye.faults.objects import Ghost, Misclassify, Miss, Split
+from adeye.faults.timing import (
+    ClockDrift,
+    Delay,
+    Freeze,
+    PowerLoss,
+    SampleLoss,
+    Stale,
+    StaleStamp,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -13,6 +25,32 @@ if TYPE_CHECKING:
 
 INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("sensors", "drop_out"): DropOut,
+    ("sensors", "power_loss"): PowerLoss,
+    ("sensors", "freeze"): Freeze,
+    ("sensors", "stale"): Stale,
+    ("sensors", "stale_stamp"): StaleStamp,
+    ("sensors", "clock_drift"): ClockDrift,
+    ("sensors", "delay"): Delay,
+    ("sensors", "sample_loss"): SampleLoss,
+    ("sensors", "bias"): NumberFault,
+    ("sensors", "scale"): NumberFault,
+    ("sensors", "drift"): NumberFault,
+    ("sensors", "noise"): NumberFault,
+    ("sensors", "quantise"): NumberFault,
+    ("sensors", "stuck_at"): NumberFault,
+    ("sensors", "spike"): NumberFault,
+    ("sensors", "bit_flip"): NumberFault,
+    ("sensors", "jump"): Jump,
+    ("sensors", "miss"): Miss,
+    ("sensors", "ghost"): Ghost,
+    ("sensors", "misclassify"): Misclassify,
+    ("sensors", "split"): Split,
+    ("sensors", "blind_sector"): BlindSector,
+    ("sensors", "range_loss"): RangeLoss,
+    ("sensors", "miscalibration"): Miscalibration,
+    ("sensors", "dead_pixels"): Pixels,
+    ("sensors", "pixel_noise"): Pixels,
+    ("sensors", "blackout"): Pixels,
     ("channels", "silent"): Silence,
 }
 """How to make an injector, by kind of target and model."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from adeye.signals import Bools, Floats, SceneContext
+    from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
 
 Thing = TypeVar("Thing")
@@ -29,12 +30,14 @@ class InjectorContext:
         scene: Objects, sizes and stream seeds of the batch.
         step: Master clock [s].
         owner: Owner number of its random draws.
+        architectures: The architecture of each run, which has the target.
     """
 
     specs: Sequence[Fault]
     scene: SceneContext
     step: float
     owner: np.uint64
+    architectures: Sequence[Architecture] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +48,13 @@ class Moment:
         time: [s].
         active: (B,) runs in which the fault is present.
         age: (B,) time since its first onset [s], NaN before.
+        ego: (B, 7) states, see ``signals.EGO_COLUMNS``.
     """
 
     time: float
     active: Bools
     age: Floats
+    ego: Floats
 
 
 class Injector(Protocol[Thing]):

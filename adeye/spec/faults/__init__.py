@@ -1,0 +1,1 @@
+"""The models of faults that an ODD may name, by kind of what fails."""
