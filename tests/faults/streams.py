@@ -161,9 +161,9 @@ def played(
     *,
     onset: int = ONSET,
     runs: Sequence[int] = (0, 1, 2),
-) -> list[tuple[Measurement, Measurement]]:
+) -> list[tuple[Any, Any]]:
     """Apply an injector tick by tick; return what was given and what became of it."""
-    pairs = []
+    pairs: list[tuple[Any, Any]] = []
     rows = list(runs)
     for tick, (scene, delivered) in enumerate(zip(scenes(), streams()[sensor], strict=True)):
         given = copy.deepcopy(delivered.map(lambda array: array[rows]))
