@@ -122,7 +122,7 @@ class Delay:
     def __init__(self, context: InjectorContext) -> None:
         """Prepare for a batch."""
         self._draws = Draws(context)
-        self._delay: Floats = column(context, "delay")[:, 0]
+        self._delay: Floats = column(context, "by")[:, 0]
         self._jitter: Floats = column(context, "jitter")[:, 0]
         self._waiting: deque[tuple[Floats, Measurement]] = deque()
         self._due: Floats = np.full(len(self._delay), -np.inf)

@@ -359,8 +359,8 @@ def _member(schema: Any, part: str | int, definitions: Mapping[str, Any]) -> Any
     if chosen is not None:
         # A member that is a union itself stands there whole.
         return chosen if isinstance(chosen, dict) else {"$ref": chosen}
-    for option in schema.get("anyOf", []):
-        if option.get("$ref", "").rsplit("/", 1)[-1] == part:
+    for option in (*schema.get("anyOf", []), *schema.get("oneOf", [])):
+        if part in (option.get("$ref", "").rsplit("/", 1)[-1], option.get("title")):
             return option
         found = _member(option, part, definitions)
         if found is not None:

@@ -121,7 +121,7 @@ def made(
     step: float = STEP,
 ) -> Any:
     """Make an injector for some of the runs; parameters of each run, or of all."""
-    given = parameters if isinstance(parameters, list) else [parameters or {}] * RUNS
+    given: Any = parameters if isinstance(parameters, list) else [parameters or {}] * RUNS
     fixed = {"id": "tested", "target": f"sensors.{sensor}", "model": model, "onset": {"at": "0 s"}}
     specs = [FAULT.validate_python({**fixed, **dict(given[run])}) for run in runs]
     owner = np.uint64(owner_id("fault/tested"))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.faults.bodies import Pixels
-from adeye.spec.fault import FAULT, AnyFault, SensorFault
+from adeye.spec.fault import FAULT, MODELS, SensorFault, model_of
 from adeye.spec.faults.sensing import SIGNALS, has_signal
 from adeye.testing.faults import moment
 from adeye.units import Dimension
@@ -60,7 +60,7 @@ PLAIN: dict[str, dict[str, Any]] = {
     "stale": {},
     "stale_stamp": {},
     "clock_drift": {"offset": "-0.1 s"},
-    "delay": {"delay": "0.15 s", "jitter": "0.1 s"},
+    "delay": {"by": "0.15 s", "jitter": "0.1 s"},
     "sample_loss": {"probability": 1.0},
     "jump": {"x": "2 m", "y": "-1 m"},
     "miss": {},
@@ -79,7 +79,7 @@ NULL: dict[str, dict[str, Any]] = {
     "quantise": {"size": "0"},
     "spike": {"size": "0", "probability": 1.0},
     "clock_drift": {},
-    "delay": {"delay": "0 s"},
+    "delay": {"by": "0 s"},
     "sample_loss": {},
     "jump": {},
     "miss": {"probability": 0.0},
@@ -138,11 +138,7 @@ every = pytest.mark.parametrize(("model", "sensor", "signal"), EVERY)
 
 
 def test_every_model_of_sensors_is_among_those_tested() -> None:
-    models = {
-        get_args(item.model_fields["model"].annotation)[0]
-        for item in get_args(get_args(AnyFault)[0])
-        if issubclass(item, SensorFault)
-    }
+    models = {model_of(item) for item in MODELS if issubclass(item, SensorFault)}
     pixels = {"dead_pixels", "pixel_noise", "blackout"}
     assert models - pixels == {model for model, _, _ in EVERY}
     assert set(OF_SIGNALS) | set(PLAIN) == models - pixels

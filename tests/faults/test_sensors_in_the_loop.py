@@ -71,7 +71,7 @@ NULL: list[dict[str, Any]] = [
     {"target": "sensors.front_camera", "model": "scale", "signal": "range", "factor": 1.0},
     {"target": "sensors.front_camera", "model": "miss", "probability": 0.0},
     {"target": "sensors.front_camera", "model": "range_loss", "factor": 1.0},
-    {"target": "sensors.localisation", "model": "delay", "delay": "0 s"},
+    {"target": "sensors.localisation", "model": "delay", "by": "0 s"},
     {"target": "sensors.localisation", "model": "jump"},
     {"target": "sensors.truth", "model": "sample_loss"},
     {"target": "sensors.truth", "model": "miscalibration"},

@@ -57,7 +57,7 @@ def test_clock_drifts_by_its_rate_and_never_below_zero() -> None:
 
 
 def test_delayed_samples_come_so_many_ticks_later() -> None:
-    pairs = played(made("delay", "truth", {"delay": "0.15 s"}), "truth")
+    pairs = played(made("delay", "truth", {"by": "0.15 s"}), "truth")
     found = stamps(pairs)
     held = [(ONSET - 1) * STEP] * 3
     late = [(tick - 3) * STEP for tick in range(ONSET + 3, END)]
@@ -68,7 +68,7 @@ def test_delayed_samples_come_so_many_ticks_later() -> None:
 
 
 def test_jitter_never_lets_a_sample_overtake_and_stays_in_its_span() -> None:
-    fault = made("delay", "truth", {"delay": "0.1 s", "jitter": "0.2 s"})
+    fault = made("delay", "truth", {"by": "0.1 s", "jitter": "0.2 s"})
     found = stamps(played(fault, "truth", lambda tick: np.full(3, tick >= 2), onset=2))
     assert (np.diff(found[2:]) >= 0.0).all()
     late = [tick * STEP - stamp for tick, stamp in enumerate(found) if tick >= 12]

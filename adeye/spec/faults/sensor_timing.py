@@ -59,7 +59,7 @@ class Delay(SensorFault):
     """Samples come later, with their own stamps; none overtakes another."""
 
     model: Literal["delay"]
-    delay: _Duration
+    by: _Duration
     """How much later each comes [s]."""
     jitter: _Duration = 0.0
     """And up to so much later again, drawn anew for each [s]."""

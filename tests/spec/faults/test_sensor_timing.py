@@ -17,7 +17,7 @@ def test_identity_of_a_drop_out_is_what_it_was() -> None:
     "wrong",
     [
         {"model": "delay"},
-        {"model": "delay", "delay": "-1 s"},
+        {"model": "delay", "by": "-1 s"},
         {"model": "sample_loss", "probability": 2.0},
         {"model": "sample_loss", "enter": 0.1, "leave": 0.0},
         {"model": "clock_drift", "rate": 2.0},
