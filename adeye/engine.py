@@ -127,7 +127,8 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     with closing(rack):
         while scene.running.any() and scene.tick != most_ticks:
             active = faults.update(scene)
-            readings = rack.detect(faults.on_readings(rig.sense(scene), active, scene))
+            sensed = faults.on_bodies(rig, active, scene).sense(scene)
+            readings = rack.detect(faults.on_readings(sensed, active, scene))
             faults.on_hooks(rack.channels, active, scene)
             answers = rack.act(scene, readings, partial(faults.on_links, active, scene))
             proposals = faults.on_commands(answers, active, scene)

@@ -12,6 +12,7 @@ from adeye.channels.factory import make_channel
 from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, suggest
 from adeye.identity import digest
 from adeye.spec.expression import to_program
+from adeye.spec.faults.sensing import SensorFault
 from adeye.spec.quantity import require_dimension
 from adeye.sweep.case import content_digest
 from adeye.units import Dimension
@@ -20,8 +21,10 @@ from adeye.world.compile import compile_world
 from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
+    from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded, OddFiles
+    from adeye.spec.misplaced import Loc
     from adeye.spec.odd import ScenarioUse
     from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.expand import Expansion
@@ -80,6 +83,18 @@ def check_hooks(files: OddFiles) -> None:
                 )
 
 
+def check_fits(files: OddFiles) -> None:
+    """Check that what each fault does has a meaning for its target in every architecture.
+
+    Raises:
+        SpecError: The first that has none, with its place.
+    """
+    for number, fault in enumerate(files.odd.spec.faults):
+        for item in files.architectures.values():
+            for loc, text in _misfits(fault, item.spec):
+                raise SpecError(text, where=files.odd.locate(("faults", number, *loc)))
+
+
 def check_cases(expansion: Expansion) -> None:
     """Check what a sweep makes of the files: every variant and every value of the worlds.
 
@@ -110,6 +125,10 @@ def check_cases(expansion: Expansion) -> None:
         is_varied = shared.architecture is not loaded.spec
         if is_varied and _is_new(content_digest(shared.architecture), seen):
             _check_parts(loaded, shared, where)
+        if _is_new((content_digest(shared.architecture), faults), seen):
+            for fault in shared.faults:
+                for _, text in _misfits(fault, shared.architecture):
+                    raise SpecError(f"with the swept values, {text}", where=where)
         if _is_new((shared.scenario_id, *_worlds_key(section, shared)), seen):
             _check_worlds(expansion, section)
 
@@ -156,6 +175,15 @@ def _check_onset(fault: Fault, scenario: LogicalScenario, name: str, where: Sour
         raise SpecError(
             f"fault {fault.id}: {error.message}", where=where, remedy=error.remedy
         ) from error
+
+
+def _misfits(fault: Fault, architecture: Architecture) -> list[tuple[Loc, str]]:
+    """Say what of a fault has no meaning for its target, which an architecture need not have."""
+    sensor = architecture.sensors.get(fault.target_id)
+    if not isinstance(fault, SensorFault) or sensor is None:
+        return []
+    what = f"fault {fault.id}: {fault.target} of {architecture.architecture}"
+    return [(loc, f"{what}: {text}") for loc, text in fault.misfits(sensor)]
 
 
 def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:

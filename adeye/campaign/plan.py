@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adeye.campaign.check import check_cases, check_hooks, check_onsets, check_scenarios
+from adeye.campaign.check import check_cases, check_fits, check_hooks, check_onsets, check_scenarios
 from adeye.campaign.content import Contents
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
@@ -282,6 +282,7 @@ def make_plan(
     expansion = expand(files)
     check_onsets(files)
     check_hooks(files)
+    check_fits(files)
     requirements = check_requirements(
         files.concept.spec, judged_plan(files, parts), files.concept.locate
     )

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.faults import actuators, commands, links
+from adeye.faults import actuators, commands, links, timing
+from adeye.faults.bodies import BlindSector, Jump, Miscalibration, Pixels, RangeLoss
 from adeye.faults.hooks import Hook
 from adeye.faults.injectors import DropOut, Silence
+from adeye.faults.numbers import NumberFault
+from adeye.faults.objects import Ghost, Misclassify, Miss, Split
 from adeye.faults.switching import LateSwitch, StuckSwitch
 
 if TYPE_CHECKING:
@@ -16,6 +19,32 @@ if TYPE_CHECKING:
 
 INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("sensors", "drop_out"): DropOut,
+    ("sensors", "power_loss"): timing.PowerLoss,
+    ("sensors", "freeze"): timing.Freeze,
+    ("sensors", "stale"): timing.Stale,
+    ("sensors", "stale_stamp"): timing.StaleStamp,
+    ("sensors", "clock_drift"): timing.ClockDrift,
+    ("sensors", "delay"): timing.Delay,
+    ("sensors", "sample_loss"): timing.SampleLoss,
+    ("sensors", "bias"): NumberFault,
+    ("sensors", "scale"): NumberFault,
+    ("sensors", "drift"): NumberFault,
+    ("sensors", "noise"): NumberFault,
+    ("sensors", "quantise"): NumberFault,
+    ("sensors", "stuck_at"): NumberFault,
+    ("sensors", "spike"): NumberFault,
+    ("sensors", "bit_flip"): NumberFault,
+    ("sensors", "jump"): Jump,
+    ("sensors", "miss"): Miss,
+    ("sensors", "ghost"): Ghost,
+    ("sensors", "misclassify"): Misclassify,
+    ("sensors", "split"): Split,
+    ("sensors", "blind_sector"): BlindSector,
+    ("sensors", "range_loss"): RangeLoss,
+    ("sensors", "miscalibration"): Miscalibration,
+    ("sensors", "dead_pixels"): Pixels,
+    ("sensors", "pixel_noise"): Pixels,
+    ("sensors", "blackout"): Pixels,
     ("channels", "silent"): Silence,
     ("switch", "stuck"): StuckSwitch,
     ("switch", "late"): LateSwitch,

@@ -11,6 +11,7 @@ import numpy as np
 
 from adeye.errors import SpecError
 from adeye.faults.actuators import part_of
+from adeye.faults.bodies import Pixels
 from adeye.faults.catalogue import make_injector
 from adeye.faults.ports import InjectorContext, Moment
 from adeye.kernel.jit import compiled
@@ -19,12 +20,14 @@ from adeye.kernel.random import owner_id, uniform
 from adeye.signals import SwitchFaults
 from adeye.spec.architecture import ACTUATORS, targets_of
 from adeye.spec.expression import Expression, Program, to_program
+from adeye.spec.faults.sensing import SensorFault
 from adeye.world.triggers import TriggerTable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from adeye.channels.links import View
+    from adeye.sensors.rig import Rig
     from adeye.signals import Bools, ControlCommand, Floats, Ints, Measurement, Scene, SceneContext
     from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
@@ -90,6 +93,7 @@ class FaultPlan:
         self._triggers.watch(self._programs.ops, self._programs.args)
         self._sound_switch = SwitchFaults.none(len(cases))
         self._injectors: dict[str, list[tuple[int, str, Any]]] = {}
+        self._bodies: dict[str, list[tuple[int, Pixels]]] = {}
         for index, fault in enumerate(first.faults):
             made = make_injector(
                 InjectorContext(
@@ -97,8 +101,12 @@ class FaultPlan:
                     context,
                     first.step,
                     np.uint64(owner_id(f"fault/{fault.id}")),
+                    [case.architecture for case in cases],
                 )
             )
+            if isinstance(made, Pixels):
+                self._bodies.setdefault(fault.target_id, []).append((index, made))
+                continue
             of_port = self._injectors.setdefault(fault.port, [])
             of_port.append((index, fault.target_id, made))
 
@@ -131,6 +139,21 @@ class FaultPlan:
             active,
         )
         return active
+
+    def on_bodies(self, rig: Rig, active: Bools, scene: Scene) -> Rig:
+        """Tell the sensors what is wrong with their bodies before they sample.
+
+        Args:
+            rig: The sensors; returned, and not touched if no fault is of a body.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        for name, bodies in self._bodies.items():
+            patches = [
+                injector.patches(self._moment(index, active, scene)) for index, injector in bodies
+            ]
+            rig.cover(name, [patch for patch in patches if patch is not None])
+        return rig
 
     def on_readings(
         self, readings: Mapping[str, Measurement], active: Bools, scene: Scene
@@ -250,6 +273,7 @@ class FaultPlan:
             time=scene.time,
             active=np.ascontiguousarray(active[:, index]),
             age=scene.time - self._begun[:, index],
+            ego=scene.ego,
         )
 
 
@@ -314,6 +338,9 @@ def _check_target(fault: Fault, architecture: Architecture) -> None:
             f"fault {fault.id}: architecture {architecture.architecture} has no {fault.target}",
             remedy=f"It has {', '.join(alike)}.",
         )
+    if isinstance(fault, SensorFault):
+        for loc, text in fault.misfits(architecture.sensors[fault.target_id]):
+            raise SpecError(f"fault {fault.id}: {'.'.join(map(str, loc))}: {text}")
 
 
 @compiled

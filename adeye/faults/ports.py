@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adeye.signals import Bools, Floats, Ints, SceneContext
+    from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
 
 Thing = TypeVar("Thing")
@@ -34,12 +35,14 @@ class InjectorContext:
         scene: Objects, sizes and stream seeds of the batch.
         step: Master clock [s].
         owner: Owner number of its random draws.
+        architectures: The architecture of each run, which has the target.
     """
 
     specs: Sequence[Fault]
     scene: SceneContext
     step: float
     owner: np.uint64
+    architectures: Sequence[Architecture] = ()
 
     def column(self, name: str) -> Floats:
         """Return a number of each run's fault (B,), NaN where it is not given."""
@@ -63,11 +66,13 @@ class Moment:
         time: [s].
         active: (B,) runs in which the fault is present.
         age: (B,) time since its first onset [s], NaN before.
+        ego: (B, 7) states, see ``signals.EGO_COLUMNS``.
     """
 
     time: float
     active: Bools
     age: Floats
+    ego: Floats
 
 
 class Injector(Protocol[Thing]):

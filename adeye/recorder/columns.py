@@ -245,7 +245,8 @@ class Recorder:
             reading.mask,
             reading.detections,
             reading.source,
-            reading.stamp,
+            # A clock that is wrong may tell of a time that has not come.
+            np.minimum(reading.stamp, scene.time),
             self._layout.context.step,
             self._columns["ego"],
             self._columns["detections"][:, scene.tick, sensor],
@@ -256,7 +257,7 @@ class Recorder:
             place_points(
                 scene.running,
                 reading.points,
-                reading.stamp,
+                np.minimum(reading.stamp, scene.time),
                 self._mounts[name],
                 self._layout.context.step,
                 self._columns["ego"],

@@ -30,6 +30,8 @@ from adeye.signals import Bools, Floats, Ints, Measurement, Scene, parameter_rec
 from adeye.world.weather import light_extinction
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from adeye.ports import SensorContext
@@ -68,8 +70,9 @@ class PhysicalCameraSensor:
         self._parameters = parameter_record(
             {**spec_columns(specs, _numbers), **_environment(scene.surroundings)}
         )
-        self._patches = np.array([_patches(spec) for spec in specs])
-        _fill_misses(self._parameters, self._patches)
+        self._own_patches = np.array([_patches(spec) for spec in specs])
+        _fill_misses(self._parameters, self._own_patches)
+        self._patches = self._own_patches
         objects = len(scene.object_ids)
         columns, rows = specs[0].columns, specs[0].rows
         self._image = empty_image(columns, rows, objects)
@@ -81,6 +84,19 @@ class PhysicalCameraSensor:
         self._sample_number = 0
         first = no_measurement(scene.runs, self._room, with_estimate=False)
         self._delivery = Delivery.of(context, first)
+
+    def cover(self, patches: Sequence[Floats]) -> None:
+        """Lay further patches on the image, in place of those laid on before.
+
+        Args:
+            patches: (B, P, PATCH_WIDTH) each; those of size 0 change nothing.
+        """
+        if not patches:
+            self._patches = self._own_patches
+            return
+        laid = np.concatenate((self._own_patches, *patches), axis=1)
+        _fill_misses(self._parameters, laid)
+        self._patches = laid
 
     def sense(self, scene: Scene) -> Measurement:
         """Sample if it is time to, and return the newest delivered sample."""

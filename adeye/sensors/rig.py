@@ -106,6 +106,22 @@ class Rig:
             else:
                 self._sensors[name] = load_part(first.kind, base_dir).build(context)
 
+    def cover(self, name: str, patches: Sequence[Floats]) -> None:
+        """Lay patches on the image of a physical camera, in place of those laid on before.
+
+        Args:
+            name: Of the camera.
+            patches: (B, P, PATCH_WIDTH) each, see ``exposure``; none for what its record says.
+
+        Raises:
+            TypeError: It is no physical camera.
+        """
+        camera = self._sensors[name]
+        if not isinstance(camera, PhysicalCameraSensor):
+            msg = f"{name} has no image"
+            raise TypeError(msg)
+        camera.cover(patches)
+
     def sense(self, scene: Scene) -> dict[str, Measurement]:
         """Return the newest delivered measurement of each sensor."""
         return {name: sensor.sense(scene) for name, sensor in self._sensors.items()}

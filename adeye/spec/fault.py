@@ -3,27 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Union, get_args
 
 from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from adeye.spec.faults import channels, signals, switch, vehicle
+from adeye.spec.faults import (
+    channels,
+    objects,
+    sensor_bodies,
+    sensor_signals,
+    sensor_timing,
+    signals,
+    switch,
+    vehicle,
+)
 from adeye.spec.faults.base import Fault, Onset
+from adeye.spec.faults.sensing import SensorFault
 
-__all__ = ["FAULT", "MODELS", "AnyFault", "Fault", "Onset", "model_of"]
-
-
-class DropOut(Fault):
-    """A sensor delivers nothing new."""
-
-    fits = ("sensors",)
-    model: Literal["drop_out"]
+__all__ = ["FAULT", "MODELS", "AnyFault", "Fault", "Onset", "SensorFault", "model_of"]
 
 
 MODELS: Final[tuple[type[Fault], ...]] = (
-    DropOut,
+    sensor_timing.DropOut,
+    sensor_timing.PowerLoss,
+    sensor_timing.Freeze,
+    sensor_timing.Stale,
+    sensor_timing.StaleStamp,
+    sensor_timing.ClockDrift,
+    sensor_timing.Delay,
+    sensor_timing.SampleLoss,
+    sensor_signals.Bias,
+    sensor_signals.Scale,
+    sensor_signals.Drift,
+    sensor_signals.Noise,
+    sensor_signals.Quantise,
+    sensor_signals.StuckAt,
+    sensor_signals.Spike,
+    sensor_signals.BitFlip,
+    sensor_signals.Jump,
+    objects.Miss,
+    objects.Ghost,
+    objects.Misclassify,
+    objects.Split,
+    sensor_bodies.BlindSector,
+    sensor_bodies.RangeLoss,
+    sensor_bodies.Miscalibration,
+    sensor_bodies.DeadPixels,
+    sensor_bodies.PixelNoise,
+    sensor_bodies.Blackout,
     channels.Silent,
     channels.Crash,
     channels.Slow,

@@ -67,7 +67,9 @@ SI: dict[str, bool] = {"si": True}
 """Validation context of stored content: numbers are in SI already."""
 
 
-def _reader(dimension: Dimension) -> Callable[[Any, ValidationInfo], float]:
+def quantity_reader(dimension: Dimension) -> Callable[[Any, ValidationInfo], float]:
+    """Return the validator that reads a quantity of a dimension; stored numbers are in SI."""
+
     def read(value: Any, info: ValidationInfo) -> float:
         stored = info.context is not None and info.context.get("si", False)
         if stored and isinstance(value, int | float) and not isinstance(value, bool):
@@ -85,7 +87,7 @@ def _reader(dimension: Dimension) -> Callable[[Any, ValidationInfo], float]:
 
 def _quantity(dimension: Dimension, example: str) -> Any:
     schema = {"type": ["string", "number"], "examples": [example]}
-    return Annotated[float, BeforeValidator(_reader(dimension)), WithJsonSchema(schema)]
+    return Annotated[float, BeforeValidator(quantity_reader(dimension)), WithJsonSchema(schema)]
 
 
 Length = _quantity(Dimension.LENGTH, "15 m")

@@ -58,7 +58,11 @@ def structure_key(case: Structured) -> str:
         case: A test case, or what many share.
     """
     faults = [
-        [fault.id, fault.target, fault.model, fault.onset.when.text if fault.onset.when else ""]
+        [
+            *(fault.id, fault.target, fault.model),
+            fault.onset.when.text if fault.onset.when else "",
+            *(getattr(fault, name) for name in fault.STRUCTURE),
+        ]
         for fault in case.faults
     ]
     return digest(

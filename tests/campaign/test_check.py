@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import yaml
 
-from adeye.campaign.check import check_cases, check_hooks, check_onsets, check_scenarios
+from adeye.campaign.check import check_cases, check_fits, check_hooks, check_onsets, check_scenarios
 from adeye.errors import SpecError
 from adeye.spec.load import load_odd
 from adeye.sweep.expand import expand
@@ -263,3 +263,27 @@ def test_policy_cannot_be_swept_because_a_result_names_the_code_of_its_architect
     files = "architecture.channels.nominal.files"
     with pytest.raises(SpecError, match="another plug-in, policy or file"):
         check(load({"parameters": {files: [["one.bin"], ["other.bin"]]}}))
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ({"model": "blackout"}, "blackout is about pixels, and a camera delivers"),
+        ({"model": "bias", "signal": "range_rate", "size": "1 m/s"}, "and not range_rate"),
+    ],
+)
+def test_fault_without_a_meaning_for_its_target_is_refused_in_its_line(
+    load: Callable[..., OddFiles], fault: dict[str, Any], said: str
+) -> None:
+    written = {"id": "odd", "target": "sensors.front_camera", "onset": {"at": "1 s"}, **fault}
+    files = load(faults=[onset("time >= 1 s"), written])
+    with pytest.raises(SpecError, match=said) as caught:
+        check_fits(files)
+    key = "signal" if "signal" in fault else "model"
+    assert caught.value.where == files.odd.locate(("faults", 1, key))
+
+
+def test_fault_of_what_an_architecture_does_not_have_is_none_of_it(
+    load: Callable[..., OddFiles],
+) -> None:
+    check_fits(load(faults=[{**onset("time >= 1 s"), "target": "sensors.sonar"}]))

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.spec.fault import FAULT
+from adeye.spec.fault import FAULT, MODELS, model_of
 from adeye.spec.quantity import SI
 
 OUT: dict[str, Any] = {
@@ -87,3 +87,8 @@ def test_identity_of_a_fault_that_comes_once_is_what_it_was() -> None:
     }
     again = FAULT.validate_python({**OUT, "every": "2 s", "times": 3}).executable()
     assert (again["every"], again["times"]) == (2.0, 3)
+
+
+def test_name_of_a_model_is_one_for_each_kind_of_target() -> None:
+    names = [(port, model_of(model)) for model in MODELS for port in model.fits]
+    assert len(names) == len(set(names))

@@ -42,9 +42,11 @@ class Fault(Record):
 
     Attributes:
         fits: Kinds of targets that a model is for.
+        STRUCTURE: Fields beside id, target and model that are equal inside a batch.
     """
 
     fits: ClassVar[tuple[str, ...]] = ()
+    STRUCTURE: ClassVar[tuple[str, ...]] = ()
 
     id: Identifier
     target: Target

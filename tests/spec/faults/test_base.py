@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
+from pydantic import ValidationError
 
 from adeye.spec.fault import FAULT, MODELS
 from adeye.spec.faults.base import Fault, Onset
@@ -32,3 +33,15 @@ def test_every_model_says_what_it_is_and_what_it_is_for(model: type[Fault]) -> N
     assert model.__doc__
     assert model.fits
     assert len(get_args(model.model_fields["model"].annotation)) == 1
+
+
+@pytest.mark.parametrize(
+    "onset", [{}, {"at": "1 s", "when": "time >= 1 s"}, {"between": ["2 s", "1 s"]}]
+)
+def test_onset_is_one_of_three_and_in_order(onset: dict[str, Any]) -> None:
+    with pytest.raises(ValidationError):
+        Onset.model_validate(onset)
+
+
+def test_onset_is_read_in_si() -> None:
+    assert Onset.model_validate({"between": ["500 ms", "2 s"]}).between == (0.5, 2.0)
