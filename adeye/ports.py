@@ -26,9 +26,11 @@ if TYPE_CHECKING:
         RoadMap,
         Scene,
         SceneContext,
+        SwitchFaults,
     )
-    from adeye.spec.architecture import Switch, Vehicle
+    from adeye.spec.architecture import Vehicle
     from adeye.spec.sensors import Sensor
+    from adeye.spec.switch import Switch
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -161,9 +163,18 @@ class SwitchModel(Protocol):
     """Decides whose command acts."""
 
     def arbitrate(
-        self, time: float, proposals: Sequence[ControlCommand]
+        self,
+        time: float,
+        proposals: Sequence[ControlCommand],
+        faults: SwitchFaults | None = None,
     ) -> tuple[Floats, Authority]:
-        """Return the acting command (B, 2) and who has authority, why."""
+        """Return the acting command (B, 2) and who has authority, why.
+
+        Args:
+            time: Of this tick [s].
+            proposals: Newest command of every channel, in the architecture's order.
+            faults: What is wrong with the switch itself at this tick; None for nothing.
+        """
         ...
 
 

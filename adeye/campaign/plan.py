@@ -107,7 +107,7 @@ class CampaignPlan:
     @property
     def is_compiled(self) -> bool:
         """Whether nothing in a tick is Python code of somebody else, so that threads pay."""
-        has_plugins = any(parts.plugins for parts in self.parts.values())
+        has_plugins = any(parts.plugins or parts.files for parts in self.parts.values())
         return self.engine.backend == "batch" and not has_plugins
 
     @property

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from adeye.channels.guard import GuardedChannel
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.policy import PolicyChannel
+from adeye.channels.process import ProcessChannel
 from adeye.channels.safety import SafetyChannel
 from adeye.channels.scalar import ScalarChannel
 from adeye.channels.trajectory import TrajectoryChannel
@@ -35,6 +36,9 @@ BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
 POLICY: Final = "policy"
 """Kind of the channel that asks a policy from outside; it is contained like a plug-in."""
 
+PROCESS: Final = "process"
+"""Kind of the channel that asks a program; it contains what that does."""
+
 
 def make_channel(kind: str, base_dir: Path) -> ControlChannel:
     """Make the channel of a kind; it has still to be reset with a context.
@@ -42,7 +46,7 @@ def make_channel(kind: str, base_dir: Path) -> ControlChannel:
     A class with ``reset`` works on the batch; one without is made once per run.
 
     Args:
-        kind: One of ``BUILT_IN``, ``policy``, ``module:Class`` or ``./file.py:Class``.
+        kind: One of ``BUILT_IN``, ``policy``, ``process``, ``module:Class`` or ``./file.py:Class``.
         base_dir: Folder of the file that names a plug-in.
 
     Returns:
@@ -55,6 +59,8 @@ def make_channel(kind: str, base_dir: Path) -> ControlChannel:
         return GuardedChannel(BUILT_IN[kind](), trusted=True)
     if kind == POLICY:
         return GuardedChannel(PolicyChannel(base_dir))
+    if kind == PROCESS:
+        return ProcessChannel(base_dir)
     return plugin_channel(load_part(kind, base_dir))
 
 

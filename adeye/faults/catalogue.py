@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.faults import actuators, commands, links
 from adeye.faults.hooks import Hook
 from adeye.faults.injectors import DropOut, Silence
+from adeye.faults.switching import LateSwitch, StuckSwitch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("sensors", "drop_out"): DropOut,
     ("channels", "silent"): Silence,
+    ("switch", "stuck"): StuckSwitch,
+    ("switch", "late"): LateSwitch,
     ("channels", "crash"): Silence,
     ("channels", "slow"): commands.Slow,
     ("channels", "stuck"): commands.Stuck,

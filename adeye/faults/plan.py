@@ -16,6 +16,7 @@ from adeye.faults.ports import InjectorContext, Moment
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import run_program
 from adeye.kernel.random import owner_id, uniform
+from adeye.signals import SwitchFaults
 from adeye.spec.architecture import ACTUATORS, targets_of
 from adeye.spec.expression import Expression, Program, to_program
 from adeye.world.triggers import TriggerTable
@@ -87,6 +88,7 @@ class FaultPlan:
         self._triggers = TriggerTable.of(cases, context)
         self._programs = _Programs.of(cases, self._triggers.index)
         self._triggers.watch(self._programs.ops, self._programs.args)
+        self._sound_switch = SwitchFaults.none(len(cases))
         self._injectors: dict[str, list[tuple[int, str, Any]]] = {}
         for index, fault in enumerate(first.faults):
             made = make_injector(
@@ -230,6 +232,18 @@ class FaultPlan:
         for index, _, injector in self._injectors.get("tyres", ()):
             friction = injector.apply(friction, self._moment(index, active, scene))
         return friction
+
+    def on_switch(self, active: Bools, scene: Scene) -> SwitchFaults:
+        """Tell what is wrong with the switch; the same object at every tick without such a fault.
+
+        Args:
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        faulty = self._sound_switch
+        for index, _, injector in self._injectors.get("switch", ()):
+            faulty = injector.apply(faulty, self._moment(index, active, scene))
+        return faulty
 
     def _moment(self, index: int, active: Bools, scene: Scene) -> Moment:
         return Moment(

@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_args
 
 from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from adeye.spec.faults import channels, signals, switch, vehicle
 from adeye.spec.faults.base import Fault, Onset
-from adeye.spec.faults.channels import (
-    Bias,
-    Crash,
-    Drop,
-    Duplicate,
-    HeartbeatLies,
-    MapShifted,
-    NotANumber,
-    Oscillating,
-    PlannerFrozen,
-    PlausibleButWrong,
-    Reorder,
-    Scale,
-    Silent,
-    Slow,
-    TracksLost,
-)
-from adeye.spec.faults.signals import Delay, Stuck
-from adeye.spec.faults.vehicle import Fade, Friction, Loss, Offset, RateLimit
 
-__all__ = ["FAULT", "MODELS", "AnyFault", "Fault", "Onset"]
+__all__ = ["FAULT", "MODELS", "AnyFault", "Fault", "Onset", "model_of"]
 
 
 class DropOut(Fault):
@@ -40,62 +22,61 @@ class DropOut(Fault):
     model: Literal["drop_out"]
 
 
-SensorFault = DropOut
-CommandFault = (
-    Silent
-    | Crash
-    | Slow
-    | Stuck
-    | Bias
-    | Scale
-    | Oscillating
-    | PlausibleButWrong
-    | NotANumber
-    | HeartbeatLies
+MODELS: Final[tuple[type[Fault], ...]] = (
+    DropOut,
+    channels.Silent,
+    channels.Crash,
+    channels.Slow,
+    channels.Bias,
+    channels.Scale,
+    channels.Oscillating,
+    channels.PlausibleButWrong,
+    channels.NotANumber,
+    channels.HeartbeatLies,
+    channels.Drop,
+    channels.Reorder,
+    channels.Duplicate,
+    channels.TracksLost,
+    channels.PlannerFrozen,
+    channels.MapShifted,
+    signals.Delay,
+    signals.Stuck,
+    vehicle.Loss,
+    vehicle.Fade,
+    vehicle.Offset,
+    vehicle.RateLimit,
+    vehicle.Friction,
+    switch.Late,
 )
-LinkFault = Drop | Delay | Reorder | Duplicate
-HookFault = TracksLost | PlannerFrozen | MapShifted
-ActuatorFault = Loss | Fade | Offset | RateLimit | Delay | Stuck
-TyreFault = Friction
-
-_KINDS: Final[Mapping[str, Any]] = {
-    "sensors": SensorFault,
-    "channels": CommandFault,
-    "links": LinkFault,
-    "hooks": HookFault,
-    "actuators": ActuatorFault,
-    "tyres": TyreFault,
-}
+"""The record of every model; those of one kind of target have names of their own."""
 
 
-def _records(kind: str) -> tuple[type[Fault], ...]:
-    return get_args(_KINDS[kind]) or (_KINDS[kind],)
+def model_of(record: type[Fault]) -> str:
+    """Return the name of a model, as files have it."""
+    name: str = get_args(record.model_fields["model"].annotation)[0]
+    return name
 
 
-_NAMES: Final[Mapping[str, frozenset[str]]] = {
-    kind: frozenset(
-        name
-        for record in _records(kind)
-        for name in get_args(record.model_fields["model"].annotation)
-    )
-    for kind in _KINDS
-}
-"""Names of the models of each kind of target; a name may mean another record at another kind."""
-
-
-def _kind_of(value: Any) -> str:
-    """Return the kind of target whose records read a fault.
+def _port_of(value: Any) -> str:
+    """Tell by which kind of target a fault is to be read: its own, if that has such a model.
 
     A model that is none of its target's is read as what it is elsewhere: that record knows what it
     is a fault of, and says so.
     """
-    content = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
-    kind = str(content.get("target")).partition(".")[0]
-    model = str(content.get("model"))
-    elsewhere = [name for name, names in _NAMES.items() if model in names]
-    if elsewhere and kind not in elsewhere:
-        return elsewhere[0]
-    return kind if kind in _NAMES else next(iter(_NAMES))
+    given = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
+    port, model = str(given.get("target")).split(".", 1)[0], given.get("model")
+    named = [record for record in MODELS if model_of(record) == model]
+    if named and not any(port in record.fits for record in named):
+        return named[0].fits[0]
+    return port if port in _PORTS else _PORTS[0]
+
+
+def _of_port(port: str) -> Any:
+    """Return the union of the models for a kind of target."""
+    records = tuple(record for record in MODELS if port in record.fits)
+    if len(records) == 1:
+        return Annotated[records[0], Tag(port), Field(title=port)]
+    return Annotated[Union[records], Field(discriminator="model", title=port), Tag(port)]  # noqa: UP007 - made of a list
 
 
 class _InSchemaOfAny:
@@ -109,22 +90,17 @@ class _InSchemaOfAny:
         return made
 
 
-AnyFault = Annotated[
-    Annotated[SensorFault, Tag("sensors"), Field(title="sensors")]
-    | Annotated[CommandFault, Tag("channels"), Field(discriminator="model", title="channels")]
-    | Annotated[LinkFault, Tag("links"), Field(discriminator="model", title="links")]
-    | Annotated[HookFault, Tag("hooks"), Field(discriminator="model", title="hooks")]
-    | Annotated[ActuatorFault, Tag("actuators"), Field(discriminator="model", title="actuators")]
-    | Annotated[TyreFault, Tag("tyres"), Field(title="tyres")],
-    Discriminator(_kind_of),
-    _InSchemaOfAny(),
-]
-"""A scripted fault, by the kind of its target and its model."""
+_PORTS: Final = tuple(dict.fromkeys(port for record in MODELS for port in record.fits))
 
-MODELS: Final[tuple[type[Fault], ...]] = tuple(
-    dict.fromkeys(record for kind in _KINDS for record in _records(kind))
-)
-"""The record of every model."""
+if TYPE_CHECKING:
+    AnyFault = Fault
+else:
+    AnyFault = Annotated[
+        Union[tuple(_of_port(port) for port in _PORTS)],  # noqa: UP007 - made of a list
+        Discriminator(_port_of),
+        _InSchemaOfAny(),
+    ]
+    """A scripted fault, by kind of target and model."""
 
 FAULT: Final[TypeAdapter[Fault]] = TypeAdapter(AnyFault)
 """Reads a fault of any model."""

@@ -25,7 +25,10 @@ class Delay(Fault):
 
 
 class Stuck(Fault):
-    """The last value before the onset stands; a channel goes on stamping it."""
+    """The last value before the onset stands; a channel goes on stamping it.
 
-    fits = ("channels", "actuators")
+    A switch stays at the channel that acts.
+    """
+
+    fits = ("channels", "actuators", "switch")
     model: Literal["stuck"]
