@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from adeye.channels.links import linked_channels, no_command, observe
+from adeye.channels.links import View, linked_channels, no_command, observe
 from adeye.signals import SILENT, Authority, ControlCommand, Measurement
 
 
@@ -96,3 +96,20 @@ def test_no_command_is_silent_and_never_stamped() -> None:
     nothing = no_command("a", 3)
     assert nothing.status.tolist() == [SILENT] * 3
     assert nothing.stamp.tolist() == [-1.0] * 3
+
+
+def test_view_shows_what_is_behind_each_link_and_another_thing_instead() -> None:
+    view = View(READINGS, {"a": command()}, AUTHORITY)
+    assert view.shown("front", 2) is READINGS["front"]
+    assert view.shown("channels.a", 2) is view.commands["a"]
+    assert view.shown("switch", 2) is AUTHORITY
+    silent = view.shown("channels.b", 2)
+    assert isinstance(silent, ControlCommand)
+    assert silent.status.tolist() == [SILENT] * 2
+    other = measurement()
+    changed = view.instead("front", other)
+    assert changed.measurements["front"] is other
+    assert changed.measurements["rear"] is READINGS["rear"]
+    assert view.measurements["front"] is READINGS["front"]
+    assert view.instead("switch", None).authority is None
+    assert view.instead("channels.b", silent).commands["b"] is silent

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from adeye.channels.links import View
 from adeye.errors import SpecError
 from adeye.faults import FaultPlan
 from adeye.signals import OK, SILENT, ControlCommand, Measurement, Scene, SceneContext
@@ -280,3 +281,25 @@ def test_unknown_target_is_refused() -> None:
 def test_different_faults_in_one_batch_are_refused() -> None:
     with pytest.raises(SpecError, match="different faults"):
         FaultPlan([case(CAMERA_OUT), case(CAMERA_OUT), case()], CONTEXT)
+
+
+def test_only_the_channel_behind_the_link_is_shown_something_else() -> None:
+    lost = {"id": "lost", "target": "links.nominal.front", "model": "drop", "onset": {"at": "0 s"}}
+    plan = FaultPlan([case(lost)] * 3, CONTEXT)
+    scene = scene_of(CONTEXT, 1)
+    active = plan.update(scene)
+    view = View({"front": reading(1.0), "rear": reading(1.0)}, {}, None)
+    assert plan.on_links(active, scene, "safety", view) is view
+    seen = plan.on_links(active, scene, "nominal", view)
+    assert seen.measurements["rear"] is view.measurements["rear"]
+    assert seen.measurements["front"].stamp.tolist() == [-1.0] * 3
+    assert view.measurements["front"].stamp.tolist() == [1.0] * 3
+
+
+def test_link_without_a_present_fault_shows_the_very_same_objects() -> None:
+    late = {"id": "l", "target": "links.nominal.front", "model": "drop", "onset": {"at": "9 s"}}
+    plan = FaultPlan([case(late)] * 3, CONTEXT)
+    scene = scene_of(CONTEXT, 1)
+    view = View({"front": reading(1.0)}, {}, None)
+    seen = plan.on_links(plan.update(scene), scene, "nominal", view)
+    assert seen.measurements["front"] is view.measurements["front"]
