@@ -84,7 +84,16 @@ OBJECT_CLASSES: Final = (
 STATUS_LABELS: Final = ("ok", "degraded", "requests_authority", "fault", "silent")
 OK, DEGRADED, REQUESTS_AUTHORITY, FAULT, SILENT = range(5)
 
-REASON_LABELS: Final = ("none", "default", "request", "latched", "staleness", "no_channel", "stuck")
+REASON_LABELS: Final = (
+    "none",
+    "default",
+    "request",
+    "latched",
+    "staleness",
+    "no_channel",
+    "stuck",
+    "override",
+)
 (
     REASON_NONE,
     REASON_DEFAULT,
@@ -93,7 +102,8 @@ REASON_LABELS: Final = ("none", "default", "request", "latched", "staleness", "n
     REASON_STALENESS,
     REASON_NO_CHANNEL,
     REASON_STUCK,
-) = range(7)
+    REASON_OVERRIDE,
+) = range(8)
 
 NO_CHANNEL: Final = -1
 """Authority when no channel can act: the ego coasts."""

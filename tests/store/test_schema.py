@@ -86,7 +86,7 @@ def test_older_database_is_refused_until_it_is_upgraded(
 ) -> None:
     path = tmp_path / "a.db"
     schema.upgrade(path)
-    monkeypatch.setattr(schema, "_HEAD", "0002")
+    monkeypatch.setattr(schema, "_HEAD", "0099")
     with pytest.raises(PlatformError, match="'adeye db upgrade'"):
         Repository.open(path)
 
@@ -97,7 +97,7 @@ def test_older_database_is_upgraded_by_its_migrations(
     path = tmp_path / "a.db"
     schema.upgrade(path)
     migrated: list[Any] = []
-    monkeypatch.setattr(schema, "_HEAD", "0002")
+    monkeypatch.setattr(schema, "_HEAD", "0099")
     monkeypatch.setattr(schema, "_migrate", migrated.append)
     schema.upgrade(path)
     assert len(migrated) == 1
