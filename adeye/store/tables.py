@@ -23,7 +23,6 @@ from sqlalchemy import (
 )
 
 from adeye.store import column_kinds
-from adeye.store.column_kinds import metadata
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,6 +59,7 @@ WORK_STATES: Final = ("pending", "leased", "done", "quarantined")
 RUN_VERDICTS: Final = ("PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "INVALID", "ERROR")
 """Verdicts that a row can have; NOT_RUN is the absence of a row."""
 
+metadata = column_kinds.metadata
 _digest, _text = column_kinds.digest_column, column_kinds.text_column
 _number, _count = column_kinds.number_column, column_kinds.count_column
 _flag, _row_hash, _one_of = (
