@@ -22,6 +22,7 @@ from adeye.signals import (
 from adeye.spec.architecture import Switch
 from adeye.sweep.case import AuthorityOverride
 from adeye.switch import make_switch
+from tests.project import run_cases
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from adeye.ports import SwitchModel
     from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.case import TestCase
+    from tests.project import Executed
 
 STEP = 0.05
 NOMINAL, SAFETY = 0, 1
@@ -74,7 +76,8 @@ def make(case: TestCase) -> Callable[..., SwitchModel]:
 
 def decide(switch: SwitchModel, tick: int, **changes: Any) -> tuple[int, int, float, float]:
     command, authority = switch.arbitrate(tick * STEP, proposals(tick, **changes))
-    return int(authority.channel[0]), int(authority.reason[0]), *map(float, command[0])
+    acceleration, steering = map(float, command[0])
+    return int(authority.channel[0]), int(authority.reason[0]), acceleration, steering
 
 
 def test_without_an_override_the_switch_is_the_very_same(case: TestCase) -> None:
@@ -136,3 +139,28 @@ def test_other_runs_of_the_batch_keep_their_decisions(case: TestCase) -> None:
     assert authority.channel.tolist() == [NOMINAL, SAFETY]
     assert authority.reason.tolist() == [REASON_DEFAULT, REASON_OVERRIDE]
     assert command[:, 0].tolist() == [1.0, -4.0]
+
+
+def test_run_with_an_override_from_the_start_is_that_of_a_stuck_switch(mini: Executed) -> None:
+    case = next(
+        case
+        for case in mini.plan.cases
+        if (case.architecture.architecture, case.fault_entry) == ("camera_radar", "nominal_silent")
+    )
+    stuck = case.architecture.switch.model_copy(update={"policy": "stuck"})
+    architecture = case.architecture.model_copy(update={"switch": stuck})
+    forced = run_cases(mini.plan, [replace(case, override=AuthorityOverride(0, "nominal"))])
+    real = run_cases(mini.plan, [replace(case, architecture=architecture)])
+    for name in ("ego", "objects", "command", "contact", "acceleration", "monitors"):
+        assert forced[name].tobytes() == real[name].tobytes(), name
+    decided = forced["authority"][0, : int(forced.length[0]) - 1]
+    assert set(decided.tolist()) <= {NOMINAL, NO_CHANNEL}
+
+
+def test_fork_is_the_same_for_any_batch(mini: Executed) -> None:
+    case = mini.plan.cases[0]
+    fork = replace(case, override=AuthorityOverride(30, case.architecture.switch.default))
+    other = replace(case, override=AuthorityOverride(10, "safety"))
+    alone = run_cases(mini.plan, [fork])
+    together = run_cases(mini.plan, [case, other, fork])
+    assert alone.chains()[0] == together.chains()[2]
