@@ -16,6 +16,7 @@ import numpy as np
 
 from adeye.channels.rack import ChannelRack
 from adeye.faults import FaultPlan
+from adeye.override import overriding
 from adeye.ports import SwitchContext
 from adeye.recorder import Memory, Recorder
 from adeye.sensors.rig import Rig, mounts
@@ -98,9 +99,8 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     rack = ChannelRack(cases, context, base_dir, drawn=drawn, witness=witness)
     faults = FaultPlan(cases, context)
     channels = tuple(first.architecture.channels)
-    switch = make_switch(
-        SwitchContext([case.architecture.switch for case in cases], channels, first.step)
-    )
+    arbitration = SwitchContext([case.architecture.switch for case in cases], channels, first.step)
+    switch = overriding(make_switch(arbitration), cases, arbitration)
     scenario = first.scenario
     layout = Layout(
         scenario=first.scenario_id,

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 TRACE_SCHEMA: Final = "adeye/trace@3"
 
+LINK_TICKS: Final = 100
+"""Rows between two links of the digest chain of a run."""
+
 COLUMNS: Final = {
     "ego": "(B, T, 7) ego state, signals.EGO_COLUMNS",
     "ego_place": "(B, T, 6) ego on the road, signals.PLACE_COLUMNS",
@@ -149,6 +152,7 @@ class Trace:
     channel_events: tuple[ChannelEvent | None, ...]
     case_digests: tuple[str, ...]
     _digests: list[str] = field(default_factory=list, repr=False, compare=False)
+    _chains: list[tuple[str, ...]] = field(default_factory=list, repr=False, compare=False)
 
     @property
     def runs(self) -> int:
@@ -175,10 +179,37 @@ class Trace:
         for name in COLUMNS:
             if name not in DRAWN:
                 _absorb(name, self.columns[name], rows, lanes)
-        out = np.empty((self.runs, 2), dtype="<u8")
-        finish(lanes, out)
-        text = out.tobytes().hex()
-        return [text[place : place + 32] for place in range(0, len(text), 32)]
+        return _hex(lanes)
+
+    def chains(self) -> list[tuple[str, ...]]:
+        """Hash what happened up to every ``LINK_TICKS`` rows of each run, and then the whole run.
+
+        Link k covers the rows before ``LINK_TICKS * (k + 1)`` of every column that the digest
+        covers, so that two runs that agree that far have equal links. The last link is the
+        digest of the trace.
+        """
+        if not self._chains:
+            whole = self.digests()
+            prefixes = self._prefixes()
+            self._chains.extend(
+                (*(link[run] for link in prefixes[: rows // LINK_TICKS]), whole[run])
+                for run, rows in enumerate(self.length.tolist())
+            )
+        return self._chains
+
+    def _prefixes(self) -> list[list[str]]:
+        """Hash the rows before each multiple of ``LINK_TICKS``: links, each with all runs."""
+        lanes = np.zeros((self.runs, LANES), dtype=np.uint64)
+        rows = self.length.astype(np.int64)
+        found = []
+        for first in range(0, int(rows.max(initial=0)) - LINK_TICKS + 1, LINK_TICKS):
+            counts = np.clip(rows - first, 0, LINK_TICKS)
+            for name in COLUMNS:
+                if name not in DRAWN:
+                    part = self.columns[name][:, first : first + LINK_TICKS]
+                    _absorb(name, np.ascontiguousarray(part), counts, lanes)
+            found.append(_hex(lanes))
+        return found
 
     def select(self, runs: Sequence[int]) -> Trace:
         """Keep some runs, for instance to draw one of them."""
@@ -213,6 +244,14 @@ def _absorb(name: str, values: NDArray[Any], rows: Ints, lanes: NDArray[np.uint6
         absorb_words(flat.view(np.uint64), rows * size, key, lanes)
     else:
         absorb_bytes(flat.view(np.uint8), rows * size * values.dtype.itemsize, key, lanes)
+
+
+def _hex(lanes: NDArray[np.uint64]) -> list[str]:
+    """Mix the lanes (B, LANES) of each run into 128 bits, in hex; they can take more after it."""
+    out = np.empty((lanes.shape[0], 2), dtype="<u8")
+    finish(lanes, out)
+    text = out.tobytes().hex()
+    return [text[place : place + 32] for place in range(0, len(text), 32)]
 
 
 def _context_of(context: SceneContext, runs: Ints) -> SceneContext:

@@ -10,7 +10,7 @@ import pytest
 
 from adeye.signals import RoadMap, SceneContext, Surroundings
 from adeye.spec.load import load_architecture
-from adeye.trace import COLUMNS, DRAWN, ChannelEvent, Layout, Trace
+from adeye.trace import COLUMNS, DRAWN, LINK_TICKS, ChannelEvent, Layout, Trace
 
 ARCHITECTURE = Path(__file__).parents[1] / "odd" / "architectures" / "camera_radar.yaml"
 
@@ -229,3 +229,43 @@ def test_column_is_had_by_its_name() -> None:
     assert trace["ego"] is trace.columns["ego"]
     with pytest.raises(KeyError):
         trace["egg"]
+
+
+LONG = 2 * LINK_TICKS + 50
+
+
+def long(lengths: tuple[int, int] = (LONG, LINK_TICKS + 20)) -> Trace:
+    """Make a trace of two runs that are long enough for links."""
+    short = make()
+    columns: dict[str, Any] = {
+        name: np.tile(values, (1, LONG // ROWS + 1, *([1] * (values.ndim - 2))))[:, :LONG].copy()
+        for name, values in short.columns.items()
+    }
+    time = np.arange(LONG) * 0.05
+    return make(columns=columns, time=time, length=np.array(lengths))
+
+
+def test_chain_has_a_link_for_every_hundred_rows_and_ends_with_the_digest() -> None:
+    trace = long()
+    assert [len(chain) for chain in trace.chains()] == [3, 2]
+    assert [chain[-1] for chain in trace.chains()] == trace.digests()
+    assert [len(chain) for chain in make().chains()] == [1, 1]
+
+
+@pytest.mark.parametrize("name", [name for name in COLUMNS if name not in DRAWN])
+def test_links_before_a_change_stay_and_those_after_it_change(name: str) -> None:
+    plain, changed = long(), long()
+    touch(changed, name, (0, LINK_TICKS + 10, *([0] * (changed[name].ndim - 2))))
+    one, two = plain.chains()[0], changed.chains()[0]
+    assert one[0] == two[0]
+    assert all(left != right for left, right in zip(one[1:], two[1:], strict=True))
+    assert plain.chains()[1] == changed.chains()[1]
+
+
+def test_links_do_not_depend_on_how_long_the_run_goes_on() -> None:
+    assert long().chains()[0][:1] == long((LINK_TICKS + 1, LONG)).chains()[0][:1]
+
+
+def test_chain_does_not_depend_on_the_batch() -> None:
+    both = long()
+    assert [both.select([run]).chains()[0] for run in (0, 1)] == both.chains()

@@ -12,7 +12,7 @@ from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
 from adeye.store.rows import ContentRecord
-from adeye.sweep.case import TestCase
+from adeye.sweep.case import AuthorityOverride, TestCase
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,6 +68,7 @@ def recreate(
     """
     architecture = dict(stored.architecture)
     folder = Path(architecture.pop(FOLDER, "."))
+    fork = stored.fork
     case = TestCase(
         scenario_id=scenario_id,
         scenario=LogicalScenario.model_validate(stored.scenario, context=SI),
@@ -81,6 +82,7 @@ def recreate(
         point={},
         inside_odd=inside_odd,
         attributes=Attributes.model_validate(odd["attributes"], context=SI),
+        override=None if fork is None else AuthorityOverride(fork.from_tick, fork.authority),
     )
     if case.digest != stored.test_case:
         raise IntegrityError(

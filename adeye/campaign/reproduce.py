@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.content import recreate
@@ -18,16 +19,18 @@ from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
+from adeye.trace import LINK_TICKS
 from adeye.traffic import VARIANTS
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from adeye.evaluation.judge import Evaluation
     from adeye.evaluation.source import TraceSignals
-    from adeye.store.stored import RunRef, StoredRun
+    from adeye.spec.concept import Requirement
+    from adeye.store.stored import RunRef, StoredCase, StoredRun
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -69,6 +72,8 @@ class Replayed:
         outcome: What happened.
         verdicts: Verdict by FSR.
         note: Why a difference may be expected; empty if none is.
+        same_ticks: Ticks at the beginning that are as recorded, in steps of ``LINK_TICKS``; None
+            where that was not recorded.
     """
 
     run: str
@@ -82,15 +87,53 @@ class Replayed:
     outcome: str
     verdicts: Mapping[str, str]
     note: str
+    same_ticks: int | None = None
 
 
-def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = None) -> Execution:
-    """Execute a stored run again, alone.
+@dataclass(frozen=True)
+class Recalled:
+    """A stored run with all that it takes to execute and judge it again.
+
+    Attributes:
+        run: Where it stands.
+        stored: What the database holds.
+        case: Its test case.
+        folder: Folder of its plug-ins.
+        backend: Traffic that it was made with.
+        variant: Arithmetic of it; None if this version has another in its place.
+        requirements: FSRs of its campaign.
+        faults: Fault ids of its ODD.
+    """
+
+    run: RunRef
+    stored: StoredRun
+    case: TestCase
+    folder: Path
+    backend: str
+    variant: str | None
+    requirements: tuple[Requirement, ...]
+    faults: tuple[str, ...]
+
+    def execute(
+        self, cases: Sequence[TestCase], *, drawn: bool = False, witness: Witness | None = None
+    ) -> Trace:
+        """Execute test cases of its structure as it was executed."""
+        return run_batch(
+            cases,
+            backend=self.backend,
+            variant=self.variant,
+            base_dirs={self.case.architecture.architecture: self.folder},
+            drawn=drawn,
+            witness=witness,
+        )
+
+
+def recall(repository: Repository, run: RunRef) -> Recalled:
+    """Make a stored run ready to be executed again.
 
     Args:
         repository: The database.
         run: A run that has a result.
-        dump: Channel, and the file that gets what it is shown.
 
     Raises:
         InputError: It was planned, but not executed yet.
@@ -110,26 +153,18 @@ def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = N
         odd["odd"],
         inside_odd=run.inside_odd,
     )
-    with _witness(dump, case) as witness:
-        trace = run_batch(
-            [case],
-            backend=str(stored.row["backend"]),
-            variant=_known_variant(stored.row),
-            base_dirs={case.architecture.architecture: folder},
-            drawn=True,
-            witness=witness,
-        )
     concept = Concept.model_validate(
         repository.content("concept", campaign.concept_digest), context=SI
     )
-    faults = tuple(fault["id"] for fault in odd["odd"]["faults"])
-    return Execution(
+    return Recalled(
         run=run,
         stored=stored,
         case=case,
-        trace=trace,
-        signals=signals_of(trace, [case], faults),
-        evaluation=evaluate(trace, [case], concept.requirements, faults),
+        folder=folder,
+        backend=str(stored.row["backend"]),
+        variant=_known_variant(stored.row),
+        requirements=concept.requirements,
+        faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
     )
 
 
@@ -159,6 +194,48 @@ def _witness(dump: tuple[str, Path] | None, case: TestCase) -> Iterator[Witness 
         ) from error
     with stream:
         yield Witness(channel, stream)
+
+
+def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = None) -> Execution:
+    """Execute a stored run again, alone.
+
+    Args:
+        repository: The database.
+        run: A run that has a result.
+        dump: Channel, and the file that gets what it is shown.
+
+    Raises:
+        InputError: It was planned, but not executed yet.
+        IntegrityError: Its test case does not come out of the database as it went in.
+    """
+    recalled = recall(repository, run)
+    case = recalled.case
+    with _witness(dump, case) as witness:
+        trace = recalled.execute([case], drawn=True, witness=witness)
+    return Execution(
+        run=run,
+        stored=recalled.stored,
+        case=case,
+        trace=trace,
+        signals=signals_of(trace, [case], recalled.faults),
+        evaluation=evaluate(trace, [case], recalled.requirements, recalled.faults),
+    )
+
+
+def same_ticks(stored: StoredRun, chain: Sequence[str]) -> int | None:
+    """Count the ticks in which an execution is known to be as it was recorded.
+
+    Args:
+        stored: With the digest chain that was recorded.
+        chain: Of the execution.
+
+    Returns:
+        Ticks before the first link that differs; None where no chain was recorded.
+    """
+    if stored.links is None:
+        return None
+    same = zip(stored.links, chain, strict=False)
+    return LINK_TICKS * sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], same))
 
 
 def _known_variant(row: Mapping[str, Any]) -> str | None:
@@ -205,7 +282,20 @@ def replay_run(db: str | Path | None, run: str, dump: tuple[str, Path] | None = 
         outcome=done.evaluation.outcomes[0].outcome.value,
         verdicts={item.fsr_id: item.verdict.value for item in done.evaluation.judgements[0]},
         note=note,
+        same_ticks=same_ticks(done.stored, done.trace.chains()[0]),
     )
+
+
+def _fork_fields(case: StoredCase) -> dict[str, Any]:
+    """Say what a run is a fork of."""
+    if case.fork is None:
+        return {}
+    return {
+        "fork_of": case.fork.origin,
+        "authority": case.fork.authority,
+        "from_tick": case.fork.from_tick,
+        "from_time_s": case.fork.from_tick * case.step_s,
+    }
 
 
 def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
@@ -239,6 +329,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         "step_s": case.step_s,
         "parameters": {item.label: item.value for item in parameters},
         "swept_paths": {item.label: item.value for item in named_values(paths, odd, ref.scenario)},
+        **_fork_fields(case),
         "is_done": stored is not None,
         "command": f"adeye replay {ref.result_digest[:12]}{option}",
     }

@@ -277,6 +277,7 @@ def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey])
             PluginBlock(plugin, np.arange(trace.runs), _metrics(trace, evaluation, sorted(names)))
             for plugin, names in sorted(plugins.items())
         ),
+        chains=tuple("".join(chain[:-1]) for chain in trace.chains()),
     )
 
 

@@ -10,6 +10,7 @@ import typer
 from adeye.cli.compare import compare
 from adeye.cli.database import database_app
 from adeye.cli.doctor import doctor
+from adeye.cli.forks import fork, forks
 from adeye.cli.new import new_app
 from adeye.cli.options import add, examples
 from adeye.cli.output import emit
@@ -20,6 +21,7 @@ from adeye.cli.run import report, run
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
 from adeye.cli.starter import init
+from adeye.cli.timing import faults, timeline
 from adeye.cli.warmup import warmup
 
 CAMPAIGN: Final = "Plan and run"
@@ -102,6 +104,22 @@ add(
     "adeye replay 3f2a91c04b --html replay.html",
     panel=RESULTS,
 )
+add(
+    app,
+    timeline,
+    "adeye timeline 3f2a91c04b",
+    "adeye timeline 3f2a --json",
+    panel=RESULTS,
+)
+add(app, faults, "adeye faults", "adeye faults 3 --sample 0 --json", panel=RESULTS)
+add(
+    app,
+    fork,
+    "adeye fork 3f2a91c04b --from '2 s' --authority safety",
+    "adeye fork 3f2a --from 0 --authority nominal --json",
+    panel=RESULTS,
+)
+add(app, forks, "adeye forks", "adeye forks 3 --sample 50 --json", panel=RESULTS)
 add(
     app,
     query,

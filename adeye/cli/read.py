@@ -134,3 +134,5 @@ def _print(again: Replayed) -> None:
     else:
         cause = again.note or "the code of a part or the machine's arithmetic has changed"
         emit(clean(f"\nDIFFERENT: the trace does not have the stored digest; {cause}.", lines=True))
+        if again.same_ticks is not None:
+            emit(f"The first {again.same_ticks} ticks are as recorded.")

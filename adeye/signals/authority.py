@@ -22,6 +22,7 @@ REASON_LABELS: Final = (
     "voted",
     "no_majority",
     "handover",
+    "override",
 )
 (
     REASON_NONE,
@@ -35,7 +36,8 @@ REASON_LABELS: Final = (
     REASON_VOTED,
     REASON_NO_MAJORITY,
     REASON_HANDOVER,
-) = range(11)
+    REASON_OVERRIDE,
+) = range(12)
 
 NO_CHANNEL: Final = -1
 """Authority when no channel can act: the ego coasts."""

@@ -258,6 +258,7 @@ class RunBlock:
         executed_by: Host and process.
         executed_at: UTC time of day.
         plugin_metrics: Metrics of plug-ins.
+        chains: B texts of the links before the trace digest; empty where none were made.
     """
 
     test_cases: tuple[str, ...]
@@ -278,6 +279,7 @@ class RunBlock:
     executed_by: Texts
     executed_at: tuple[datetime | None, ...]
     plugin_metrics: tuple[PluginBlock, ...] = ()
+    chains: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if (self.outcome == OUTCOMES.index(Outcome.INFRASTRUCTURE_ERROR)).any():
@@ -319,6 +321,7 @@ class RunBlock:
             test_cases=tuple(self.test_cases[run] for run in runs),
             trace_digests=tuple(self.trace_digests[run] for run in runs),
             executed_at=tuple(self.executed_at[run] for run in runs),
+            chains=tuple(self.chains[run] for run in runs) if self.chains else (),
             metrics=self.metrics.take(runs),
             verdicts=replace(verdicts, run=np.searchsorted(runs, verdicts.run)),
             events=self.events.take(runs),
@@ -388,4 +391,5 @@ def run_block(records: Sequence[RunRecord], metric_ids: Sequence[str]) -> RunBlo
         Texts.of([record.executed_by for record in records]),
         tuple(record.executed_at for record in records),
         tuple(plugins),
+        tuple(record.chain for record in records),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import select
@@ -10,17 +11,21 @@ from sqlalchemy import select
 from adeye.errors import InputError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
+from adeye.store.forking import find_fork, fork_of_case
 from adeye.store.leasing import work_state
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
 from adeye.store.rows import Artifact, EventRecord, VerdictRecord
 from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sqlalchemy import Connection, Row
 
 MIN_PREFIX: Final = 4
 """Fewest characters of a digest that name a run or campaign."""
 _LISTED: Final = 10
+_LINK: Final = 32
 _CHUNK: Final = 1000
 
 
@@ -51,7 +56,7 @@ def find_campaign(connection: Connection, name: str) -> CampaignInfo:
         if numbered is not None:
             return _campaign(connection, numbered)
     try:
-        ids = _starting_with(connection, table.c.id, name, "campaign")
+        ids = _starting_with(connection, (table.c.id,), name, "campaign")
     except InputError as error:
         remedy = f"{error.remedy} {_known_campaigns(connection)}".strip()
         raise InputError(error.message, remedy=remedy) from error
@@ -90,24 +95,24 @@ def _campaign(connection: Connection, item: Row[Any]) -> CampaignInfo:
     )
 
 
-def _starting_with(connection: Connection, column: Any, prefix: str, what: str) -> str:
-    """Find the one value of a digest column that begins with a prefix."""
+def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, what: str) -> str:
+    """Find the one value of some digest columns that begins with a prefix."""
     if len(prefix) < MIN_PREFIX or not set(prefix) <= set("0123456789abcdef"):
         number = "no number of one and " if what == "campaign" else ""
         raise InputError(
             f"{what} {prefix!r}: {number}not the beginning of a digest",
             remedy=f"Give at least {MIN_PREFIX} of its characters (0-9, a-f).",
         )
-    matches = (
-        connection.execute(
+    matches = sorted(
+        str(match)
+        for column in columns
+        for match in connection.execute(
             select(column)
             .where(column >= prefix, column < prefix + "g")
             .distinct()
             .order_by(column)
             .limit(_LISTED + 1)
-        )
-        .scalars()
-        .all()
+        ).scalars()
     )
     if not matches:
         raise InputError(
@@ -115,16 +120,18 @@ def _starting_with(connection: Connection, column: Any, prefix: str, what: str) 
             remedy="" if what == "campaign" else "Runs are in the view v_runs: see 'adeye query'.",
         )
     if len(matches) > 1:
-        listed = ", ".join(str(item)[: len(prefix) + 8] for item in matches[:_LISTED])
+        listed = ", ".join(item[: len(prefix) + 8] for item in matches[:_LISTED])
         more = ", …" if len(matches) > _LISTED else ""
         raise InputError(
             f"{what} {prefix!r} is ambiguous: {listed}{more}", remedy="Give more characters."
         )
-    return str(matches[0])
+    return matches[0]
 
 
 def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunRef:
     """Find a run by the beginning of its result digest, or by its ordinal in a campaign.
+
+    A fork stands where the run stands that it is a fork of.
 
     Raises:
         InputError: None or several match, or an ordinal comes without a campaign.
@@ -139,18 +146,23 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
         by_ordinal = connection.execute(query.where(cases.c.ordinal == int(name))).first()
         if by_ordinal is not None:
             return run_ref(by_ordinal)
-    digest = _starting_with(connection, cases.c.result_digest, name, "run")
+    columns = (cases.c.result_digest, tables.fork.c.result_digest)
+    digest = _starting_with(connection, columns, name, "run")
+    fork = find_fork(connection, digest)
     newest = tables.campaign.c.number.desc()
     found = connection.execute(
         query.join(tables.campaign, tables.campaign.c.id == cases.c.campaign_id)
-        .where(cases.c.result_digest == digest)
+        .where(cases.c.result_digest == (digest if fork is None else fork.origin))
         .order_by(newest, cases.c.ordinal)
     ).first()
     if found is None:
         raise InputError(
             f"run {name!r} is not in campaign {campaign_id}", remedy="Name the campaign it is in."
         )
-    return run_ref(found)
+    ref = run_ref(found)
+    if fork is None:
+        return ref
+    return replace(ref, result_digest=digest, test_case=fork.test_case, is_done=True)
 
 
 def run_ref(item: Row[Any]) -> RunRef:
@@ -192,7 +204,17 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
             EventRecord(item.time_s, item.kind, item.subject, item.text) for item in events
         ),
         plugin_metrics=plugin_metrics(connection, number),
+        links=_links(connection, number),
     )
+
+
+def _links(connection: Connection, number: int) -> tuple[str, ...] | None:
+    """Read the links of the digest chain of a run before its trace digest."""
+    table = tables.chain
+    found = connection.execute(select(table.c.links).where(table.c.run_number == number)).scalar()
+    if found is None:
+        return None
+    return tuple(found[place : place + _LINK] for place in range(0, len(found), _LINK))
 
 
 def verdict_record(item: Row[Any]) -> VerdictRecord:
@@ -248,6 +270,7 @@ def test_case_row(connection: Connection, test_case: str) -> StoredCase:
         step_s=found.step_s,
         odd_digest=found.odd_digest,
         point_index=found.point_index,
+        fork=fork_of_case(connection, found.digest),
     )
 
 

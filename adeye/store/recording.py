@@ -19,6 +19,7 @@ from adeye.store.encoding import Row, clean_text, insert_rows, row, utc_text
 from adeye.store.numbers import next_number, run_numbers
 from adeye.store.plugin_metrics import metric_columns, record_plugin_metrics
 from adeye.store.views import WORST_FIRST
+from adeye.trace import LINK_TICKS
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -208,6 +209,13 @@ def _insert_runs(connection: Connection, block: RunBlock) -> None:
     _insert(connection, tables.run, [numbers, *columns], hash_words(columns))
     _insert(connection, tables.metric, [numbers, *metrics[1:]], metric_words)
     _insert(connection, tables.event, [numbers[events.run], *event_columns[1:]], event_words)
+    if block.chains:
+        links: list[Column] = [
+            results,
+            np.full(len(block), LINK_TICKS, dtype=np.int64),
+            Texts.unique(block.chains),
+        ]
+        _insert(connection, tables.chain, [numbers, *links[1:]], hash_words(links))
 
 
 def _insert(connection: Connection, table: Table, columns: Sequence[Column], words: Words) -> None:

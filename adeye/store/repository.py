@@ -23,6 +23,7 @@ from adeye.store import (
     compared,
     content,
     figures,
+    forking,
     leasing,
     pending,
     planning,
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
         Artifact,
         CampaignRecord,
         ContentRecord,
+        ForkRecord,
         PlannedCase,
         RunRecord,
         VerdictRecord,
@@ -197,11 +199,7 @@ class Repository:
             return leasing.release_block(connection, block)
 
     def fail_block(self, block: Block, detail: str) -> str | None:
-        """Record an infrastructure error: retried, then halved, then the one case quarantined.
-
-        Returns:
-            ``pending``, ``quarantined``, or None if the block was taken over.
-        """
+        """Record an infrastructure error: ``pending``, ``quarantined``; None if taken over."""
         with self._database.write() as connection:
             return leasing.fail_block(connection, block, detail)
 
@@ -257,22 +255,21 @@ class Repository:
     def missing_verdicts(
         self, campaign: str, fsr_digests: Iterable[str]
     ) -> dict[str, tuple[str, ...]]:
-        """Find results of a campaign that were never judged on given FSRs.
-
-        Returns:
-            Digests of the missing FSRs by result digest, in the order of the plan.
-        """
+        """Give FSRs that results of a campaign were never judged on, by result digest."""
         with self._database.read() as connection:
             return pending.missing_verdicts(connection, campaign, fsr_digests)
 
     def add_verdicts(self, verdicts: Mapping[str, Sequence[VerdictRecord]]) -> int:
-        """Add verdicts to results that exist, by result digest; return how many were new.
-
-        Raises:
-            IntegrityError: A result has another verdict for the same FSR, or does not exist.
-        """
+        """Add verdicts to results that exist, by result digest; return how many were new."""
         with self._database.write() as connection:
             return recording.record_verdicts(connection, JudgedBlock.of(verdicts))
+
+    # Forks
+
+    def save_forks(self, forks: Sequence[ForkRecord], runs: RunBlock) -> None:
+        """Save forks with their results and verdicts, in the same order; known ones stay."""
+        with self._database.write() as connection:
+            forking.save_forks(connection, forks, runs)
 
     # Reading
 

@@ -303,6 +303,7 @@ class RunRecord:
         executed_by: Host and process.
         executed_at: UTC time of day.
         plugin_metrics: Metrics of plug-ins by name of the plug-in and id of the metric.
+        chain: Links of the digest chain before the trace digest, 32 characters each.
     """
 
     test_case: str
@@ -322,6 +323,7 @@ class RunRecord:
     executed_by: str = ""
     executed_at: datetime | None = None
     plugin_metrics: Mapping[str, Mapping[str, MetricValue]] = field(default_factory=dict)
+    chain: str = ""
 
     def __post_init__(self) -> None:
         if self.outcome is Outcome.INFRASTRUCTURE_ERROR:
@@ -335,6 +337,25 @@ class RunRecord:
     def result_digest(self) -> str:
         """Identity of the result."""
         return self.engine.result_digest(self.test_case)
+
+
+@dataclass(frozen=True)
+class ForkRecord:
+    """A run that is the same as another before a tick, and has another authority from it on.
+
+    Attributes:
+        result_digest: The fork.
+        test_case: Its test case.
+        origin: Result digest of the run that it is a fork of.
+        from_tick: First tick at which the decision is another one.
+        authority: Channel that acts from there on.
+    """
+
+    result_digest: str
+    test_case: str
+    origin: str
+    from_tick: int
+    authority: str
 
 
 @dataclass(frozen=True)

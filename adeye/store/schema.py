@@ -11,7 +11,7 @@ from adeye.store.database import Database, create_parent, database_path
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-_HEAD: Final = "0001"
+_HEAD: Final = "0002"
 _FOLDER: Final = Path(__file__).parent / "migrations"
 
 

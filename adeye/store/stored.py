@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from adeye.evaluation.verdict import Verdict
-    from adeye.store.rows import EventRecord, MetricValue, VerdictRecord
+    from adeye.store.rows import EventRecord, ForkRecord, MetricValue, VerdictRecord
 
 
 @dataclass(frozen=True)
@@ -235,6 +235,7 @@ class StoredRun:
         verdicts: Every verdict that was ever given on it.
         events: In order.
         plugin_metrics: By table of the plug-in and id of the metric.
+        links: Of the digest chain, before the trace digest; None where none were kept.
     """
 
     row: Mapping[str, Any]
@@ -242,6 +243,7 @@ class StoredRun:
     verdicts: tuple[VerdictRecord, ...]
     events: tuple[EventRecord, ...]
     plugin_metrics: Mapping[str, Mapping[str, MetricValue]]
+    links: tuple[str, ...] | None = None
 
     @property
     def trace_digest(self) -> str:
@@ -266,6 +268,7 @@ class StoredCase:
         step_s: Master clock [s].
         odd_digest: ODD whose plan made it first.
         point_index: Place of its point in that plan.
+        fork: What its runs are forks of; None for the test case of a plan.
     """
 
     test_case: str
@@ -280,6 +283,7 @@ class StoredCase:
     step_s: float
     odd_digest: str
     point_index: int
+    fork: ForkRecord | None = None
 
 
 @dataclass(frozen=True)

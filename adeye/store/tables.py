@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 from sqlalchemy import (
     BigInteger,
-    Boolean,
     CheckConstraint,
     Column,
-    Float,
     ForeignKey,
     ForeignKeyConstraint,
     Index,
@@ -22,8 +20,9 @@ from sqlalchemy import (
     MetaData,
     String,
     Table,
-    Text,
 )
+
+from adeye.store import column_kinds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,52 +59,20 @@ WORK_STATES: Final = ("pending", "leased", "done", "quarantined")
 RUN_VERDICTS: Final = ("PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "INVALID", "ERROR")
 """Verdicts that a row can have; NOT_RUN is the absence of a row."""
 
-
-metadata = MetaData(
-    naming_convention={
-        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
-        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
-        "ck": "ck_%(table_name)s_%(constraint_name)s",
-        "fk": "fk_%(table_name)s_%(column_0_N_name)s",
-        "pk": "pk_%(table_name)s",
-    }
+metadata = column_kinds.metadata
+_digest, _text = column_kinds.digest_column, column_kinds.text_column
+_number, _count = column_kinds.number_column, column_kinds.count_column
+_flag, _row_hash, _one_of = (
+    column_kinds.flag_column,
+    column_kinds.row_hash_column,
+    column_kinds.one_of,
 )
-
-
-def _digest(name: str, references: str | None = None, *, key: bool = False) -> Column[str]:
-    keys = [] if references is None else [ForeignKey(references)]
-    return Column(name, String(64), *keys, primary_key=key, nullable=False)
-
-
-def _text(name: str, *, key: bool = False, null: bool = False) -> Column[str]:
-    return Column(name, Text, primary_key=key, nullable=null)
-
-
-def _number(name: str, *, null: bool = True) -> Column[float]:
-    return Column(name, Float, nullable=null)
-
-
-def _count(name: str, *, key: bool = False) -> Column[int]:
-    return Column(name, Integer, primary_key=key, nullable=False, autoincrement=False)
-
-
-def _flag(name: str) -> Column[bool]:
-    return Column(name, Boolean, nullable=False)
-
-
-def _row_hash() -> Column[str]:
-    return Column("row_hash", String(32), nullable=False)
 
 
 def _campaign(*, key: bool = False) -> Column[str]:
     return Column(
         "campaign_id", String(32), ForeignKey("campaign.id"), primary_key=key, nullable=False
     )
-
-
-def _one_of(column: str, words: tuple[str, ...], name: str) -> CheckConstraint:
-    # SQLite makes a table of what follows IN, for every row that it checks.
-    return CheckConstraint(" OR ".join(f"{column} = '{word}'" for word in words), name=name)
 
 
 def _content(name: str) -> Table:
@@ -353,6 +320,19 @@ event = Table(
     _row_hash(),
     sqlite_with_rowid=False,
 )
+chain = Table("chain", metadata, _run(), _count("every_rows"), _text("links"), _row_hash())
+fork = Table(
+    "fork",
+    metadata,
+    _digest("result_digest", "run.result_digest", key=True),
+    _digest("test_case_digest", "test_case.digest"),
+    _digest("origin_digest", "run.result_digest"),
+    _count("from_tick"),
+    _text("authority"),
+    _row_hash(),
+    Index(None, "test_case_digest"),
+    Index(None, "origin_digest"),
+)
 tally = Table(
     "tally",
     metadata,
@@ -388,7 +368,7 @@ artifact = Table(
 INSERT_ONLY: Final = tuple(item for item in metadata.sorted_tables if item not in {work, artifact})
 """Tables whose rows are never changed or deleted, in dependency order."""
 
-RESULTS: Final = (run, metric, verdict, event)
+RESULTS: Final = (run, metric, verdict, event, chain)
 """Tables written a block at a time; ``columns`` hashes their rows."""
 
 NONDETERMINISTIC: Final = {

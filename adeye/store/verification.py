@@ -256,15 +256,16 @@ def _result_digest(engine: EngineKey, test_case: str) -> str:
 
 
 def _unplanned(connection: Connection) -> Iterator[Finding]:
-    case = tables.campaign_case
+    case, fork = tables.campaign_case, tables.fork
     extra = connection.execute(
         select(tables.run.c.result_digest)
         .outerjoin(case, case.c.result_digest == tables.run.c.result_digest)
-        .where(case.c.campaign_id.is_(None))
+        .outerjoin(fork, fork.c.result_digest == tables.run.c.result_digest)
+        .where(case.c.campaign_id.is_(None), fork.c.result_digest.is_(None))
         .order_by(tables.run.c.result_digest)
     )
     for digest in extra.scalars().all():
-        yield Finding("run", digest, "belongs to no campaign")
+        yield Finding("run", digest, "belongs to no campaign and is no fork")
 
 
 def _plans(connection: Connection) -> Iterator[Finding]:

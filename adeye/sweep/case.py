@@ -18,6 +18,19 @@ if TYPE_CHECKING:
     from adeye.spec.scenario import LogicalScenario
 
 
+@dataclass(frozen=True, slots=True)
+class AuthorityOverride:
+    """Who acts from a tick on, whatever the switch decides: what makes a fork of a run.
+
+    Attributes:
+        from_tick: First tick at which it holds.
+        channel: Id of the channel that acts.
+    """
+
+    from_tick: int
+    channel: str
+
+
 @dataclass(frozen=True)
 class TestCase:
     """One row of the plan; scenario and architecture are shared between rows.
@@ -35,6 +48,7 @@ class TestCase:
         point: Swept values in SI by the name that the sweep uses.
         inside_odd: Whether its planned attributes lie inside the ODD.
         attributes: The ODD's attributes, for leaving it during the run.
+        override: Another authority than that of the switch; None in every test case of a plan.
     """
 
     __test__ = False  # the field's word, not a class of tests
@@ -51,6 +65,7 @@ class TestCase:
     point: Mapping[str, float | str]
     inside_odd: bool
     attributes: Attributes
+    override: AuthorityOverride | None = None
 
     @cached_property
     def stream_seed(self) -> int:
@@ -66,8 +81,10 @@ class TestCase:
 
     @cached_property
     def digest(self) -> str:
-        """Identity of the test case: situation, clock, executable architecture and faults."""
-        rows = case_json(self.scenario, self.architecture, self.faults, self.step)
+        """Identity of the test case: situation, clock, architecture, faults and override."""
+        rows = case_json(
+            self.scenario, self.architecture, self.faults, self.step, override=self.override
+        )
         return digests(rows.texts({"situation": [f'"{self.situation_digest}"']}, 1))[0]
 
     def identified(self, seed: int, situation: str, digest: str) -> Self:
@@ -92,16 +109,26 @@ def situation_json(scenario: LogicalScenario, seed: int) -> JsonRows:
 
 
 def case_json(
-    scenario: LogicalScenario, architecture: Architecture, faults: Sequence[Fault], step: float
+    scenario: LogicalScenario,
+    architecture: Architecture,
+    faults: Sequence[Fault],
+    step: float,
+    *,
+    override: AuthorityOverride | None = None,
 ) -> JsonRows:
-    """Define what identifies a test case: its situation, clock, architecture and faults."""
-    shared = {
+    """Define what identifies a test case: its situation, clock, architecture and faults.
+
+    An override is named where there is one only, so that other test cases keep their identity.
+    """
+    shared: dict[str, object] = {
         "step": step,
         "horizon": scenario.horizon,
         "tail": scenario.tail,
         "architecture": content_digest(architecture),
         "faults": [fault.executable() for fault in faults],
     }
+    if override is not None:
+        shared["authority"] = {"from_tick": override.from_tick, "channel": override.channel}
     return JsonRows.of(shared, ("situation",))
 
 

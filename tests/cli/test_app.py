@@ -55,6 +55,9 @@ def test_the_verbs_are_these() -> None:
         "db upgrade",
         "db verify",
         "doctor",
+        "faults",
+        "fork",
+        "forks",
         "init",
         "new channel",
         "new metric",
@@ -70,6 +73,7 @@ def test_the_verbs_are_these() -> None:
         "sensors",
         "show",
         "signals",
+        "timeline",
         "warmup",
     ]
 

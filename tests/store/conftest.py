@@ -21,6 +21,7 @@ from adeye.spec.concept import (
     SafetyGoal,
     Waiver,
 )
+from adeye.store.block import run_block
 from adeye.store.repository import Repository
 from adeye.store.rows import (
     CampaignFsr,
@@ -28,6 +29,7 @@ from adeye.store.rows import (
     ContentRecord,
     EngineKey,
     EventRecord,
+    ForkRecord,
     MetricValue,
     PlannedCase,
     RunRecord,
@@ -206,6 +208,7 @@ class Example:
                 EventRecord(0.5, "storyboard", "cutter", "lane change begins"),
                 EventRecord(1.5, "handover", "safety", "monitor confirmed"),
             ],
+            "chain": sha(f"link {case.test_case}")[:32],
             "executed_by": "host 1",
             "executed_at": datetime(2026, 1, 1, tzinfo=UTC),
         }
@@ -233,6 +236,15 @@ class Example:
         plan = repository.plan_campaign(self.record(), self.cases(count), block_size=block_size)
         self.work_off(repository, plan.campaign)
         return plan.campaign
+
+    def fork(self, repository: Repository, campaign: str) -> ForkRecord:
+        """Save a fork of the first run of a campaign."""
+        origin = repository.find_run("0", campaign=campaign)
+        digest = self.engine.result_digest(sha("fork"))
+        case = BlockCase(0, sha("fork"), digest, has_result=False, missing_fsrs=("FSR1",))
+        record = ForkRecord(case.result_digest, case.test_case, origin.result_digest, 40, "safety")
+        repository.save_forks([record], run_block([self.run(case)], METRIC_IDS))
+        return record
 
     def with_odd(self, version: str) -> None:
         self.odd = replace(self.odd, version=version, content={"odd": "motorway", "v": version})

@@ -18,9 +18,14 @@ from adeye.store.triggers import trigger_ddl
 from adeye.store.views import view_ddl
 
 ASSETS = sorted((Path(__file__).parents[1] / "db_assets").glob("*.db"))
-# Recorded when each file was made, by Example.campaign: its campaign and its result hash.
+# Recorded when each file was made, by Example.campaign (and from 0002 on Example.fork): its
+# campaign and its result hash.
 ASSET_RESULTS = {
     "v0001.db": (
+        "b18b5e195097d12b46f7598a25e646bd",
+        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
+    ),
+    "v0002.db": (
         "b18b5e195097d12b46f7598a25e646bd",
         "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
     ),
@@ -86,7 +91,7 @@ def test_older_database_is_refused_until_it_is_upgraded(
 ) -> None:
     path = tmp_path / "a.db"
     schema.upgrade(path)
-    monkeypatch.setattr(schema, "_HEAD", "0002")
+    monkeypatch.setattr(schema, "_HEAD", "0099")
     with pytest.raises(PlatformError, match="'adeye db upgrade'"):
         Repository.open(path)
 
@@ -97,7 +102,7 @@ def test_older_database_is_upgraded_by_its_migrations(
     path = tmp_path / "a.db"
     schema.upgrade(path)
     migrated: list[Any] = []
-    monkeypatch.setattr(schema, "_HEAD", "0002")
+    monkeypatch.setattr(schema, "_HEAD", "0099")
     monkeypatch.setattr(schema, "_migrate", migrated.append)
     schema.upgrade(path)
     assert len(migrated) == 1

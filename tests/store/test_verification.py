@@ -15,7 +15,9 @@ from adeye.store.stored import Finding
 
 @pytest.fixture
 def campaign(repository: Repository, example: Any) -> str:
-    return str(example.campaign(repository, 8))
+    planned = str(example.campaign(repository, 8))
+    example.fork(repository, planned)
+    return planned
 
 
 @contextmanager

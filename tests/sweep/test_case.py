@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.spec.odd import Attributes
-from adeye.sweep.case import TestCase, content_digest
+from adeye.sweep.case import AuthorityOverride, TestCase, content_digest
 from adeye.sweep.expand import expand
 
 if TYPE_CHECKING:
@@ -107,3 +107,13 @@ def test_content_digest_is_of_the_content_not_of_the_record(case: TestCase) -> N
     assert copy is not case.architecture
     assert content_digest(copy) == content_digest(case.architecture)
     assert content_digest(case.scenario) != content_digest(case.architecture)
+
+
+def test_override_is_identity_and_leaves_the_situation(case: TestCase) -> None:
+    others = [
+        replace(case, override=AuthorityOverride(tick, channel))
+        for tick, channel in ((0, "nominal"), (0, "safety"), (40, "safety"))
+    ]
+    assert len({case.digest, *(other.digest for other in others)}) == 4
+    assert {other.situation_digest for other in others} == {case.situation_digest}
+    assert {other.stream_seed for other in others} == {case.stream_seed}

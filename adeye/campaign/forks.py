@@ -1,0 +1,287 @@
+"""Execute forks: a stored run again with another authority from a tick on, held against it."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.campaign.reproduce import recall, same_ticks
+from adeye.campaign.work import describe, evaluate
+from adeye.errors import InputError, IntegrityError, UsageError
+from adeye.evaluation.timeline import violation_s
+from adeye.spec.clock import ticks
+from adeye.store.repository import Repository
+from adeye.store.rows import EngineKey, ForkRecord
+from adeye.sweep.case import AuthorityOverride
+from adeye.sweep.structure import structure_key
+from adeye.trace import COLUMNS, DRAWN, LINK_TICKS
+from adeye.units import Dimension, parse_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from adeye.campaign.reproduce import Recalled
+    from adeye.evaluation.judge import Evaluation
+    from adeye.store.stored import CampaignInfo, RunRef
+    from adeye.trace import Trace
+
+MOST_TOGETHER: Final = 128
+"""Runs that are executed together with their forks."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """What came of a run or of its fork.
+
+    Attributes:
+        run: Result digest.
+        trace_digest: Digest of its trace.
+        outcome: What happened.
+        end_reason: ``contact``, ``goal`` or ``horizon``.
+        duration_s: Simulated time [s].
+        violation_s: Time of its first contact or of leaving the road [s]; None without.
+        verdicts: By FSR.
+    """
+
+    run: str
+    trace_digest: str
+    outcome: str
+    end_reason: str
+    duration_s: float
+    violation_s: float | None
+    verdicts: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Forked:
+    """A fork and the run that it is a fork of.
+
+    Attributes:
+        origin: The run, executed again.
+        fork: The fork.
+        from_tick: First tick with the other authority.
+        from_time_s: Its time [s].
+        authority: Channel that acts from there on.
+        links: Links of the recorded digest chain that cover ticks before it; None where no chain
+            was recorded.
+        is_same: Whether the fork is the run itself, bit for bit.
+    """
+
+    origin: Side
+    fork: Side
+    from_tick: int
+    from_time_s: float
+    authority: str
+    links: int | None
+    is_same: bool
+
+
+def fork_run(db: str | Path | None, run: str, *, start: str, authority: str) -> Forked:
+    """Execute a stored run again with another authority from a tick on, and keep the fork.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        run: Beginning of its result digest.
+        start: Tick, or a time with its unit.
+        authority: Channel that acts from there on.
+
+    Raises:
+        InputError: The run has no such channel or tick, or is a fork itself.
+        IntegrityError: The run does not come out as it was recorded, or the fork differs from it
+            before the tick.
+    """
+    with Repository.open(db, create=False) as repository:
+        recalled = recall(repository, repository.find_run(run))
+        override = AuthorityOverride(_tick(start, recalled.case.step), authority)
+        return next(iter(make_forks(repository, [(recalled, override)])))
+
+
+def _tick(text: str, step: float) -> int:
+    if text.isascii() and text.isdigit() and len(text) < 10:
+        return int(text)
+    time = parse_quantity(text, Dimension.TIME)
+    if time < 0.0:
+        raise UsageError(f"--from: {text} is negative", remedy="A run begins at 0 s.")
+    return ticks(time, step, "--from")
+
+
+def make_forks(
+    repository: Repository, wanted: Sequence[tuple[Recalled, AuthorityOverride]]
+) -> Iterator[Forked]:
+    """Execute forks beside the runs that they are forks of, compare them, and save the forks.
+
+    Args:
+        repository: The database.
+        wanted: Runs, and what is to be overridden in each.
+
+    Returns:
+        The forks, those of one structure together.
+
+    Raises:
+        InputError: A run has no such channel or tick, or is a fork itself.
+        IntegrityError: A run does not come out as it was recorded, or a fork differs from it
+            before its tick.
+    """
+    for recalled, override in wanted:
+        _check(recalled, override)
+    for part in _batches(wanted):
+        yield from _fork_together(repository, part)
+
+
+def _check(recalled: Recalled, override: AuthorityOverride) -> None:
+    run, case = recalled.run, recalled.case
+    name = run.result_digest[:12]
+    if case.override is not None:
+        raise InputError(
+            f"run {name} is a fork itself", remedy="Name the run that it is a fork of."
+        )
+    if override.channel not in case.architecture.channels:
+        raise InputError(
+            f"authority {override.channel!r}: architecture {run.architecture} has no such channel",
+            remedy=f"It has: {', '.join(case.architecture.channels)}.",
+        )
+    last = int(recalled.stored.row["trace_rows"]) - 2
+    if override.from_tick > last:
+        raise InputError(
+            f"tick {override.from_tick} is behind the end of run {name}",
+            remedy=f"Its last decision is that of tick {last}, at {last * case.step:g} s.",
+        )
+
+
+def campaign_of(repository: Repository, name: str | None) -> CampaignInfo:
+    """Find a campaign, by default the newest.
+
+    Raises:
+        InputError: There is none.
+    """
+    if name is not None:
+        return repository.find_campaign(name)
+    newest = repository.latest_campaign()
+    if newest is None:
+        raise InputError(f"database {repository.path} has no campaign", remedy="Run an ODD first.")
+    return newest
+
+
+def sampled(repository: Repository, campaign: str, most: int | None) -> list[RunRef]:
+    """Choose executed runs of a campaign, in an order that has nothing to do with what they are.
+
+    Args:
+        repository: The database.
+        campaign: Id of the campaign.
+        most: How many; None for all.
+
+    Returns:
+        Those with the smallest digests: a digest is as good as a draw, and the same every time.
+    """
+    table = repository.results(campaign)
+    place = table.columns.index("run")
+    digests = sorted({str(row[place]) for row in table.rows})[:most]
+    return [repository.find_run(digest, campaign=campaign) for digest in digests]
+
+
+def _batches(
+    wanted: Iterable[tuple[Recalled, AuthorityOverride]],
+) -> Iterator[list[tuple[Recalled, AuthorityOverride]]]:
+    groups: dict[object, list[tuple[Recalled, AuthorityOverride]]] = defaultdict(list)
+    for recalled, override in wanted:
+        context = (recalled.run.campaign, recalled.folder, recalled.backend, recalled.variant)
+        groups[structure_key(recalled.case), context].append((recalled, override))
+    for group in groups.values():
+        for first in range(0, len(group), MOST_TOGETHER):
+            yield group[first : first + MOST_TOGETHER]
+
+
+def _fork_together(
+    repository: Repository, wanted: Sequence[tuple[Recalled, AuthorityOverride]]
+) -> Iterator[Forked]:
+    first, count = wanted[0][0], len(wanted)
+    cases = [recalled.case for recalled, _ in wanted]
+    forks = [replace(recalled.case, override=override) for recalled, override in wanted]
+    trace = first.execute([*cases, *forks])
+    for run, (recalled, override) in enumerate(wanted):
+        require_as_recorded(recalled, trace, run)
+        _require_same_prefix(recalled, trace, (run, count + run), override.from_tick)
+    evaluation = evaluate(trace, [*cases, *forks], first.requirements, first.faults)
+    engines = [_engine(recalled) for recalled, _ in wanted]
+    block = describe(trace, evaluation, [*engines, *engines]).take(np.arange(count, 2 * count))
+    records = [
+        ForkRecord(digest, case.digest, recalled.run.result_digest, *_content(override))
+        for digest, case, (recalled, override) in zip(
+            block.result_digests, forks, wanted, strict=True
+        )
+    ]
+    repository.save_forks(records, block)
+    for run, (recalled, override) in enumerate(wanted):
+        origin = _side(recalled.run.result_digest, trace, evaluation, run)
+        fork = _side(records[run].result_digest, trace, evaluation, count + run)
+        links = recalled.stored.links
+        yield Forked(
+            origin=origin,
+            fork=fork,
+            from_tick=override.from_tick,
+            from_time_s=override.from_tick * recalled.case.step,
+            authority=override.channel,
+            links=None if links is None else min(len(links), override.from_tick // LINK_TICKS),
+            is_same=origin.trace_digest == fork.trace_digest,
+        )
+
+
+def _content(override: AuthorityOverride) -> tuple[int, str]:
+    return override.from_tick, override.channel
+
+
+def _engine(recalled: Recalled) -> EngineKey:
+    """Name the engine of a run: its forks come from the same, since its own bits came again."""
+    row = recalled.stored.row
+    return EngineKey(row["backend"], row["variant"], row["numerics_version"], row["plugins_digest"])
+
+
+def require_as_recorded(recalled: Recalled, trace: Trace, run: int) -> None:
+    """Refuse an execution that is not the recorded run.
+
+    Raises:
+        IntegrityError: It differs; the message says from where on.
+    """
+    if trace.digests()[run] == recalled.stored.trace_digest:
+        return
+    same = same_ticks(recalled.stored, trace.chains()[run])
+    where = "" if same is None else f": the first {same} ticks are as recorded, not the whole run"
+    raise IntegrityError(
+        f"run {recalled.run.result_digest[:12]} does not come out as it was recorded{where}. "
+        "A fork of it would prove nothing; `adeye replay` says why it may differ."
+    )
+
+
+def _require_same_prefix(recalled: Recalled, trace: Trace, runs: tuple[int, int], end: int) -> None:
+    """Refuse a fork that differs from its run before the tick at which it may."""
+    origin, fork = runs
+    name = recalled.run.result_digest[:12]
+    for column in COLUMNS:
+        values = trace[column]
+        if column not in DRAWN and values[origin, :end].tobytes() != values[fork, :end].tobytes():
+            raise IntegrityError(
+                f"the fork of run {name} differs from it before tick {end}, in {column!r}. "
+                "Something in it is not deterministic, or depends on the runs beside it."
+            )
+    recorded = (recalled.stored.links or ())[: end // LINK_TICKS]
+    if tuple(recorded) != trace.chains()[fork][: len(recorded)]:
+        raise IntegrityError(
+            f"the fork of run {name} does not begin with the recorded digest chain"
+        )
+
+
+def _side(digest: str, trace: Trace, evaluation: Evaluation, run: int) -> Side:
+    outcome = evaluation.outcomes[run]
+    return Side(
+        run=digest,
+        trace_digest=trace.digests()[run],
+        outcome=outcome.outcome.value,
+        end_reason=outcome.end_reason,
+        duration_s=float(trace.time[int(trace.length[run]) - 1]),
+        violation_s=violation_s(trace, run),
+        verdicts={item.fsr_id: item.verdict.value for item in evaluation.judgements[run]},
+    )

@@ -1,0 +1,147 @@
+"""``timeline`` and ``faults``: what follows a fault, in one run and over a campaign."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from adeye.cli.forks import Sample
+from adeye.cli.options import CampaignId, Db, Json, RunId
+from adeye.cli.output import emit, emit_fields, emit_json, emit_table, plain, short
+
+if TYPE_CHECKING:
+    from adeye.campaign.timing import Injection, InjectionCount, InjectionTable
+    from adeye.evaluation.timeline import Timeline
+
+
+def timeline(run: RunId, db: Db = None, json: Json = False) -> None:
+    """Show what follows the fault of a run: times, intervals, and the FTTI that was measured.
+
+    The run is executed again beside its fault-free twin, and beside its twin in which the default
+    channel acts throughout: the time from the fault to that twin's violation is the FTTI. A
+    violation is a contact, or leaving the road.
+
+    Exit codes: 0 done, 4 the run is not as it was recorded.
+    """
+    from adeye.campaign.timing import run_timeline
+
+    found = run_timeline(db, run)
+    if json:
+        emit_json("timeline", document(found))
+        return
+    _print_timeline(found)
+
+
+def document(found: Injection) -> dict[str, object]:
+    """Give an injection with what is derived from its times."""
+    return {
+        **plain(found),
+        "fdti_s": found.times.fdti_s,
+        "frti_s": found.times.frti_s,
+        "fhti_s": found.times.fhti_s,
+        "emergency_operation_s": found.times.emergency_operation_s,
+        "ftti_s": found.ftti_s,
+        "margin_s": found.margin_s,
+    }
+
+
+def _print_timeline(found: Injection) -> None:
+    emit_fields(
+        {
+            "Run": found.run,
+            "Scenario": found.scenario,
+            "Architecture": found.architecture,
+            "Fault entry": found.fault_entry,
+            "Class": found.class_,
+        }
+    )
+    emit("")
+    rows = [[what, _time(time)] for what, time in _moments(found.times)]
+    emit_table(("Moment", "Time [s]"), rows, right=("Time [s]",))
+    times = found.times
+    intervals = [
+        ["FDTI", "fault to detection", _time(times.fdti_s)],
+        ["FRTI", "detection to safe state or emergency operation", _time(times.frti_s)],
+        ["FHTI", "fault to safe state or emergency operation", _time(times.fhti_s)],
+        ["FTTI", "fault to violation without the mechanism", _time(found.ftti_s)],
+        ["margin", "FTTI minus FHTI", _time(found.margin_s)],
+        ["emergency operation", "until the safe state", _time(times.emergency_operation_s)],
+    ]
+    emit("")
+    emit_table(("Interval", "From and to", "[s]"), intervals, right=("[s]",))
+    if found.ftti_s is not None and found.fault_free_violation_s is not None:
+        emit("\nWithout the mechanism the situation ends in a violation without the fault too.")
+
+
+def _moments(times: Timeline) -> list[tuple[str, float | None]]:
+    return [
+        ("fault", times.fault_s),
+        ("effect", times.effect_s),
+        ("deviation of the ego", times.deviation_s),
+        ("detection", times.detect_s),
+        ("switch", times.switch_s),
+        ("brake", times.brake_s),
+        ("emergency operation", times.emergency_s),
+        ("safe state", times.safe_s),
+        ("violation", times.violation_s),
+    ]
+
+
+def _time(value: float | None) -> str:
+    return "none" if value is None else f"{value:.2f}"
+
+
+def faults(
+    campaign: CampaignId = None, sample: Sample = 200, db: Db = None, json: Json = False
+) -> None:
+    """Count what became of the faults of a campaign, by scenario, fault entry and architecture.
+
+    Not activated: the fault never changed a bit. Masked: the ego does the same as without. Late:
+    not handled within the FTTI that was measured, or at all. The share that is detected has an
+    interval only where the points of the scenario are a random sample.
+    """
+    from adeye.campaign.timing import campaign_injections
+
+    found = campaign_injections(db, campaign, most=sample or None)
+    if json:
+        runs = [document(item) for item in found.injections]
+        emit_json("faults", {**plain(found), "injections": runs})
+        return
+    _print_table(found)
+
+
+def _print_table(found: InjectionTable) -> None:
+    emit(f"Campaign {short(found.campaign)}: {found.looked_at} runs with faults")
+    headers = (
+        "Scenario",
+        "Fault entry",
+        "Architecture",
+        "Not activated",
+        "Masked",
+        "In time",
+        "Late",
+        "Undetected",
+        "Violating",
+        "Detected",
+        "Least FTTI [s]",
+        "Most FHTI [s]",
+    )
+    rows = [
+        [
+            row.scenario,
+            row.fault_entry,
+            row.architecture,
+            *row.counts.values(),
+            _coverage(row),
+            _time(row.least_ftti_s),
+            _time(row.most_fhti_s),
+        ]
+        for row in found.rows
+    ]
+    emit_table(headers, rows, right=headers[3:])
+
+
+def _coverage(row: InjectionCount) -> str:
+    share = f"{row.detected} of {row.activated}"
+    if row.coverage is None:
+        return share
+    return f"{share} ({row.coverage.low:.1%} to {row.coverage.high:.1%})"

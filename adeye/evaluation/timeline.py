@@ -1,0 +1,302 @@
+"""What follows a fault in one run, as times: effect, detection, reaction, safe state, violation.
+
+The run is held against its fault-free twin (the same test case without faults) and against its
+mechanism-off twin (the same test case with the default channel acting throughout). Nothing is
+simulated here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from adeye.evaluation.metrics.scans import safe_from
+from adeye.evaluation.source import STANDSTILL_SPEED, road_limits
+from adeye.signals import EGO_SPEED, NO_CHANNEL, PLACE_D, REASON_STALENESS
+from adeye.trace import COLUMNS, DRAWN
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.signals import Bools
+    from adeye.trace import Trace
+
+InjectionClass = Literal[
+    "not_activated",
+    "masked",
+    "detected_in_time",
+    "detected_late",
+    "undetected_no_violation",
+    "undetected_violation",
+]
+CLASSES: Final[tuple[InjectionClass, ...]] = (
+    "not_activated",
+    "masked",
+    "detected_in_time",
+    "detected_late",
+    "undetected_no_violation",
+    "undetected_violation",
+)
+"""What became of an injected fault, from harmless to violation."""
+
+BRAKES_FROM: Final = 0.5
+"""Commanded deceleration from which the ego brakes and does not only coast [m/s²]."""
+
+_BEHAVIOUR: Final = ("ego", "command", "contact")
+"""Columns of what the ego does; the others are what it sees, believes and considers."""
+_DECIDED: Final = frozenset(
+    {"sensor_stamp", "sensor_alive", "detected", "acceleration", "steering_angle", "stamp"}
+    | {"status", "monitors", "track_error", "false_tracks", "authority", "reason", "command"}
+)
+"""Columns of what was decided at a row, which the last row of a run lacks."""
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """Times of one run [s]; None for what did not happen before it ended.
+
+    Attributes:
+        fault_s: A fault is present.
+        effect_s: Anything but the fault's own state differs from the fault-free twin.
+        deviation_s: The ego moves or is commanded otherwise than in the twin.
+        detect_s: A monitor is confirmed, or the switch finds the acting channel unusable, which is
+            not so in the twin at that time.
+        switch_s: Another channel than the default acts.
+        brake_s: The acting command brakes, which that of the twin does not at that time.
+        emergency_s: Emergency operation: another channel than the default acts, and brakes or
+            stands.
+        safe_s: The ego stands on a lane or the shoulder, clear of every object, to the end.
+        violation_s: It touches something, or its centre leaves lanes and shoulder.
+    """
+
+    fault_s: float | None
+    effect_s: float | None = None
+    deviation_s: float | None = None
+    detect_s: float | None = None
+    switch_s: float | None = None
+    brake_s: float | None = None
+    emergency_s: float | None = None
+    safe_s: float | None = None
+    violation_s: float | None = None
+
+    @property
+    def handled_s(self) -> float | None:
+        """Time of the safe state or of emergency operation, whichever is first [s]."""
+        reached = [time for time in (self.safe_s, self.emergency_s) if time is not None]
+        return min(reached, default=None)
+
+    @property
+    def fdti_s(self) -> float | None:
+        """Fault detection time interval: from the fault to its detection [s]."""
+        return _between(self.fault_s, self.detect_s)
+
+    @property
+    def frti_s(self) -> float | None:
+        """Fault reaction time interval: from detection to safe state or emergency operation [s]."""
+        reaction = _between(self.detect_s, self.handled_s)
+        # What handles the fault may act before it is told to: then nothing is left to react.
+        return None if reaction is None else max(0.0, reaction)
+
+    @property
+    def fhti_s(self) -> float | None:
+        """Fault handling time interval, FDTI and FRTI together [s]; None without detection."""
+        if self.fdti_s is None or self.frti_s is None:
+            return None
+        return self.fdti_s + self.frti_s
+
+    @property
+    def emergency_operation_s(self) -> float | None:
+        """Emergency operation time interval: until the safe state [s]."""
+        interval = _between(self.emergency_s, self.safe_s)
+        return None if interval is None else max(0.0, interval)
+
+    @property
+    def fault_to_violation_s(self) -> float | None:
+        """Time from the fault to the violation [s]; of the mechanism-off twin it is the FTTI."""
+        return _between(self.fault_s, self.violation_s)
+
+
+def _between(first: float | None, last: float | None) -> float | None:
+    return None if first is None or last is None else last - first
+
+
+def classify_injection(timeline: Timeline, ftti_s: float | None) -> InjectionClass:
+    """Say what became of an injected fault.
+
+    Args:
+        timeline: Of the run with the fault.
+        ftti_s: Fault-tolerant time interval [s]; None where the mechanism-off twin violates
+            nothing before it ends.
+
+    Returns:
+        ``not_activated`` if the fault was never present or changed no bit; else by violation and
+        detection. A detection after the violation, a reaction that the run does not show, and one
+        that takes as long as the FTTI are ``detected_late``. ``masked`` is a fault that the ego's
+        motion and command never show, and nobody detects.
+
+    Source:
+        ISO 26262-1:2018, 3.54 to 3.61 for the intervals; Avizienis et al. (2004), "Basic concepts
+        and taxonomy of dependable and secure computing", for activation and propagation.
+    """
+    if timeline.fault_s is None or (timeline.effect_s is None and timeline.violation_s is None):
+        return "not_activated"
+    if timeline.detect_s is not None:
+        limit = math.inf if ftti_s is None else ftti_s
+        is_handled = timeline.fhti_s is not None and timeline.fhti_s < limit
+        in_time = is_handled and timeline.violation_s is None
+        return "detected_in_time" if in_time else "detected_late"
+    if timeline.violation_s is not None:
+        return "undetected_violation"
+    return "masked" if timeline.deviation_s is None else "undetected_no_violation"
+
+
+def timeline(trace: Trace, run: int, twin: Trace, twin_run: int) -> Timeline:
+    """Read the times of one run against its fault-free twin.
+
+    Args:
+        trace: With the run; without a fault in it only the violation is told, from the start.
+        run: Its row.
+        twin: With the fault-free twin.
+        twin_run: Its row.
+
+    Raises:
+        ValueError: The two have not the same clock, sensors, channels and monitors.
+    """
+    _require_twins(trace, twin)
+    view, other = _View(trace, run), _View(twin, twin_run)
+    onset = _first(np.asarray(view.decided("fault_active").any(axis=1)), 0)
+    time = trace.time
+    if onset is None:
+        return Timeline(None, violation_s=_at(time, _first(view.violates(), 0)))
+    default = trace.layout.channels.index(trace.layout.architecture.switch.default)
+    authority = view.decided("authority")
+    acts = (authority != default) & (authority != NO_CHANNEL)
+    brakes = view.brakes()
+    stands = np.abs(view.rows("ego")[:-1, EGO_SPEED]) <= STANDSTILL_SPEED
+    safe = view.safe_from()
+    rows = {
+        "effect_s": _departure(view, other, tuple(COLUMNS), onset),
+        "deviation_s": _departure(view, other, _BEHAVIOUR, onset),
+        "detect_s": _first(_alarms(view, other), onset),
+        "switch_s": _first(acts, onset),
+        "brake_s": _first(brakes & ~_padded(other.brakes(), len(brakes)), onset),
+        "emergency_s": _first(acts & (brakes | stands), onset),
+        "safe_s": None if safe is None else max(safe, onset),
+        "violation_s": _first(view.violates(), onset),
+    }
+    return Timeline(_at(time, onset), **{name: _at(time, row) for name, row in rows.items()})
+
+
+class _View:
+    """The rows of one run of a trace."""
+
+    def __init__(self, trace: Trace, run: int) -> None:
+        self.trace, self.run = trace, run
+        self.length = int(trace.length[run])
+
+    def rows(self, name: str) -> NDArray[Any]:
+        """Give the rows of a column."""
+        return np.asarray(self.trace[name][self.run, : self.length])
+
+    def decided(self, name: str) -> NDArray[Any]:
+        """Give the rows at which something was decided: all but the last."""
+        return self.rows(name)[:-1]
+
+    def brakes(self) -> Bools:
+        """Tell at which rows the acting command brakes."""
+        return np.asarray(self.decided("command")[:, 0] <= -BRAKES_FROM)
+
+    def violates(self) -> Bools:
+        """Tell at which rows the ego touches something or is beside the road."""
+        limits = road_limits(self.trace.layout)[self.run]
+        d = self.rows("ego_place")[:, PLACE_D]
+        # A place that is no number is beside the road.
+        is_on_road = (d >= limits[0]) & (d <= limits[1])
+        return np.asarray((self.rows("contact") >= 0) | ~is_on_road)
+
+    def safe_from(self) -> int | None:
+        """Find the row from which the ego is in a safe state to the end."""
+        one, columns = self.trace, dict[str, Any](self.trace.columns)
+        part = slice(self.run, self.run + 1)
+        row = int(
+            safe_from(
+                one.length[part],
+                columns["ego"][part, :, EGO_SPEED],
+                columns["ego_place"][part, :, PLACE_D],
+                columns["contact"][part],
+                road_limits(one.layout)[part],
+                STANDSTILL_SPEED,
+            )[0]
+        )
+        return row if 0 <= row < self.length else None
+
+
+def violation_s(trace: Trace, run: int) -> float | None:
+    """Give the time of the first violation of a run [s], see ``Timeline``; None without."""
+    return _at(trace.time, _first(_View(trace, run).violates(), 0))
+
+
+def _alarms(view: _View, other: _View) -> Bools:
+    """Tell at which rows something is detected that the twin does not have then."""
+
+    def raised(of: _View) -> Bools:
+        confirmed = of.decided("monitors")[..., 1].astype(np.bool_)
+        stale = of.decided("reason") == REASON_STALENESS
+        return np.concatenate([confirmed, stale[:, np.newaxis]], axis=1)
+
+    own = raised(view)
+    return np.asarray((own & ~_padded(raised(other), len(own))).any(axis=1))
+
+
+def _padded(flags: Bools, rows: int) -> Bools:
+    """Cut or fill up with False to a number of rows: a run that has ended has nothing."""
+    out = np.zeros((rows, *flags.shape[1:]), dtype=np.bool_)
+    shared = min(rows, len(flags))
+    out[:shared] = flags[:shared]
+    return out
+
+
+def _departure(view: _View, other: _View, names: tuple[str, ...], onset: int) -> int | None:
+    """Find the first row from the onset at which some columns are not bit for bit the twin's."""
+    shared = min(view.length, other.length)
+    found = [shared] if view.length != other.length else []
+    for name in names:
+        if name in DRAWN or name == "fault_active":
+            continue
+        # The last row of a run has no decision, whatever the other goes on to decide there.
+        end = shared - 1 if name in _DECIDED else shared
+        one, two = (
+            np.ascontiguousarray(item.rows(name)[onset:end]).view(np.uint8).reshape(end - onset, -1)
+            for item in (view, other)
+        )
+        differs = np.flatnonzero((one != two).any(axis=1))
+        if len(differs):
+            found.append(onset + int(differs[0]))
+    row = min(found, default=None)
+    return None if row is None else min(row, view.length - 1)
+
+
+def _first(flags: Bools, onset: int) -> int | None:
+    found = np.flatnonzero(flags[onset:])
+    return onset + int(found[0]) if len(found) else None
+
+
+def _at(time: NDArray[np.float64], row: int | None) -> float | None:
+    return None if row is None else float(time[row])
+
+
+def _require_twins(trace: Trace, twin: Trace) -> None:
+    one, two = trace.layout, twin.layout
+    shared = min(len(trace.time), len(twin.time))
+    alike = (one.scenario, one.sensors, one.channels, one.monitors) == (
+        two.scenario,
+        two.sensors,
+        two.channels,
+        two.monitors,
+    )
+    if not alike or not np.array_equal(trace.time[:shared], twin.time[:shared]):
+        msg = f"{two.scenario} of {two.channels} is no twin of {one.scenario} of {one.channels}"
+        raise ValueError(msg)

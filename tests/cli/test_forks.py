@@ -1,0 +1,81 @@
+"""``fork`` and ``forks``: what is printed, and which exit code an untrue prefix has."""
+
+from __future__ import annotations
+
+import shutil
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import adeye.campaign.forks
+from adeye.errors import IntegrityError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.project import Executed
+
+
+@pytest.fixture
+def db(folder: Path, mini: Executed) -> str:
+    """A copy of the mini campaign, which may be written to."""
+    shutil.copyfile(mini.db, folder / "adeye.db")
+    return str(folder / "adeye.db")
+
+
+@pytest.fixture
+def run(mini: Executed) -> str:
+    """A run of the candidate whose nominal channel falls silent."""
+    return next(
+        str(row["run"])
+        for row in mini.project.rows()
+        if (row["architecture"], row["fault_entry"]) == ("camera_radar", "nominal_silent")
+    )
+
+
+def test_fork_prints_both_sides(adeye: Any, db: str, run: str) -> None:
+    done = adeye("fork", run[:12], "--from", "2 s", "--authority", "safety", "--db", db)
+    assert done.code == 0, done.err
+    assert "safety from tick 40, 2 s" in done.out
+    assert "FSR-01" in done.out
+    fork = next(line.split()[1] for line in done.out.splitlines() if line.startswith("Fork"))
+    shown = adeye("show", fork[:12], "--db", db, "--json").document
+    assert (shown["fork_of"], shown["from_tick"], shown["authority"]) == (run, 40, "safety")
+
+
+def test_fork_as_json_names_both_runs(adeye: Any, db: str, run: str) -> None:
+    arguments = ("fork", run, "--from", "150", "--authority", "safety", "--db", db, "--json")
+    document = adeye(*arguments).document
+    assert document["origin"]["run"] == run
+    assert document["fork"]["run"] != run
+    assert (document["from_tick"], document["links"]) == (150, 1)
+
+
+def test_altered_prefix_ends_with_code_4(
+    adeye: Any, db: str, run: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_arguments: object, **_options: object) -> None:
+        raise IntegrityError("the fork differs before its tick")
+
+    monkeypatch.setattr(adeye_forks(), "_require_same_prefix", refuse)
+    done = adeye("fork", run, "--from", "40", "--authority", "safety", "--db", db)
+    assert done.code == 4
+    assert "differs" in done.err
+
+
+def adeye_forks() -> Any:
+    return adeye.campaign.forks
+
+
+def test_unknown_channel_is_a_usage_error(adeye: Any, db: str, run: str) -> None:
+    done = adeye("fork", run, "--from", "40", "--authority", "autopilot", "--db", db)
+    assert done.code == 2
+    assert "nominal, safety" in done.err
+
+
+def test_forks_count_every_run_once(adeye: Any, db: str) -> None:
+    done = adeye("forks", "--sample", "5", "--db", db)
+    assert done.code == 0, done.err
+    assert "5 of 28 runs forked" in done.out
+    document = adeye("forks", "--sample", "5", "--db", db, "--json").document
+    assert sum(document["counts"].values()) == len(document["lines"]) == 5

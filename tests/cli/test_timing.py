@@ -1,0 +1,51 @@
+"""``timeline`` and ``faults``: what is printed of what follows a fault."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from tests.project import Executed
+
+
+@pytest.fixture
+def run(mini: Executed) -> str:
+    """A run of the candidate whose nominal channel falls silent."""
+    return next(
+        str(row["run"])
+        for row in mini.project.rows()
+        if (row["architecture"], row["fault_entry"]) == ("camera_radar", "nominal_silent")
+    )
+
+
+def test_timeline_prints_moments_and_intervals(adeye: Any, mini: Executed, run: str) -> None:
+    done = adeye("timeline", run[:12], "--db", str(mini.db))
+    assert done.code == 0, done.err
+    for word in ("detected_in_time", "FDTI", "FRTI", "FHTI", "FTTI", "safe state"):
+        assert word in done.out
+
+
+def test_intervals_add_up_in_json(adeye: Any, mini: Executed, run: str) -> None:
+    found = adeye("timeline", run, "--db", str(mini.db), "--json").document
+    assert found["fhti_s"] == pytest.approx(found["fdti_s"] + found["frti_s"])
+    assert found["margin_s"] == pytest.approx(found["ftti_s"] - found["fhti_s"])
+    assert found["class_"] == "detected_in_time"
+
+
+def test_run_without_a_fault_is_a_usage_error(adeye: Any, mini: Executed) -> None:
+    run = next(str(row["run"]) for row in mini.project.rows() if row["fault_entry"] == "none")
+    done = adeye("timeline", run, "--db", str(mini.db))
+    assert done.code == 2
+    assert "no fault" in done.err
+
+
+def test_faults_count_by_scenario_fault_and_architecture(adeye: Any, mini: Executed) -> None:
+    done = adeye("faults", "--sample", "0", "--db", str(mini.db))
+    assert done.code == 0, done.err
+    assert "16 runs with faults" in done.out
+    assert "%" not in done.out
+    document = adeye("faults", "--sample", "0", "--db", str(mini.db), "--json").document
+    assert len(document["injections"]) == 16
+    assert {row["coverage"] for row in document["rows"]} == {None}

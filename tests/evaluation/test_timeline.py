@@ -1,0 +1,152 @@
+"""What follows a fault, over hand-made runs and their hand-made twins: one run for every class."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.evaluation.timeline import Timeline, classify_injection, timeline, violation_s
+from adeye.signals import REASON_STALENESS
+
+ONSET = 5
+
+
+def faulty(hand_made: Any) -> Any:
+    """A run whose fault is present from row 5 on, at 0.5 s."""
+    return hand_made().set("fault_active", value=True, rows=slice(ONSET, None), at=0)
+
+
+def read(made: Any, twin: Any) -> Timeline:
+    return timeline(made.trace(), 0, twin.trace(), 0)
+
+
+def confirmed(made: Any, row: int) -> Any:
+    """The monitor is confirmed from a row on."""
+    made.columns["monitors"][:, row:, 0, 1] = True
+    return made
+
+
+def taken_over(made: Any, row: int) -> Any:
+    """The safety channel acts from a row on, and brakes."""
+    confirmed(made, row).set("authority", 1, rows=slice(row, None))
+    return made.set("command", -4.0, rows=slice(row, None), at=0)
+
+
+def test_fault_that_is_never_present_is_not_activated(hand_made: Any) -> None:
+    found = read(hand_made(), hand_made())
+    assert found == Timeline(None)
+    assert classify_injection(found, 1.0) == "not_activated"
+
+
+def test_fault_that_changes_no_bit_is_not_activated(hand_made: Any) -> None:
+    found = read(faulty(hand_made), hand_made())
+    assert found.fault_s == pytest.approx(0.5)
+    assert found.effect_s is None
+    assert classify_injection(found, 1.0) == "not_activated"
+
+
+def test_effect_that_the_ego_never_shows_is_masked(hand_made: Any) -> None:
+    made = faulty(hand_made).set("sensor_alive", value=False, rows=slice(7, 9), at=0)
+    found = read(made, hand_made())
+    assert found.effect_s == pytest.approx(0.7)
+    assert found.deviation_s is None
+    assert classify_injection(found, None) == "masked"
+
+
+def test_takeover_within_the_ftti_is_detected_in_time(hand_made: Any) -> None:
+    made = taken_over(faulty(hand_made), 8)
+    found = read(made, hand_made())
+    assert found.fdti_s == pytest.approx(0.3)
+    assert (found.detect_s, found.switch_s, found.brake_s, found.emergency_s) == pytest.approx(
+        (0.8, 0.8, 0.8, 0.8)
+    )
+    assert (found.frti_s, found.fhti_s) == pytest.approx((0.0, 0.3))
+    assert classify_injection(found, 0.4) == "detected_in_time"
+    assert classify_injection(found, None) == "detected_in_time"
+
+
+def test_handling_that_takes_as_long_as_the_ftti_is_late(hand_made: Any) -> None:
+    found = read(taken_over(faulty(hand_made), 8), hand_made())
+    assert found.fhti_s is not None
+    assert classify_injection(found, found.fhti_s) == "detected_late"
+
+
+def test_detection_without_reaction_is_late(hand_made: Any) -> None:
+    made = confirmed(faulty(hand_made), 8)
+    found = read(made, hand_made())
+    assert found.fdti_s == pytest.approx(0.3)
+    assert (found.frti_s, found.fhti_s) == (None, None)
+    assert classify_injection(found, None) == "detected_late"
+
+
+def test_contact_after_the_detection_is_late(hand_made: Any) -> None:
+    found = read(taken_over(faulty(hand_made), 8).touch(12, "lead"), hand_made())
+    assert found.violation_s == pytest.approx(1.2)
+    assert classify_injection(found, None) == "detected_late"
+
+
+def test_deviation_without_detection_or_violation_is_latent(hand_made: Any) -> None:
+    made = faulty(hand_made).set("command", 0.3, rows=slice(9, None), at=0)
+    found = read(made, hand_made())
+    assert found.deviation_s == pytest.approx(0.9)
+    assert classify_injection(found, None) == "undetected_no_violation"
+
+
+def test_contact_without_detection_is_undetected_violation(hand_made: Any) -> None:
+    found = read(faulty(hand_made).touch(12, "lead"), hand_made())
+    assert found.fault_to_violation_s == pytest.approx(0.7)
+    assert classify_injection(found, None) == "undetected_violation"
+
+
+def test_monitor_that_the_twin_confirms_too_is_no_detection(hand_made: Any) -> None:
+    made = confirmed(faulty(hand_made), 8)
+    twin = confirmed(hand_made(), 8)
+    assert read(made, twin).detect_s is None
+
+
+def test_stale_channel_is_detected_by_the_switch(hand_made: Any) -> None:
+    made = faulty(hand_made).set("reason", REASON_STALENESS, rows=slice(10, None))
+    assert read(made, hand_made()).detect_s == pytest.approx(1.0)
+
+
+def test_reaction_ends_at_emergency_operation_before_the_safe_state(hand_made: Any) -> None:
+    made = confirmed(faulty(hand_made), 6)
+    made.set("authority", 1, rows=slice(8, None)).set("command", -4.0, rows=slice(10, None), at=0)
+    made.ego(speed=np.where(np.arange(21) < 15, 8.0, 0.0))
+    found = read(made, hand_made())
+    assert (found.switch_s, found.emergency_s, found.safe_s) == pytest.approx((0.8, 1.0, 1.5))
+    assert (found.fdti_s, found.frti_s, found.fhti_s) == pytest.approx((0.1, 0.4, 0.5))
+    assert found.emergency_operation_s == pytest.approx(0.5)
+
+
+def test_braking_that_the_twin_does_too_is_no_reaction(hand_made: Any) -> None:
+    made = faulty(hand_made).set("command", -4.0, rows=slice(6, None), at=0)
+    twin = hand_made().set("command", -4.0, rows=slice(9, None), at=0)
+    assert read(made, twin).brake_s == pytest.approx(0.6)
+    assert read(made, made).brake_s is None
+
+
+def test_what_happened_before_the_fault_is_not_its_effect(hand_made: Any) -> None:
+    made = faulty(hand_made).set("command", 0.3, rows=slice(0, 3), at=0)
+    found = read(made, hand_made())
+    assert (found.effect_s, found.deviation_s) == (None, None)
+
+
+def test_ego_beside_the_road_violates(hand_made: Any) -> None:
+    made = hand_made()
+    assert violation_s(made.trace(), 0) is None
+    made.ego(d=np.where(np.arange(21) < 13, 5.25, -2.5))
+    assert violation_s(made.trace(), 0) == pytest.approx(1.3)
+
+
+def test_place_that_is_no_number_violates(hand_made: Any) -> None:
+    made = hand_made().ego(d=np.where(np.arange(21) < 13, 5.25, np.nan))
+    assert violation_s(made.trace(), 0) == pytest.approx(1.3)
+
+
+def test_runs_of_another_clock_are_no_twins(hand_made: Any) -> None:
+    one, two = hand_made().trace(), hand_made(step=0.05).trace()
+    with pytest.raises(ValueError, match="no twin"):
+        timeline(one, 0, two, 0)

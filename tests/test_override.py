@@ -1,0 +1,166 @@
+"""Overrides around the switch: who acts from a tick on, and what stays as the switch decides."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adeye.override import overriding
+from adeye.ports import SwitchContext
+from adeye.signals import (
+    NO_CHANNEL,
+    OK,
+    REASON_DEFAULT,
+    REASON_OVERRIDE,
+    REQUESTS_AUTHORITY,
+    SILENT,
+    ControlCommand,
+)
+from adeye.spec.switch import Switch
+from adeye.sweep.case import AuthorityOverride
+from adeye.switch import make_switch
+from tests.project import run_cases
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adeye.ports import SwitchModel
+    from adeye.spec.scenario import LogicalScenario
+    from adeye.sweep.case import TestCase
+    from tests.project import Executed
+
+STEP = 0.05
+NOMINAL, SAFETY = 0, 1
+IDS = ("nominal", "safety")
+SPEC = Switch.model_validate(
+    {"policy": "fixed_priority", "priority": ["safety", "nominal"], "default": "nominal"}
+)
+
+
+def proposals(tick: int, *, nominal: int = OK, safety: int = OK, stamp: float | None = None) -> Any:
+    """Commands of both channels; the nominal one is as old as its stamp says."""
+    now = tick * STEP
+    said = (
+        ("nominal", 1.0, nominal, now if stamp is None else stamp),
+        ("safety", -4.0, safety, now),
+    )
+    return [
+        ControlCommand(
+            name, np.array([own]), np.array([0.1 * own]), np.array([at]), np.array([status])
+        )
+        for name, own, status, at in said
+    ]
+
+
+@pytest.fixture
+def case(
+    make_case: Callable[..., TestCase], make_scenario: Callable[..., LogicalScenario]
+) -> TestCase:
+    """Any test case: only its override counts here."""
+    return make_case(make_scenario())
+
+
+@pytest.fixture
+def make(case: TestCase) -> Callable[..., SwitchModel]:
+    """Return a maker of overridden switches of one run."""
+
+    def made(override: AuthorityOverride | None) -> SwitchModel:
+        context = SwitchContext([SPEC], IDS, STEP)
+        return overriding(make_switch(context), [replace(case, override=override)], context)
+
+    return made
+
+
+def decide(switch: SwitchModel, tick: int, **changes: Any) -> tuple[int, int, float, float]:
+    command, authority = switch.arbitrate(tick * STEP, proposals(tick, **changes))
+    acceleration, steering = map(float, command[0])
+    return int(authority.channel[0]), int(authority.reason[0]), acceleration, steering
+
+
+def test_without_an_override_the_switch_is_the_very_same(case: TestCase) -> None:
+    context = SwitchContext([SPEC], IDS, STEP)
+    switch = make_switch(context)
+    assert overriding(switch, [case], context) is switch
+
+
+def test_override_begins_exactly_at_its_tick(make: Callable[..., SwitchModel]) -> None:
+    switch = make(AuthorityOverride(3, "safety"))
+    found = [decide(switch, tick) for tick in range(6)]
+    assert found[:3] == [(NOMINAL, REASON_DEFAULT, 1.0, 0.1)] * 3
+    assert found[3:] == [(SAFETY, REASON_OVERRIDE, -4.0, -0.4)] * 3
+
+
+def test_override_at_tick_0_is_that_channel_from_the_start(
+    make: Callable[..., SwitchModel],
+) -> None:
+    switch = make(AuthorityOverride(0, "safety"))
+    assert {decide(switch, tick)[0] for tick in range(5)} == {SAFETY}
+
+
+def test_original_decision_keeps_its_reason_and_command(make: Callable[..., SwitchModel]) -> None:
+    plain, same = make(None), make(AuthorityOverride(2, "safety"))
+    for tick in range(5):
+        asks = REQUESTS_AUTHORITY if tick >= 2 else OK
+        assert decide(same, tick, safety=asks) == decide(plain, tick, safety=asks)
+
+
+def test_request_of_another_channel_is_not_heard(make: Callable[..., SwitchModel]) -> None:
+    switch = make(AuthorityOverride(0, "nominal"))
+    found = decide(switch, 0, safety=REQUESTS_AUTHORITY)
+    assert found == (NOMINAL, REASON_OVERRIDE, 1.0, 0.1)
+
+
+def test_channel_that_cannot_act_leaves_the_ego_coasting(make: Callable[..., SwitchModel]) -> None:
+    switch = make(AuthorityOverride(2, "nominal"))
+    assert decide(switch, 0)[0] == NOMINAL
+    # The switch itself would hand over to the safety channel; the override does not let it.
+    late = [decide(switch, tick, nominal=SILENT, stamp=0.0) for tick in (2, 3, 20)]
+    assert late[-1] == (NO_CHANNEL, REASON_OVERRIDE, 0.0, 0.1)
+
+
+def test_other_runs_of_the_batch_keep_their_decisions(case: TestCase) -> None:
+    context = SwitchContext([SPEC, SPEC], IDS, STEP)
+    cases = [case, replace(case, override=AuthorityOverride(0, "safety"))]
+    both = overriding(make_switch(context), cases, context)
+    two = [
+        ControlCommand(
+            item.channel,
+            np.repeat(item.acceleration, 2),
+            np.repeat(item.steering_angle, 2),
+            np.repeat(item.stamp, 2),
+            np.repeat(item.status, 2),
+        )
+        for item in proposals(0)
+    ]
+    command, authority = both.arbitrate(0.0, two)
+    assert authority.channel.tolist() == [NOMINAL, SAFETY]
+    assert authority.reason.tolist() == [REASON_DEFAULT, REASON_OVERRIDE]
+    assert command[:, 0].tolist() == [1.0, -4.0]
+
+
+def test_run_with_an_override_from_the_start_is_that_of_a_stuck_switch(mini: Executed) -> None:
+    case = next(
+        case
+        for case in mini.plan.cases
+        if (case.architecture.architecture, case.fault_entry) == ("camera_radar", "nominal_silent")
+    )
+    stuck = case.architecture.switch.model_copy(update={"policy": "stuck"})
+    architecture = case.architecture.model_copy(update={"switch": stuck})
+    forced = run_cases(mini.plan, [replace(case, override=AuthorityOverride(0, "nominal"))])
+    real = run_cases(mini.plan, [replace(case, architecture=architecture)])
+    for name in ("ego", "objects", "command", "contact", "acceleration", "monitors"):
+        assert forced[name].tobytes() == real[name].tobytes(), name
+    decided = forced["authority"][0, : int(forced.length[0]) - 1]
+    assert set(decided.tolist()) <= {NOMINAL, NO_CHANNEL}
+
+
+def test_fork_is_the_same_for_any_batch(mini: Executed) -> None:
+    case = mini.plan.cases[0]
+    fork = replace(case, override=AuthorityOverride(30, case.architecture.switch.default))
+    other = replace(case, override=AuthorityOverride(10, "safety"))
+    alone = run_cases(mini.plan, [fork])
+    together = run_cases(mini.plan, [case, other, fork])
+    assert alone.chains()[0] == together.chains()[2]
