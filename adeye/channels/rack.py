@@ -56,7 +56,7 @@ class ChannelRack:
         for name, spec in architecture.channels.items():
             every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
             delay = ticks(spec.delay, scene.step, f"channels.{name}.delay")
-            inner = make_channel(spec.kind, base_dir)
+            inner = make_channel(spec.kind, base_dir, spec.parameters)
             clocked = ClockedChannel(inner, every, delay)
             clocked.reset(
                 ChannelContext(

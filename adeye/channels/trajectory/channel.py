@@ -10,15 +10,7 @@ from adeye.channels.driving import allowed_speed, channel_records, is_number
 from adeye.channels.perception import NOTE_END, Perception
 from adeye.channels.pose import POSE_D, POSE_SPEED, has_pose
 from adeye.channels.tracks import BEHIND, TRACKS
-from adeye.channels.trajectory.candidates import (
-    CANDIDATES,
-    LEVEL_ROW,
-    PATH_ROW,
-    PATH_TARGET,
-    PATHS,
-    PROFILE_ROW,
-    PROFILES,
-)
+from adeye.channels.trajectory.candidates import CANDIDATES, LEVEL_ROW, PATHS, PROFILES
 from adeye.channels.trajectory.fan import (
     MEMORY_COMMAND,
     MEMORY_LANE,
@@ -43,6 +35,7 @@ from adeye.channels.trajectory.prediction import (
 from adeye.channels.trajectory.scoring import LINE_ROW
 from adeye.kernel.elementary import tan
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.profiles import PATH_ROW, PATH_TARGET, PROFILE_ROW
 from adeye.signals import (
     DEGRADED,
     FAULT,

@@ -6,22 +6,24 @@ import pytest
 from adeye.channels.trajectory.candidates import (
     LEVEL_ROW,
     LEVEL_WANTED,
+    PROFILES,
+    calm_length,
+    inside_length,
+    quick_length,
+    set_accelerations,
+)
+from adeye.channels.trajectory.prediction import SAMPLES
+from adeye.kernel.profiles import (
     PATH_IS_FLAT,
     PATH_ROW,
     PROFILE_ACCELERATION,
     PROFILE_ROW,
     PROFILE_S,
     PROFILE_SPEED,
-    PROFILES,
     at_path,
-    calm_length,
     fill_profile,
-    inside_length,
     lay_path,
-    quick_length,
-    set_accelerations,
 )
-from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.signals import Floats
 from tests.channels.trajectory.record import record
 
@@ -30,7 +32,7 @@ INTERVAL = 0.25
 
 def profile(speed: float, before: float, wanted: float, jerk: float = 25.0) -> Floats:
     made = np.zeros((SAMPLES, PROFILE_ROW))
-    fill_profile(speed, before, wanted, jerk, INTERVAL, made)
+    fill_profile(speed, before, wanted, jerk, INTERVAL, 0.0, made)
     return made
 
 
