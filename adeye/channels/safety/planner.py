@@ -77,7 +77,7 @@ NO_STOP: Final = -1
 _LEVEL_COSTS: Final = (0.1, 0.0, 0.3, 0.6)
 _PATH_COSTS: Final = (0.0, 0.05, 0.1, 0.0)
 """What orders stops of one rating: the stop deceleration before a gentle one before harder ones,
-the lane before straight on. Their sums are below one, so that the rating comes first. Our choice."""
+the lane before straight on. Their sums are below one, so the rating comes first. Our choice."""
 
 _GROWS: Final = 4.0
 """Time of the prediction from which its distance grows no more [s]: at 16 s, nothing would be free
@@ -214,7 +214,7 @@ def _judge(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def _cuts_up(
+def _cuts_up(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     pose: Floats,
     path: Floats,
