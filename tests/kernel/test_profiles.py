@@ -15,8 +15,6 @@ from adeye.kernel.profiles import (
 from adeye.signals import Floats
 
 INTERVAL = 0.25
-
-
 SAMPLES = 16
 
 
