@@ -11,7 +11,7 @@ from adeye.kernel.components import RUN_WIDTH
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled
-from adeye.sensors.delivery import Delivery, clear, no_measurement, sample_at
+from adeye.sensors.delivery import Delivery, no_measurement, sample_at
 from adeye.sensors.exposure import (
     PATCH_BOTTOM,
     PATCH_FIRST,
@@ -251,7 +251,6 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
     """Sample every run of a batch, one after the other in one image; empty where it has ended."""
     for run in range(ego.shape[0]):
         if not running[run]:
-            clear(mask[run], detections[run], source[run], 0)
             continue
         first, stop = draw(parameters[run], ego[run], objects[run], sizes[run], image)
         first, stop = expose(

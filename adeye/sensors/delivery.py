@@ -44,17 +44,14 @@ def no_measurement(runs: int, objects: int, *, with_estimate: bool) -> Measureme
 
 
 def sample_at(time: float, runs: int, objects: int) -> Measurement:
-    """Return a sample of detections that were made at a time [s]; what it detects is to be written.
-
-    Every element of mask, detections and source is to be, those of runs that have ended too.
-    """
+    """Return a sample made at a time [s] that has detected nothing yet."""
     return Measurement(
         stamp=np.full(runs, time),
         fresh=np.zeros(runs, dtype=np.bool_),
         alive=np.ones(runs, dtype=np.bool_),
-        mask=np.empty((runs, objects), dtype=np.bool_),
-        detections=np.empty((runs, objects, len(DETECTION_COLUMNS))),
-        source=np.empty((runs, objects), dtype=np.int64),
+        mask=np.zeros((runs, objects), dtype=np.bool_),
+        detections=np.zeros((runs, objects, len(DETECTION_COLUMNS))),
+        source=np.full((runs, objects), -1, dtype=np.int64),
     )
 
 
@@ -212,20 +209,3 @@ def insert(order: Ints, places: Floats, count: int, thing: int, distance: float)
         order[row] = order[row - 1]
         row -= 1
     order[row] = thing
-
-
-@inlined
-def clear(mask: Bools, detections: Floats, source: Ints, first: int) -> None:
-    """Empty the rows of a run's detections from one on.
-
-    Args:
-        mask: (M,) out.
-        detections: (M, 7) out.
-        source: (M,) out.
-        first: The first row to empty.
-    """
-    for row in range(first, mask.shape[0]):
-        mask[row] = False
-        source[row] = -1
-        for column in range(detections.shape[1]):
-            detections[row, column] = 0.0

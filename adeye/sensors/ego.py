@@ -10,7 +10,7 @@ import numpy as np
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import normal_pairs
-from adeye.sensors.delivery import Delivery, clear, insert, no_measurement, sample_at
+from adeye.sensors.delivery import Delivery, insert, no_measurement, sample_at
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -203,13 +203,12 @@ def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
         running: (B,); where a run has ended nothing is listed.
         found: (M, 3) scratch: place and range rate of each.
         order: (M,) scratch.
-        mask: (B, M) out.
+        mask: (B, M) out, like the next two empty on entry.
         detections: (B, M, 7) out.
         source: (B, M) out.
     """
     for run in range(ego.shape[0]):
         if not running[run]:
-            clear(mask[run], detections[run], source[run], 0)
             continue
         s, c = sin_cos(ego[run, EGO_HEADING])
         for thing in range(objects.shape[1]):

@@ -9,7 +9,7 @@ import numpy as np
 from adeye.kernel.branchless import sin_cos_of_any
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal_pairs_of
-from adeye.sensors.delivery import clear, insert
+from adeye.sensors.delivery import insert
 from adeye.sensors.reach import CAMERA, RADAR
 from adeye.signals import (
     DETECTION_CLASS,
@@ -217,4 +217,3 @@ def write(  # noqa: PLR0913, PLR0917 - a kernel
         detections[place, DETECTION_LENGTH] = sizes[thing, 0]
         detections[place, DETECTION_WIDTH] = sizes[thing, 1]
         detections[place, DETECTION_CLASS] = classes[thing]
-    clear(mask, detections, source, count)

@@ -21,7 +21,7 @@ from adeye.kernel.sight import (
     find_shape,
     sight,
 )
-from adeye.sensors.delivery import Delivery, clear, no_measurement, sample_at
+from adeye.sensors.delivery import Delivery, no_measurement, sample_at
 from adeye.sensors.radar_cells import (
     ECHO_BEARING,
     ECHO_RANGE,
@@ -247,13 +247,11 @@ def _write(  # noqa: PLR0913, PLR0917 - a kernel
         thing = order[row]
         mask[row] = True
         source[row] = thing if thing < objects else -1
-        detections[row, :] = 0.0
         detections[row, DETECTION_X] = echoes[thing, ECHO_X]
         detections[row, DETECTION_Y] = echoes[thing, ECHO_Y]
         detections[row, DETECTION_RANGE_RATE] = echoes[thing, ECHO_RATE]
         detections[row, DETECTION_HAS_RANGE_RATE] = 1.0
         detections[row, DETECTION_CLASS] = NOTHING_KNOWN
-    clear(mask, detections, source, count)
 
 
 @inlined

@@ -38,7 +38,7 @@ from adeye.kernel.raster import (
     VIEW_PITCH_SINE,
     VIEW_ROW,
 )
-from adeye.sensors.delivery import clear, insert
+from adeye.sensors.delivery import insert
 from adeye.sensors.exposure import contrast_at, patch_at
 from adeye.signals import (
     DETECTION_CLASS,
@@ -134,12 +134,10 @@ def recognise(  # noqa: PLR0913, PLR0917 - a kernel
         item = found[order[row]]
         mask[row] = True
         source[row] = int(item[FOUND_SOURCE])
-        detections[row, :] = 0.0
         detections[row, DETECTION_X], detections[row, DETECTION_Y] = item[FOUND_X], item[FOUND_Y]
         detections[row, DETECTION_LENGTH] = item[FOUND_LENGTH]
         detections[row, DETECTION_WIDTH] = item[FOUND_WIDTH]
         detections[row, DETECTION_CLASS] = item[FOUND_CLASS]
-    clear(mask, detections, source, kept)
 
 
 @inlined

@@ -11,7 +11,7 @@ from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal
 from adeye.kernel.sight import ray_box_distance
-from adeye.sensors.delivery import Delivery, clear, no_measurement, sample_at
+from adeye.sensors.delivery import Delivery, no_measurement, sample_at
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_X,
@@ -159,14 +159,12 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
             own = parameters[run]
             thing, way = _nearest_echo(own, others, fires, run, ego[run], objects[run], sizes[run])
         if thing < 0:
-            clear(mask[run], detections[run], source[run], 0)
             continue
         if own["range_noise"] > 0.0:
             way += own["range_noise"] * normal(seeds[run], owner, number, 0)
             way = max(0.0, way)
         s, c = sin_cos(own["yaw"])
         mask[run, 0], source[run, 0] = True, thing
-        detections[run, 0, :] = 0.0
         detections[run, 0, DETECTION_X] = own["x"] + way * c
         detections[run, 0, DETECTION_Y] = own["y"] + way * s
         detections[run, 0, DETECTION_CLASS] = NOTHING_KNOWN

@@ -13,7 +13,6 @@ from adeye.sensors.delivery import (
     JITTER_DRAW,
     Delays,
     Delivery,
-    clear,
     insert,
     no_measurement,
     sample_at,
@@ -75,14 +74,12 @@ def test_objects_are_listed_by_distance_and_equal_ones_in_their_order() -> None:
     assert order.tolist() == [3, 1, 2, 0]
 
 
-def test_cleared_rows_are_those_from_the_first_on() -> None:
+def test_sample_is_empty_until_something_is_detected() -> None:
     made = sample_at(0.5, 1, 3)
-    made.mask[:], made.detections[:], made.source[:] = True, 7.0, 2
-    clear(made.mask[0], made.detections[0], made.source[0], 1)
     assert made.stamp.tolist() == [0.5]
-    assert made.mask.tolist() == [[True, False, False]]
-    assert made.source.tolist() == [[2, -1, -1]]
-    assert made.detections[0].sum(axis=1).tolist() == [49.0, 0.0, 0.0]
+    assert not made.mask.any()
+    assert made.source.tolist() == [[-1, -1, -1]]
+    assert not made.detections.any()
 
 
 OWNER = owner_id("sensor/front")

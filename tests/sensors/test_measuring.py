@@ -69,7 +69,7 @@ def test_place_is_off_along_the_line_of_sight_by_its_draw(kind: int, sigma: floa
     seen.ends[0] = 2
     ego = np.array([98.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     mask, detections = np.zeros(4, dtype=np.bool_), np.zeros((4, 7))
-    source, order = np.zeros(4, dtype=np.int64), np.zeros(4, dtype=np.int64)
+    source, order = np.full(4, -1), np.zeros(4, dtype=np.int64)
     sizes, classes = np.ones((4, 3)), np.zeros(4, dtype=np.int64)
     write(kind, ego, sizes, classes, seen, 0, 0, order, mask, detections, source)
     # The nearer one comes first.
