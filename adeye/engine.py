@@ -6,7 +6,9 @@ of the stages is fixed, so equal test cases give equal bits whatever stands besi
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +27,7 @@ from adeye.traffic import make_traffic
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from adeye.channels.process.witness import Witness
     from adeye.sweep.case import TestCase
 
 DRIVER = "stepwise"
@@ -69,6 +72,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     memory: Memory | None = None,
     on_tick: Callable[[int], None] | None = None,
     most_ticks: int | None = None,
+    witness: Witness | None = None,
 ) -> Trace:
     """Run a batch of test cases of one structure in closed loop.
 
@@ -81,6 +85,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         memory: Where the trace lies; a later run with the same memory overwrites it.
         on_tick: Called after each tick with the number of runs that have ended.
         most_ticks: Stop after so many ticks, however many runs go on; None to go to the end.
+        witness: Who takes down what a channel is shown in the first run.
 
     Returns:
         The trace; its rows are in the order of the cases.
@@ -90,7 +95,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     traffic = make_traffic(backend, variant)
     context, scene = traffic.reset(cases)
     rig = Rig(cases, context, base_dir)
-    rack = ChannelRack(cases, context, base_dir, drawn=drawn)
+    rack = ChannelRack(cases, context, base_dir, drawn=drawn, witness=witness)
     faults = FaultPlan(cases, context)
     channels = tuple(first.architecture.channels)
     switch = make_switch(
@@ -109,6 +114,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         tail=scenario.tail,
         realised=scenario.realised,
     )
+    grip = context.surroundings.friction
     last = ticks(scenario.horizon, first.step, "horizon") + ticks(scenario.tail, first.step, "tail")
     recorder = Recorder(
         layout,
@@ -118,17 +124,24 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         memory=memory,
         mounts=mounts(cases),
     )
-    while scene.running.any() and scene.tick != most_ticks:
-        active = faults.update(scene)
-        readings = rack.detect(faults.on_readings(rig.sense(scene), active, scene))
-        proposals = faults.on_commands(rack.act(scene, readings), active, scene)
-        command, authority = switch.arbitrate(scene.time, proposals)
-        rack.remember(proposals, authority)
-        recorder.add(scene, readings, proposals, command, authority, active)
-        scene = traffic.step(command)
-        if on_tick is not None:
-            on_tick(int(np.count_nonzero(~scene.running)))
-    recorder.close(scene)
+    with closing(rack):
+        while scene.running.any() and scene.tick != most_ticks:
+            active = faults.update(scene)
+            readings = rack.detect(faults.on_readings(rig.sense(scene), active, scene))
+            faults.on_hooks(rack.channels, active, scene)
+            answers = rack.act(scene, readings, partial(faults.on_links, active, scene))
+            proposals = faults.on_commands(answers, active, scene)
+            command, authority = switch.arbitrate(
+                scene.time, proposals, faults.on_switch(active, scene)
+            )
+            rack.remember(proposals, authority)
+            recorder.add(scene, readings, proposals, command, authority, active)
+            scene = traffic.step(
+                faults.on_actuators(command, active, scene), faults.on_tyres(grip, active, scene)
+            )
+            if on_tick is not None:
+                on_tick(int(np.count_nonzero(~scene.running)))
+        recorder.close(scene)
     return recorder.trace(
         horizon_row=traffic.horizon_row, complete=traffic.complete, events=rack.events
     )

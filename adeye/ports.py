@@ -26,9 +26,11 @@ if TYPE_CHECKING:
         RoadMap,
         Scene,
         SceneContext,
+        SwitchFaults,
     )
-    from adeye.spec.architecture import Switch, Vehicle
+    from adeye.spec.architecture import Vehicle
     from adeye.spec.sensors import Sensor
+    from adeye.spec.switch import Switch
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -133,13 +135,46 @@ class ControlChannel(Protocol):
         ...
 
 
+@runtime_checkable
+class HookedChannel(Protocol):
+    """A channel that lets faults into itself; to offer hooks is up to the channel.
+
+    A fault with the target ``hooks.<channel>`` is told to ``inject`` before ``act``, at its onset
+    and whenever it comes or goes in a run, and in no other case: a channel without such a fault
+    hears nothing and must behave as if it had no hooks. The channel's ``reset`` clears everything.
+    """
+
+    hooks: tuple[str, ...]
+    """Models of faults that it offers a hook for, such as ``planner_frozen``."""
+
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        """Take in where a fault is present from now on.
+
+        Args:
+            hook: Which of ``hooks``.
+            active: (B,) runs in which it is present; the others must keep every bit.
+            size: (B,) how large it is, in the unit of its model: the offset of ``map_shifted`` [m],
+                1 for a model without a size.
+        """
+        ...
+
+
 class SwitchModel(Protocol):
     """Decides whose command acts."""
 
     def arbitrate(
-        self, time: float, proposals: Sequence[ControlCommand]
+        self,
+        time: float,
+        proposals: Sequence[ControlCommand],
+        faults: SwitchFaults | None = None,
     ) -> tuple[Floats, Authority]:
-        """Return the acting command (B, 2) and who has authority, why."""
+        """Return the acting command (B, 2) and who has authority, why.
+
+        Args:
+            time: Of this tick [s].
+            proposals: Newest command of every channel, in the architecture's order.
+            faults: What is wrong with the switch itself at this tick; None for nothing.
+        """
         ...
 
 
@@ -168,8 +203,13 @@ class TrafficBackend(Protocol):
         """Build the world of each test case; all have one structure."""
         ...
 
-    def step(self, command: Floats) -> Scene:
-        """Advance one tick with the acting command (B, 2) and return the next scene."""
+    def step(self, command: Floats, friction: Floats | None = None) -> Scene:
+        """Advance one tick with the acting command (B, 2) and return the next scene.
+
+        Args:
+            command: (B, 2) acceleration [m/s²] and steering angle [rad].
+            friction: (B,) of the ego's tyres; None for that of the road.
+        """
         ...
 
 

@@ -106,16 +106,15 @@ def load_part(name: str, base_dir: Path, *, is_nameable: Nameable = inspect.iscl
     return _from_module(name, source, attribute, is_nameable)
 
 
-def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
-    """Hash a file that a part reads.
+def locate_file(name: str, base_dir: Path) -> Path:
+    """Return where a file is that somebody names.
 
     Args:
-        owner: The part.
         name: Path relative to ``base_dir``, in it or below.
         base_dir: Folder of the file that names it.
 
     Raises:
-        SpecError: There is no such file, it lies elsewhere, is too large or cannot be read.
+        SpecError: There is no such file, or it lies elsewhere.
     """
     folder = base_dir.resolve()
     try:
@@ -132,6 +131,30 @@ def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
                 remedy=f"Looked for {shown(str(path))}; "
                 f"{'list each file by itself' if is_there else 'check the path'}.",
             )
+    except (OSError, ValueError, RuntimeError) as error:  # too long, null bytes, a loop of links
+        raise _unreadable(name, error) from error
+    return path
+
+
+def _unreadable(name: str, error: Exception) -> SpecError:
+    return SpecError(
+        f"{shown(name)} cannot be read: {error}", remedy="Check the path and who may read it."
+    )
+
+
+def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
+    """Hash a file that a part reads.
+
+    Args:
+        owner: The part.
+        name: Path relative to ``base_dir``, in it or below.
+        base_dir: Folder of the file that names it.
+
+    Raises:
+        SpecError: There is no such file, it lies elsewhere, is too large or cannot be read.
+    """
+    path = locate_file(name, base_dir)
+    try:
         size = path.stat().st_size
         if size > LARGEST_FILE:
             raise SpecError(
@@ -140,10 +163,8 @@ def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
             )
         with path.open("rb") as stream:
             found = hashlib.file_digest(stream, "sha256").hexdigest()
-    except (OSError, ValueError, RuntimeError) as error:  # too long, null bytes, a loop of links
-        raise SpecError(
-            f"{shown(name)} cannot be read: {error}", remedy="Check the path and who may read it."
-        ) from error
+    except OSError as error:
+        raise _unreadable(name, error) from error
     if _SEEN.setdefault(path, found) != found:
         _SEEN[path] = found
         _forget_files()

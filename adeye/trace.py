@@ -107,12 +107,22 @@ class Layout:
 
 @dataclass(frozen=True, slots=True)
 class ChannelEvent:
-    """The first failure of a channel in a run."""
+    """The first failure of a channel in a run.
+
+    Attributes:
+        outcome: What the run's outcome is.
+        channel: Id.
+        time: [s].
+        detail: What was wrong.
+        is_machine_dependent: Whether a deadline on the wall clock, or another bound that depends on
+            the machine's speed or load, was hit in the run.
+    """
 
     outcome: str
     channel: str
     time: float
     detail: str
+    is_machine_dependent: bool = False
 
 
 @dataclass(frozen=True, slots=True)

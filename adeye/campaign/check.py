@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.authorship import author
 from adeye.campaign.parts import load_code, named_files
+from adeye.channels.factory import make_channel
 from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, suggest
 from adeye.identity import digest
 from adeye.spec.expression import to_program
@@ -52,6 +53,31 @@ def check_onsets(files: OddFiles) -> None:
         for use in files.odd.spec.scenarios:
             if fault.id in _fault_ids(use, files):
                 _check_onset(fault, files.scenarios[use.name].spec, use.name, where)
+
+
+def check_hooks(files: OddFiles) -> None:
+    """Check that channels offer a hook for the faults inside them.
+
+    Raises:
+        SpecError: A channel does not, in an architecture that has it.
+    """
+    for number, fault in enumerate(files.odd.spec.faults):
+        is_used = any(fault.id in _fault_ids(use, files) for use in files.odd.spec.scenarios)
+        if fault.port != "hooks" or not is_used:
+            continue
+        for name, item in files.architectures.items():
+            channel = item.spec.channels.get(fault.target_id)
+            if channel is None:
+                continue
+            made = make_channel(channel.kind, item.path.parent)
+            hooks: tuple[str, ...] = tuple(getattr(made, "hooks", ()))
+            if fault.model not in hooks:
+                raise SpecError(
+                    f"fault {fault.id}: channel {fault.target_id} of architecture {name} "
+                    f"({channel.kind}) has no hook {fault.model}",
+                    where=files.odd.locate(("faults", number, "model")),
+                    remedy=f"It has {', '.join(hooks) or 'none'}; see HookedChannel.",
+                )
 
 
 def check_cases(expansion: Expansion) -> None:

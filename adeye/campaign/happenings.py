@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.evaluation.metrics.perception import measuring_sensors
-from adeye.signals import NO_CHANNEL, REASON_LABELS, STATUS_LABELS, Bools
+from adeye.signals import NO_CHANNEL, REASON_HANDOVER, REASON_LABELS, STATUS_LABELS, Bools
 from adeye.store.block import EventBlock
 from adeye.store.columns import Dictionary, Texts
 from adeye.store.rows import EventRecord
@@ -164,15 +164,27 @@ def _channels(trace: Trace, found: _Found, decided: Bools) -> None:
 
 
 def _handovers(trace: Trace, found: _Found, decided: Bools) -> None:
+    """Find who has authority after whom and why, and when a handover with a latency begins."""
     authority, reason = trace["authority"], trace["reason"]
+    names = (*trace.layout.channels, "none")  # NO_CHANNEL counts from the end
+    assert NO_CHANNEL == -1
     runs, rows = _changes(authority, decided)
-    channels, reasons = authority[runs, rows], reason[runs, rows]
-    pairs = sorted(set(zip(channels.tolist(), reasons.tolist(), strict=True)))
-    for channel, why in pairs:
-        name = trace.layout.channels[channel] if channel != NO_CHANNEL else "none"
-        chosen = (channels == channel) & (reasons == why)
-        text = f"authority to {name} ({REASON_LABELS[int(why)]})"
-        found.add("switch", name, text, runs[chosen], trace.time[rows[chosen]])
+    changes = np.stack([authority[runs, rows], authority[runs, rows - 1], reason[runs, rows]])
+    for change in sorted(set(map(tuple, changes.T.tolist()))):
+        to, before, why = change
+        chosen = (changes == np.array(change)[:, np.newaxis]).all(axis=0)
+        text = f"authority to {names[to]} from {names[before]} ({REASON_LABELS[why]})"
+        found.add("switch", names[to], text, runs[chosen], trace.time[rows[chosen]])
+    # Where the old channel acts meanwhile, authority does not tell that another is to come.
+    runs, rows = _changes(reason, decided)
+    begins = (reason[runs, rows] == REASON_HANDOVER) & (
+        authority[runs, rows] == authority[runs, rows - 1]
+    )
+    runs, rows = runs[begins], rows[begins]
+    for channel in np.unique(authority[runs, rows]).tolist():
+        chosen = authority[runs, rows] == channel
+        text = f"handover from {names[channel]} begins"
+        found.add("switch", names[channel], text, runs[chosen], trace.time[rows[chosen]])
 
 
 def _contact(trace: Trace, found: _Found) -> None:

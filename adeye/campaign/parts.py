@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 from adeye.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.channels.factory import make_channel, plugin_channel
 from adeye.channels.policy.channel import load_policy
+from adeye.channels.process import command_files, find_program
 from adeye.errors import SpecError
 from adeye.registry import (
+    Loc,
     Part,
     ReadFile,
     load_part,
@@ -19,7 +21,7 @@ from adeye.registry import (
     require,
     validate_parameters,
 )
-from adeye.spec.channels import PluginChannel, PolicyChannel
+from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
 from adeye.units import shown
@@ -51,9 +53,9 @@ class Parts:
 
     @property
     def digest(self) -> str:
-        """Hash of the plug-ins' code, versions and files; empty without plug-ins."""
+        """Hash of the plug-ins' code, versions and files; empty if there are none."""
         parts = (*self.plugins, *self.metrics)
-        return plugins_digest(parts, self.files) if parts else ""
+        return plugins_digest(parts, self.files) if parts or self.files else ""
 
 
 def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
@@ -82,6 +84,9 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
         if isinstance(channel, PolicyChannel):
             plugins.append(_policy(loaded, name, channel))
             continue
+        if isinstance(channel, ProcessChannel):
+            _check_program(loaded, name, channel)
+            continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder, channel.parameters)
         else:
@@ -107,19 +112,31 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
 
 
 def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:
-    """List the files that each channel says it reads, as written."""
+    """List the files that each channel names, as written: those that it reads, its program."""
     return {
-        name: channel.files
-        for name, channel in architecture.channels.items()
-        if isinstance(channel, PolicyChannel | PluginChannel) and channel.files
+        name: tuple(file for _, file in files)
+        for name in architecture.channels
+        if (files := _named(architecture, name))
     }
 
 
+def _named(architecture: Architecture, name: str) -> list[tuple[Loc, str]]:
+    """List where in a channel's record which file is named."""
+    channel = architecture.channels[name]
+    found: list[tuple[Loc, str]] = []
+    if isinstance(channel, ProcessChannel):
+        files = command_files(channel.parameters.command)
+        found += [(("parameters", "command", at), file) for at, file in files.items()]
+    if isinstance(channel, PolicyChannel | ProcessChannel | PluginChannel):
+        found += [(("files", at), file) for at, file in enumerate(channel.files)]
+    return found
+
+
 def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
-    for channel, names in named_files(loaded.spec).items():
+    for channel in loaded.spec.channels:
         found: set[Path] = set()
-        for at, name in enumerate(names):
-            where = loaded.locate(("channels", channel, "files", at))
+        for loc, name in _named(loaded.spec, channel):
+            where = loaded.locate(("channels", channel, *loc))
             try:
                 file = read_file(f"channels.{channel}", name, loaded.path.parent)
             except SpecError as error:
@@ -151,6 +168,15 @@ def _policy(loaded: Loaded[Architecture], name: str, spec: PolicyChannel) -> Par
         if error.where is not None:
             raise
         raise SpecError(error.message, where=where, remedy=error.remedy) from error
+
+
+def _check_program(loaded: Loaded[Architecture], name: str, spec: ProcessChannel) -> None:
+    try:
+        find_program(spec.parameters.command, loaded.path.parent)
+    except SpecError as error:
+        where = loaded.locate(("channels", name, "parameters", "command"))
+        text = f"channel {name}: {error.message}"
+        raise SpecError(text, where=where, remedy=error.remedy) from error
 
 
 def _plugin(

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adeye.campaign.check import check_cases, check_onsets, check_scenarios
+from adeye.campaign.check import check_cases, check_hooks, check_onsets, check_scenarios
 from adeye.campaign.content import Contents
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
@@ -107,7 +107,7 @@ class CampaignPlan:
     @property
     def is_compiled(self) -> bool:
         """Whether nothing in a tick is Python code of somebody else, so that threads pay."""
-        has_plugins = any(parts.plugins for parts in self.parts.values())
+        has_plugins = any(parts.plugins or parts.files for parts in self.parts.values())
         return self.engine.backend == "batch" and not has_plugins
 
     @property
@@ -281,6 +281,7 @@ def make_plan(
     parts = {name: load_parts(item, metrics) for name, item in files.architectures.items()}
     expansion = expand(files)
     check_onsets(files)
+    check_hooks(files)
     requirements = check_requirements(
         files.concept.spec, judged_plan(files, parts), files.concept.locate
     )

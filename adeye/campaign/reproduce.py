@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.content import recreate
 from adeye.campaign.work import evaluate, signals_of
+from adeye.channels.process.witness import Witness
 from adeye.engine import identity
 from adeye.engine import run as run_batch
-from adeye.errors import InputError
+from adeye.errors import InputError, UsageError, suggest
 from adeye.evaluation.requirements import requirement_digest
 from adeye.spec.concept import Concept
 from adeye.spec.odd import Attributes
@@ -17,9 +19,10 @@ from adeye.spec.quantity import SI
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
 from adeye.traffic import VARIANTS
+from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from adeye.evaluation.judge import Evaluation
@@ -81,12 +84,13 @@ class Replayed:
     note: str
 
 
-def rerun(repository: Repository, run: RunRef) -> Execution:
+def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = None) -> Execution:
     """Execute a stored run again, alone.
 
     Args:
         repository: The database.
         run: A run that has a result.
+        dump: Channel, and the file that gets what it is shown.
 
     Raises:
         InputError: It was planned, but not executed yet.
@@ -106,13 +110,15 @@ def rerun(repository: Repository, run: RunRef) -> Execution:
         odd["odd"],
         inside_odd=run.inside_odd,
     )
-    trace = run_batch(
-        [case],
-        backend=str(stored.row["backend"]),
-        variant=_known_variant(stored.row),
-        base_dirs={case.architecture.architecture: folder},
-        drawn=True,
-    )
+    with _witness(dump, case) as witness:
+        trace = run_batch(
+            [case],
+            backend=str(stored.row["backend"]),
+            variant=_known_variant(stored.row),
+            base_dirs={case.architecture.architecture: folder},
+            drawn=True,
+            witness=witness,
+        )
     concept = Concept.model_validate(
         repository.content("concept", campaign.concept_digest), context=SI
     )
@@ -127,6 +133,34 @@ def rerun(repository: Repository, run: RunRef) -> Execution:
     )
 
 
+@contextmanager
+def _witness(dump: tuple[str, Path] | None, case: TestCase) -> Iterator[Witness | None]:
+    """Open the file that gets what a channel is shown.
+
+    Raises:
+        UsageError: There is no such channel, or the file cannot be written.
+    """
+    if dump is None:
+        yield None
+        return
+    channel, path = dump
+    channels = case.architecture.channels
+    if channel not in channels:
+        raise UsageError(
+            f"architecture {case.architecture.architecture} has no channel {shown(channel)}",
+            remedy=suggest(channel, channels),
+        )
+    try:
+        stream = path.open("wb")
+    except OSError as error:
+        raise UsageError(
+            f"{shown(str(path))} cannot be written: {error.strerror}",
+            remedy="Name a file in a folder that is there.",
+        ) from error
+    with stream:
+        yield Witness(channel, stream)
+
+
 def _known_variant(row: Mapping[str, Any]) -> str | None:
     """Give the arithmetic that a run was made with; None if this version has another in its place.
 
@@ -137,15 +171,16 @@ def _known_variant(row: Mapping[str, Any]) -> str | None:
     return short if short in VARIANTS.get(backend, ()) else None
 
 
-def replay_run(db: str | Path | None, run: str) -> Replayed:
+def replay_run(db: str | Path | None, run: str, dump: tuple[str, Path] | None = None) -> Replayed:
     """Execute a stored run again and compare trace digests.
 
     Args:
         db: Database, by default ``.adeye/adeye.db``.
         run: Beginning of its result digest.
+        dump: Channel, and the file that gets what it is shown, a line for each observation.
     """
     with Repository.open(db, create=False) as repository:
-        done = rerun(repository, repository.find_run(run))
+        done = rerun(repository, repository.find_run(run), dump)
     row = done.stored.row
     trace_digest = done.trace.digests()[0]
     now = identity(str(row["backend"]), _known_variant(row))
@@ -155,6 +190,9 @@ def replay_run(db: str | Path | None, run: str) -> Replayed:
             f"it was made by {row['variant']}, numerics version {row['numerics_version']}; "
             f"this is {now.variant}, numerics version {now.numerics_version}"
         )
+    if row["machine_dependent"]:
+        cause = "a deadline or limit that depends on the machine stopped a channel in it"
+        note = f"{note}; {cause}" if note else cause
     return Replayed(
         run=done.run.result_digest,
         scenario=done.run.scenario,
@@ -219,6 +257,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         "trace_digest": row["trace_digest"],
         "backend": row["backend"],
         "variant": row["variant"],
+        "machine_dependent": bool(row["machine_dependent"]),
         "metrics": {
             name: {
                 "value": item.value,

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.work import BatchResult, BatchTask, execute
+from adeye.channels.factory import PROCESS
+from adeye.channels.process import MOST_PROGRAMS
 from adeye.kernel.jit import is_cache_warm
 from adeye.recorder import trace_bytes
 from adeye.sensors.lidar import sample_bytes
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
     from adeye.campaign.plan import CampaignPlan
     from adeye.evaluation.verdict import ExitCode, Verdict
+    from adeye.spec.architecture import Architecture
     from adeye.store.stored import Block, CampaignInfo, Plan
     from adeye.sweep.case import TestCase
 
@@ -182,8 +185,18 @@ def block_size(plan: CampaignPlan) -> int:
     do; a large one has large blocks, over which compiled code and inserts cost least, as far as
     their traces and the returns of their lidars fit into memory.
     """
-    largest = max(trace_bytes(case) + sample_bytes(case.architecture) for case in plan.examples())
-    return _block_size(plan.expansion.count, TRACE_MEMORY // largest)
+    examples = plan.examples()
+    largest = max(trace_bytes(case) + sample_bytes(case.architecture) for case in examples)
+    fitting = TRACE_MEMORY // largest
+    programs = max(_programs(case.architecture) for case in examples)
+    if programs:
+        fitting = min(fitting, max(1, MOST_PROGRAMS // programs))
+    return _block_size(plan.expansion.count, fitting)
+
+
+def _programs(architecture: Architecture) -> int:
+    """Count the channels that have a program of their own in each run."""
+    return sum(channel.kind == PROCESS for channel in architecture.channels.values())
 
 
 def _block_size(planned: int, fitting: int) -> int:

@@ -264,7 +264,10 @@ def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey])
         trace_digests=tuple(trace.digests()),
         realised=happened.realised,
         end_reason=Texts(happened.end_reason, Dictionary(END_REASONS)),
-        machine_dependent=np.zeros(trace.runs, dtype=np.bool_),
+        machine_dependent=np.array(
+            [event is not None and event.is_machine_dependent for event in trace.channel_events],
+            dtype=np.bool_,
+        ),
         metrics=_metrics(trace, evaluation, METRIC_IDS),
         verdicts=_verdicts(evaluation.judged),
         events=happenings(trace, np.asarray(evaluation.metrics[SEEN].actor, dtype=np.int64)),

@@ -10,10 +10,12 @@ from pydantic import BaseModel
 from adeye.channels.guard import GuardedChannel
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.policy import PolicyChannel
+from adeye.channels.process import ProcessChannel
 from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel
 from adeye.channels.scalar import ScalarChannel
 from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
+from adeye.ports import HookedChannel
 from adeye.registry import Part, load_part, require, validate_parameters
 
 if TYPE_CHECKING:
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.ports import ChannelContext, ControlChannel
-    from adeye.signals import ControlCommand, Observation
+    from adeye.signals import Bools, ControlCommand, Floats, Observation
     from adeye.trace import ChannelEvent
 
 BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
@@ -34,6 +36,9 @@ BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
 POLICY: Final = "policy"
 """Kind of the channel that asks a policy from outside; it is contained like a plug-in."""
 
+PROCESS: Final = "process"
+"""Kind of the channel that asks a program; it contains what that does."""
+
 
 def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlChannel:
     """Make the channel of a kind; it has still to be reset with a context.
@@ -41,7 +46,7 @@ def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlCh
     A class with ``reset`` works on the batch; one without is made once per run.
 
     Args:
-        kind: One of ``BUILT_IN``, ``policy``, ``module:Class`` or ``./file.py:Class``.
+        kind: One of ``BUILT_IN``, ``policy``, ``process``, ``module:Class`` or ``./file.py:Class``.
         base_dir: Folder of the file that names a plug-in.
         parameters: Its parameter record, which may ask for another implementation of a kind; the
             default where it is missing.
@@ -58,6 +63,8 @@ def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlCh
         return GuardedChannel(BUILT_IN[kind](), trusted=True)
     if kind == POLICY:
         return GuardedChannel(PolicyChannel(base_dir))
+    if kind == PROCESS:
+        return ProcessChannel(base_dir)
     return plugin_channel(load_part(kind, base_dir))
 
 
@@ -95,6 +102,24 @@ class PluginChannel:
         self.monitor_ids: tuple[str, ...] = channel.monitor_ids
 
     @property
+    def hooks(self) -> tuple[str, ...]:
+        """Faults inside it that the channel offers a hook for, see ``ports.HookedChannel``."""
+        return tuple(getattr(self._channel, "hooks", ()))
+
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        """Tell the channel where a fault inside it is present.
+
+        Raises:
+            SpecError: It does not offer the hook.
+        """
+        if not isinstance(self._channel, HookedChannel):
+            raise SpecError(
+                f"{self._part.name} has no hook {hook}",
+                remedy="A channel on the batch may have it.",
+            )
+        self._channel.inject(hook, active, size)
+
+    @property
     def events(self) -> list[ChannelEvent | None]:
         """First failure of the channel in each run, or None."""
         return self._channel.events
@@ -129,11 +154,15 @@ class _LateChannel:
     def __init__(self, part: Part) -> None:
         self._part = part
         self.monitor_ids: tuple[str, ...] = tuple(getattr(part.obj, "monitor_ids", ()))
+        self.hooks: tuple[str, ...] = tuple(getattr(part.obj, "hooks", ()))
         self._channel: Any = None
 
     def reset(self, context: ChannelContext) -> None:
         self._channel = self._part.build()
         self._channel.reset(context)
+
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        self._channel.inject(hook, active, size)
 
     def act(self, observation: Observation) -> ControlCommand:
         command: ControlCommand = self._channel.act(observation)

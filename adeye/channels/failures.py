@@ -12,6 +12,8 @@ from adeye.trace import ChannelEvent
 
 ERROR: Final = "channel_error"
 INVALID_OUTPUT: Final = "channel_invalid_output"
+KILLED: Final = "channel_killed"
+TIMEOUT: Final = "channel_timeout"
 MAX_DETAIL: Final = 500
 """Longest detail that is kept [characters]."""
 
@@ -30,16 +32,26 @@ class Failures:
         self.events: list[ChannelEvent | None] = [None] * runs
         self.silent: Bools = np.zeros(runs, dtype=np.bool_)
 
-    def add(self, runs: Bools, outcome: str, time: float, detail: str) -> None:
+    def add(
+        self,
+        runs: Bools,
+        outcome: str,
+        time: float,
+        detail: str,
+        *,
+        is_machine_dependent: bool = False,
+    ) -> None:
         """Record a failure in the runs (B,) that have none yet.
 
         Args:
             runs: (B,) where it happened.
-            outcome: ``channel_error`` or ``channel_invalid_output``.
+            outcome: ``channel_error``, ``channel_invalid_output``, ``channel_killed`` or
+                ``channel_timeout``.
             time: [s].
             detail: What was wrong.
+            is_machine_dependent: Whether it may be the machine's speed or load that it shows.
         """
-        event = ChannelEvent(outcome, self.channel, time, detail[:MAX_DETAIL])
+        event = ChannelEvent(outcome, self.channel, time, detail[:MAX_DETAIL], is_machine_dependent)
         for run in np.flatnonzero(runs & ~self.silent):
             self.events[run] = event
         self.silent |= runs

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
+from adeye.errors import SpecError
 from adeye.kernel.jit import compiled
 from adeye.signals import (
     FAULT,
@@ -57,6 +59,29 @@ class GuardedChannel:
         self._failures = Failures("", 0)
         self._previous = no_command("", 0)
         self._dead = False
+        self._time = 0.0
+        self._running: Bools = np.zeros(0, dtype=np.bool_)
+
+    @property
+    def hooks(self) -> tuple[str, ...]:
+        """Faults inside it that the channel offers a hook for, see ``ports.HookedChannel``."""
+        return tuple(getattr(self._channel, "hooks", ()))
+
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        """Tell the channel where a fault inside it is present.
+
+        Raises:
+            SpecError: It does not offer the hook.
+        """
+        if hook not in self.hooks:
+            raise SpecError(
+                f"channel {self._failures.channel} has no hook {hook}",
+                remedy=f"It has {', '.join(self.hooks) or 'none'}.",
+            )
+        if not self._dead:
+            told = functools.partial(self._channel.inject, hook, active.copy())  # type: ignore[attr-defined]
+            # As after an exception elsewhere, its state is unknown in every run that goes on.
+            self._call(told, size.copy(), self._time, self._running)
 
     @property
     def events(self) -> list[ChannelEvent | None]:
@@ -70,11 +95,14 @@ class GuardedChannel:
         self._failures = Failures(context.channel_id, context.runs)
         self._previous = no_command(context.channel_id, context.runs)
         self._dead = False
-        self._call(self._channel.reset, context, 0.0, np.ones(context.runs, dtype=np.bool_))
+        self._time = 0.0
+        self._running = np.ones(context.runs, dtype=np.bool_)
+        self._call(self._channel.reset, context, 0.0, self._running)
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer with a command that is finite and well formed in every run."""
-        running = observation.running
+        running = self._running = observation.running
+        self._time = observation.time
         answer = None
         if not self._dead:
             answer = self._call(self._channel.act, observation, observation.time, running)

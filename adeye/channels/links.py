@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -44,6 +44,40 @@ def no_command(channel: str, runs: int) -> ControlCommand:
         np.full(runs, -1.0),
         np.full(runs, SILENT, dtype=np.int64),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What there is to be shown to a channel at a tick, before its links choose from it.
+
+    Attributes:
+        measurements: Newest measurement of every sensor, after faults.
+        commands: Command of every channel at the previous tick, after faults; a channel that is
+            missing has not given any.
+        authority: The switch's state at the previous tick; None before the first.
+    """
+
+    measurements: Mapping[str, Measurement]
+    commands: Mapping[str, ControlCommand]
+    authority: Authority | None
+
+    def shown(self, link: str, runs: int) -> Measurement | ControlCommand | Authority | None:
+        """Return what a link shows; None before the first decision of the switch."""
+        if link == SWITCH:
+            return self.authority
+        if link.startswith(CHANNEL_PREFIX):
+            name = link[len(CHANNEL_PREFIX) :]
+            return self.commands.get(name) or no_command(name, runs)
+        return self.measurements[link]
+
+    def instead(self, link: str, thing: Any) -> View:
+        """Return the view with another thing behind a link."""
+        if link == SWITCH:
+            return replace(self, authority=thing)
+        if link.startswith(CHANNEL_PREFIX):
+            name = link[len(CHANNEL_PREFIX) :]
+            return replace(self, commands={**self.commands, name: thing})
+        return replace(self, measurements={**self.measurements, link: thing})
 
 
 def observe(  # noqa: PLR0913 - one argument per stage that it is taken from

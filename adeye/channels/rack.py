@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from adeye.channels.clock import ClockedChannel
 from adeye.channels.clustering import Clustering
 from adeye.channels.factory import BUILT_IN, make_channel
-from adeye.channels.links import observe
+from adeye.channels.links import View, observe
+from adeye.channels.process.witness import Witness, WitnessedChannel
 from adeye.ports import ChannelContext, ControlChannel
 from adeye.sensors.rig import data_sheets, mounts
 from adeye.signals import Authority, ControlCommand, Measurement, Scene, SceneContext
@@ -16,7 +18,7 @@ from adeye.spec.sensors import PhysicalLidar, model_name
 from adeye.world.compile import ego_desired_speeds
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from adeye.sweep.case import TestCase
@@ -33,6 +35,7 @@ class ChannelRack:
         base_dir: Path,
         *,
         drawn: bool = False,
+        witness: Witness | None = None,
     ) -> None:
         """Build the channels of a batch.
 
@@ -41,6 +44,7 @@ class ChannelRack:
             scene: What does not change during the runs.
             base_dir: Folder of the file that names plug-ins.
             drawn: Whether somebody looks at what channels weighed up.
+            witness: Who takes down what a channel is shown.
         """
         architecture = cases[0].architecture
         poses = mounts(cases)
@@ -57,6 +61,9 @@ class ChannelRack:
             every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
             delay = ticks(spec.delay, scene.step, f"channels.{name}.delay")
             inner = make_channel(spec.kind, base_dir, spec.parameters)
+            self._inner[name] = inner
+            if witness is not None and witness.channel == name:
+                inner = WitnessedChannel(inner, spec.kind, witness)
             clocked = ClockedChannel(inner, every, delay)
             clocked.reset(
                 ChannelContext(
@@ -77,7 +84,6 @@ class ChannelRack:
                 )
             )
             self._links[name] = spec.links
-            self._inner[name] = inner
             self._clocked[name] = clocked
             self._is_plugin[name] = spec.kind not in BUILT_IN
         self._clusterings: dict[str, Clustering] = {}
@@ -87,6 +93,11 @@ class ChannelRack:
                 self._clusterings[name] = Clustering(specs, len(scene.object_ids))
         self._commands: dict[str, ControlCommand] = {}
         self._authority: Authority | None = None
+
+    @property
+    def channels(self) -> Mapping[str, ControlChannel]:
+        """The channels themselves by id, without their cadence."""
+        return self._inner
 
     @property
     def monitor_ids(self) -> tuple[str, ...]:
@@ -102,6 +113,13 @@ class ChannelRack:
             merged = [_earlier(a, b) for a, b in zip(merged, own, strict=True)]
         return merged
 
+    def close(self) -> None:
+        """Let go of what channels hold outside of this process."""
+        for channel in self._inner.values():
+            close = getattr(channel, "close", None)
+            if close is not None:
+                close()
+
     def detect(self, readings: Mapping[str, Measurement]) -> dict[str, Measurement]:
         """Find objects in what needs perception to show any, once for all channels.
 
@@ -113,18 +131,32 @@ class ChannelRack:
             found[name] = clustering.detect(readings[name])
         return found
 
-    def act(self, scene: Scene, readings: Mapping[str, Measurement]) -> list[ControlCommand]:
-        """Ask every channel for its command at this tick."""
+    def act(
+        self,
+        scene: Scene,
+        readings: Mapping[str, Measurement],
+        distort: Callable[[str, View], View] | None = None,
+    ) -> list[ControlCommand]:
+        """Ask every channel for its command at this tick.
+
+        Args:
+            scene: Ground truth at the tick.
+            readings: Newest measurement of every sensor, after faults.
+            distort: Makes of the view what a channel is shown instead; asked at every tick, also
+                where the channel is not due.
+        """
         proposals = []
+        view = View(readings, self._commands, self._authority)
         for name, channel in self._clocked.items():
             observation = None
+            shown = view if distort is None else distort(name, view)
             if channel.is_due:
                 observation = observe(
                     self._links[name],
                     scene.time,
-                    readings,
-                    self._commands,
-                    self._authority,
+                    shown.measurements,
+                    shown.commands,
+                    shown.authority,
                     scene.running,
                     protect=self._is_plugin[name],
                 )
@@ -140,4 +172,7 @@ class ChannelRack:
 def _earlier(one: ChannelEvent | None, other: ChannelEvent | None) -> ChannelEvent | None:
     if one is None or other is None:
         return one or other
-    return one if one.time <= other.time else other
+    first = one if one.time <= other.time else other
+    # What the later failure depends on, the rest of the run does.
+    is_dependent = one.is_machine_dependent or other.is_machine_dependent
+    return replace(first, is_machine_dependent=is_dependent)

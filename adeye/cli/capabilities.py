@@ -108,7 +108,7 @@ CAPABILITIES: Final = (
     Capability(
         "R13",
         "control commands are prioritised by a declarative switch",
-        Status.PARTLY,
+        Status.PROVEN,
         f"{PROOFS}/test_r13_prioritised_commands.py",
     ),
     Capability(

@@ -9,6 +9,7 @@ import typer
 
 from adeye.cli.options import Db, Json, RunId
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, plain, wrote
+from adeye.errors import UsageError
 
 if TYPE_CHECKING:
     from adeye.campaign.reproduce import Replayed
@@ -52,14 +53,53 @@ def show(run: RunId, db: Db = None, json: Json = False) -> None:
         emit(f"\nReproduce it:  {clean(description[_COMMAND])}")
 
 
-def replay(run: RunId, db: Db = None, html: HtmlFile = None, json: Json = False) -> None:
+Channel = Annotated[
+    str | None,
+    typer.Option(
+        "--channel",
+        metavar="ID",
+        envvar="ADEYE_CHANNEL",
+        help="Channel whose observations are saved; needs --dump.",
+    ),
+]
+DumpFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--dump",
+        metavar="FILE",
+        envvar="ADEYE_DUMP",
+        help="Save what the channel is shown, as lines of JSON; needs --channel.",
+    ),
+]
+
+
+def replay(
+    run: RunId,
+    db: Db = None,
+    html: HtmlFile = None,
+    channel: Channel = None,
+    dump: DumpFile = None,
+    json: Json = False,
+) -> None:
     """Execute a stored run again and compare the digest of its trace.
+
+    With --channel and --dump it saves what that channel is shown, which feeds it again without the
+    simulator: `./program < FILE`, or `adeye.testing.feed`.
 
     Exit codes: 0 identical, 4 the trace differs.
     """
     from adeye.campaign.reproduce import replay_run
 
-    again = replay_run(db, run)
+    if channel is None or dump is None:
+        if channel is not None or dump is not None:
+            raise UsageError(
+                "--channel and --dump belong together",
+                remedy="Give --channel ID --dump FILE, or neither.",
+            )
+        saved = None
+    else:
+        saved = channel, dump
+    again = replay_run(db, run, saved)
     if json:
         emit_json("replay", plain(again))
     else:
@@ -69,6 +109,8 @@ def replay(run: RunId, db: Db = None, html: HtmlFile = None, json: Json = False)
 
         write_replay(db, run, html)
         wrote(html)
+    if dump is not None:
+        wrote(dump)
     if not again.identical:
         raise typer.Exit(_DIFFERS)
 

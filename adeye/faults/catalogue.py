@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from adeye.faults import actuators, commands, links
+from adeye.faults.hooks import Hook
 from adeye.faults.injectors import DropOut, Silence
+from adeye.faults.switching import LateSwitch, StuckSwitch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -14,6 +17,31 @@ if TYPE_CHECKING:
 INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("sensors", "drop_out"): DropOut,
     ("channels", "silent"): Silence,
+    ("switch", "stuck"): StuckSwitch,
+    ("switch", "late"): LateSwitch,
+    ("channels", "crash"): Silence,
+    ("channels", "slow"): commands.Slow,
+    ("channels", "stuck"): commands.Stuck,
+    ("channels", "bias"): commands.Bias,
+    ("channels", "scale"): commands.Scale,
+    ("channels", "oscillating"): commands.Oscillating,
+    ("channels", "plausible_but_wrong"): commands.PlausibleButWrong,
+    ("channels", "not_a_number"): commands.NotANumber,
+    ("channels", "heartbeat_lies"): commands.HeartbeatLies,
+    ("links", "drop"): links.Drop,
+    ("links", "delay"): links.Delay,
+    ("links", "reorder"): links.Reorder,
+    ("links", "duplicate"): links.Duplicate,
+    ("hooks", "tracks_lost"): Hook,
+    ("hooks", "planner_frozen"): Hook,
+    ("hooks", "map_shifted"): Hook,
+    ("actuators", "loss"): actuators.Loss,
+    ("actuators", "fade"): actuators.Fade,
+    ("actuators", "offset"): actuators.Offset,
+    ("actuators", "rate_limit"): actuators.RateLimit,
+    ("actuators", "delay"): actuators.Delay,
+    ("actuators", "stuck"): actuators.Stuck,
+    ("tyres", "friction"): actuators.Friction,
 }
 """How to make an injector, by kind of target and model."""
 

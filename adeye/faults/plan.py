@@ -10,18 +10,21 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.errors import SpecError
+from adeye.faults.actuators import part_of
 from adeye.faults.catalogue import make_injector
 from adeye.faults.ports import InjectorContext, Moment
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import run_program
 from adeye.kernel.random import owner_id, uniform
-from adeye.spec.architecture import targets_of
+from adeye.signals import SwitchFaults
+from adeye.spec.architecture import ACTUATORS, targets_of
 from adeye.spec.expression import Expression, Program, to_program
 from adeye.world.triggers import TriggerTable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from adeye.channels.links import View
     from adeye.signals import Bools, ControlCommand, Floats, Ints, Measurement, Scene, SceneContext
     from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
@@ -85,6 +88,7 @@ class FaultPlan:
         self._triggers = TriggerTable.of(cases, context)
         self._programs = _Programs.of(cases, self._triggers.index)
         self._triggers.watch(self._programs.ops, self._programs.args)
+        self._sound_switch = SwitchFaults.none(len(cases))
         self._injectors: dict[str, list[tuple[int, str, Any]]] = {}
         for index, fault in enumerate(first.faults):
             made = make_injector(
@@ -158,6 +162,87 @@ class FaultPlan:
             for place, command in enumerate(faulty):
                 if command.channel == name:
                     faulty[place] = injector.apply(command, self._moment(index, active, scene))
+        return faulty
+
+    def on_hooks(self, channels: Mapping[str, Any], active: Bools, scene: Scene) -> None:
+        """Tell channels of the faults inside them.
+
+        Args:
+            channels: By channel id; see ``ports.HookedChannel`` for what one with a fault offers.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+
+        Raises:
+            SpecError: A channel does not offer the hook.
+        """
+        for index, name, injector in self._injectors.get("hooks", ()):
+            injector.apply(channels[name], self._moment(index, active, scene))
+
+    def on_links(self, active: Bools, scene: Scene, channel: str, view: View) -> View:
+        """Apply the faults of a channel's links to what it is shown, in the order of the faults.
+
+        Args:
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+            channel: Whose view it is; nobody else's changes.
+            view: What there is to be shown; returned itself if no link of the channel has a fault.
+        """
+        for index, name, injector in self._injectors.get("links", ()):
+            reader, _, link = name.partition(".")
+            if reader == channel:
+                moment = self._moment(index, active, scene)
+                thing = view.shown(link, len(scene.running))
+                # Before the first decision of the switch there is none to be shown.
+                if thing is not None:
+                    view = view.instead(link, injector.apply(thing, moment))
+        return view
+
+    def on_actuators(self, command: Floats, active: Bools, scene: Scene) -> Floats:
+        """Apply the faults of drive, brake and steering to the acting command, in their order.
+
+        Args:
+            command: (B, 2) as the switch decided; returned itself unless an actuator does
+                something else.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        faults = self._injectors.get("actuators", ())
+        if not faults:
+            return command
+        parts = {name: part_of(name, command) for name in ACTUATORS}
+        done = dict(parts)
+        for index, name, injector in faults:
+            done[name] = injector.apply(done[name], self._moment(index, active, scene))
+        if all(done[name] is parts[name] for name in ACTUATORS):
+            return command
+        faulty = command.copy()
+        moved = (done["drive"] != parts["drive"]) | (done["brake"] != parts["brake"])
+        faulty[:, 0] = np.where(moved, done["drive"] + done["brake"], command[:, 0])
+        faulty[:, 1] = done["steering"]
+        return faulty
+
+    def on_tyres(self, friction: Floats, active: Bools, scene: Scene) -> Floats:
+        """Apply the faults of the tyres to the friction coefficients, in the order of the faults.
+
+        Args:
+            friction: (B,) of the road; returned itself if no fault is there.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        for index, _, injector in self._injectors.get("tyres", ()):
+            friction = injector.apply(friction, self._moment(index, active, scene))
+        return friction
+
+    def on_switch(self, active: Bools, scene: Scene) -> SwitchFaults:
+        """Tell what is wrong with the switch; the same object at every tick without such a fault.
+
+        Args:
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        faulty = self._sound_switch
+        for index, _, injector in self._injectors.get("switch", ()):
+            faulty = injector.apply(faulty, self._moment(index, active, scene))
         return faulty
 
     def _moment(self, index: int, active: Bools, scene: Scene) -> Moment:

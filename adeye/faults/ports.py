@@ -7,17 +7,22 @@ copy in which the other runs keep every bit.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+
+import numpy as np
+
+from adeye.signals import spec_columns
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
-
-    from adeye.signals import Bools, Floats, SceneContext
+    from adeye.signals import Bools, Floats, Ints, SceneContext
     from adeye.spec.fault import Fault
 
 Thing = TypeVar("Thing")
+
+TICK_TOLERANCE: Final = 1e-6
+"""Slack of a time in ticks: multiples of the step are not exact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +40,19 @@ class InjectorContext:
     scene: SceneContext
     step: float
     owner: np.uint64
+
+    def column(self, name: str) -> Floats:
+        """Return a number of each run's fault (B,), NaN where it is not given."""
+
+        def read(spec: Any) -> dict[str, float]:
+            value = getattr(spec, name)
+            return {name: np.nan if value is None else float(value)}
+
+        return spec_columns(self.specs, read)[name]
+
+    def ticks(self, name: str) -> Ints:
+        """Return a time of each run's fault in ticks (B,), rounded up."""
+        return np.ceil(self.column(name) / self.step - TICK_TOLERANCE).astype(np.int64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from adeye.signals.flow import REASON_LABELS, STATUS_LABELS
+from adeye.signals.authority import REASON_LABELS
+from adeye.signals.flow import STATUS_LABELS
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from adeye.signals.authority import Authority
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -83,20 +85,6 @@ OBJECT_CLASSES: Final = (
 
 STATUS_LABELS: Final = ("ok", "degraded", "requests_authority", "fault", "silent")
 OK, DEGRADED, REQUESTS_AUTHORITY, FAULT, SILENT = range(5)
-
-REASON_LABELS: Final = ("none", "default", "request", "latched", "staleness", "no_channel", "stuck")
-(
-    REASON_NONE,
-    REASON_DEFAULT,
-    REASON_REQUEST,
-    REASON_LATCHED,
-    REASON_STALENESS,
-    REASON_NO_CHANNEL,
-    REASON_STUCK,
-) = range(7)
-
-NO_CHANNEL: Final = -1
-"""Authority when no channel can act: the ego coasts."""
 
 
 ILLUMINANCE: Final = {"day": 2e4, "dusk": 100.0, "lit_night": 10.0, "night": 0.1}
@@ -342,19 +330,6 @@ class ControlCommand:
             None if self.candidate_costs is None else self.candidate_costs.copy(),
             None if self.chosen is None else self.chosen.copy(),
         )
-
-
-@dataclass(slots=True)
-class Authority:
-    """Whose command acts, and why.
-
-    Attributes:
-        channel: (B,) index into the architecture's channels, ``NO_CHANNEL`` for none.
-        reason: (B,) index into ``REASON_LABELS``.
-    """
-
-    channel: Ints
-    reason: Ints
 
 
 @dataclass(frozen=True, slots=True)

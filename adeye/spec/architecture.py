@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -12,14 +12,13 @@ from adeye.spec.quantity import (
     Angle,
     AngularRate,
     ById,
-    Duration,
     Identifier,
-    Many,
     Number,
     Record,
     Text,
 )
 from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
+from adeye.spec.switch import Switch
 
 
 class Vehicle(Record):
@@ -38,36 +37,6 @@ class Vehicle(Record):
     """Time constant of the first-order drive and brake response [s]."""
     steering_lag: NonNegativeDuration
     """Time constant of the first-order steering response [s]."""
-
-
-class Switch(Record):
-    """Who acts: fixed priority with debounce, latch and staleness watchdog, or one channel."""
-
-    policy: Literal["fixed_priority", "stuck"]
-    priority: Annotated[Many[Identifier], Field(min_length=1)]
-    """Channels, highest priority first."""
-    default: Identifier
-    """The channel that acts when nobody requests authority."""
-    debounce: NonNegativeDuration = 0.0
-    """How long a request must stand before it is granted [s]."""
-    latch: bool = True
-    """Whether authority, once taken by a higher priority, is kept to the end."""
-    staleness: Annotated[Duration, Field(gt=0.0)] = 0.2
-    """Age of the acting command from which the next channel takes over [s]."""
-    realises: Identifier | None = None
-
-    @model_validator(mode="after")
-    def _default_is_listed(self) -> Self:
-        found: list[tuple[Loc, str]] = [
-            (("priority", at), f"channel {self.priority[at]!r} occurs twice")
-            for at in repeated(self.priority)
-        ]
-        if self.default not in self.priority:
-            text = f"{self.default!r} is not in priority: {', '.join(self.priority)}"
-            found.append((("default",), text))
-        if found:
-            raise misplaced(found)
-        return self
 
 
 class Architecture(Record):

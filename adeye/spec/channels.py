@@ -33,6 +33,7 @@ from adeye.spec.sensors import (
 )
 
 FilePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
+CommandWord = Annotated[str, StringConstraints(max_length=4096, pattern="^[^\\x00]*$")]
 PositiveAcceleration = Annotated[Acceleration, Field(gt=0.0)]
 
 
@@ -140,6 +141,38 @@ class PolicyParameters(TrackingParameters):
     """Whether observation and action are numbers from -1 to 1, not in SI units."""
 
 
+class ProcessLimits(Record):
+    """What the system stops a program at."""
+
+    cpu_time: Annotated[Duration, Field(ge=1.0)] = 120.0
+    """Processor time that it may use in a run, in whole seconds."""
+    memory_mib: Annotated[int, Field(ge=16, le=1_048_576)] = 2048
+    """Address space [MiB]. Some language runtimes reserve far more than they use."""
+    file_mib: Annotated[int, Field(ge=1, le=65_536)] = 16
+    """Of every file that it writes [MiB]."""
+    open_files: Annotated[int, Field(ge=8, le=4096)] = 64
+    processes: Annotated[int, Field(ge=1, le=256)] = 16
+    """Processes at once, with itself."""
+
+
+class ProcessParameters(Record):
+    """Process channel: a program, what it is told, and when it is stopped."""
+
+    command: Annotated[Many[CommandWord], Field(min_length=1)]
+    """The program and its arguments. Words that begin with ``./`` are files of the project,
+    relative to this file, and part of a result's identity; any other program is found on the
+    PATH."""
+    values: dict[str, Any] = {}
+    """What the program is told about how to drive, as it stands here."""
+    start_deadline: Annotated[Duration, Field(gt=0.0)] = 10.0
+    """Longest that it may take to its first line, by the wall clock [s]."""
+    step_deadline: Annotated[Duration, Field(gt=0.0)] = 2.0
+    """Longest that it may take to a command, by the wall clock [s]; it only stops what hangs."""
+    run_deadline: Annotated[Duration, Field(gt=0.0)] = 300.0
+    """Longest that it may keep its run waiting in all, by the wall clock [s]."""
+    limits: ProcessLimits = ProcessLimits()
+
+
 Rating = Annotated[int, Field(ge=0, le=8)]
 
 
@@ -241,6 +274,13 @@ class PolicyChannel(_OutsideChannel):
     parameters: PolicyParameters
 
 
+class ProcessChannel(_OutsideChannel):
+    """The built-in channel that asks a program of any language."""
+
+    kind: Literal["process"]
+    parameters: ProcessParameters
+
+
 class PluginChannel(_OutsideChannel):
     """A channel from outside the package."""
 
@@ -249,6 +289,7 @@ class PluginChannel(_OutsideChannel):
 
 
 BuiltInChannel = Annotated[
-    NominalChannel | SafetyChannel | TrajectoryChannel | PolicyChannel, Field(discriminator="kind")
+    NominalChannel | SafetyChannel | TrajectoryChannel | PolicyChannel | ProcessChannel,
+    Field(discriminator="kind"),
 ]
 Channel = BuiltInChannel | PluginChannel

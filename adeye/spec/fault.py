@@ -2,100 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Final, Literal, Self
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_args
 
-from pydantic import Field, StringConstraints, TypeAdapter, model_validator
+from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
-from adeye.spec.misplaced import Loc, misplaced
-from adeye.spec.quantity import TARGET, Condition, Duration, Identifier, Many, Record
+from adeye.spec.faults import channels, signals, switch, vehicle
+from adeye.spec.faults.base import Fault, Onset
 
-Target = Annotated[str, StringConstraints(pattern=TARGET)]
-
-
-class Onset(Record):
-    """When the fault begins: at a time, when a condition over the scene first holds, or between.
-
-    ``between`` draws the time for each run, uniformly and by its seed, so it is another one in
-    another replicate and the same in every architecture.
-    """
-
-    at: Annotated[Duration, Field(ge=0.0)] | None = None
-    when: Condition | None = None
-    between: (
-        Annotated[Many[Annotated[Duration, Field(ge=0.0)]], Field(min_length=2, max_length=2)]
-        | None
-    ) = None
-
-    @model_validator(mode="after")
-    def _one_onset(self) -> Self:
-        if sum(part is not None for part in (self.at, self.when, self.between)) != 1:
-            msg = "give one of at, when and between"
-            raise ValueError(msg)
-        if self.between is not None and self.between[0] > self.between[1]:
-            text = "the earliest time comes first"
-            raise misplaced([(("between",), text)])
-        return self
-
-
-class Fault(Record):
-    """What every fault has, whatever it does; see the models below.
-
-    Attributes:
-        fits: Kinds of targets that a model is for.
-    """
-
-    fits: ClassVar[tuple[str, ...]] = ()
-
-    id: Identifier
-    target: Target
-    model: str
-    onset: Onset
-    duration: Annotated[Duration, Field(ge=0.0)] | None = None
-    """How long it lasts [s]; without it, to the end of the run."""
-    every: Annotated[Duration, Field(gt=0.0)] | None = None
-    """It comes again so long after its last onset [s]: an intermittent fault."""
-    times: Annotated[int, Field(ge=1, le=10_000)] | None = None
-    """How often an intermittent fault comes; without it, to the end of the run."""
-    text: str = ""
-
-    @model_validator(mode="after")
-    def _model_fits_target(self) -> Self:
-        if self.port not in self.fits:
-            fits = " or ".join(self.fits)
-            msg = f"{self.model} is a fault of {fits}, and {self.target} is not one of them"
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _comes_again_after_it_went(self) -> Self:
-        found: list[tuple[Loc, str]] = []
-        if self.every is None:
-            if self.times is not None:
-                found.append((("times",), "says how often a fault comes again; give every, too"))
-        elif self.duration is None or self.duration >= self.every:
-            found.append((("every",), "give a duration that is shorter, or it never goes"))
-        if found:
-            raise misplaced(found)
-        return self
-
-    @property
-    def port(self) -> str:
-        """Kind of what fails: ``sensors``, ``channels`` and so on."""
-        return self.target.split(".", 1)[0]
-
-    @property
-    def target_id(self) -> str:
-        """Which of its kind fails: the target without its kind, empty where there is just one."""
-        return self.target.partition(".")[2]
-
-    def executable(self) -> dict[str, object]:
-        """The part that a run depends on."""
-        part = self.model_dump(mode="json", exclude={"text"})
-        for record, name in ((part, "every"), (part, "times"), (part["onset"], "between")):
-            # What came later is no part of the identity of what does without it.
-            if record[name] is None:
-                del record[name]
-        return part
+__all__ = ["FAULT", "MODELS", "AnyFault", "Fault", "Onset", "model_of"]
 
 
 class DropOut(Fault):
@@ -105,15 +22,85 @@ class DropOut(Fault):
     model: Literal["drop_out"]
 
 
-class Silent(Fault):
-    """A channel says nothing."""
+MODELS: Final[tuple[type[Fault], ...]] = (
+    DropOut,
+    channels.Silent,
+    channels.Crash,
+    channels.Slow,
+    channels.Bias,
+    channels.Scale,
+    channels.Oscillating,
+    channels.PlausibleButWrong,
+    channels.NotANumber,
+    channels.HeartbeatLies,
+    channels.Drop,
+    channels.Reorder,
+    channels.Duplicate,
+    channels.TracksLost,
+    channels.PlannerFrozen,
+    channels.MapShifted,
+    signals.Delay,
+    signals.Stuck,
+    vehicle.Loss,
+    vehicle.Fade,
+    vehicle.Offset,
+    vehicle.RateLimit,
+    vehicle.Friction,
+    switch.Late,
+)
+"""The record of every model; those of one kind of target have names of their own."""
 
-    fits = ("channels",)
-    model: Literal["silent"]
+
+def model_of(record: type[Fault]) -> str:
+    """Return the name of a model, as files have it."""
+    name: str = get_args(record.model_fields["model"].annotation)[0]
+    return name
 
 
-AnyFault = Annotated[DropOut | Silent, Field(discriminator="model")]
-"""A scripted fault, by its model."""
+def _port_of(value: Any) -> str:
+    """Tell by which kind of target a fault is to be read: its own, if that has such a model.
+
+    A model that is none of its target's is read as what it is elsewhere: that record knows what it
+    is a fault of, and says so.
+    """
+    given = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
+    port, model = str(given.get("target")).split(".", 1)[0], given.get("model")
+    named = [record for record in MODELS if model_of(record) == model]
+    if named and not any(port in record.fits for record in named):
+        return named[0].fits[0]
+    return port if port in _PORTS else _PORTS[0]
+
+
+def _of_port(port: str) -> Any:
+    """Return the union of the models for a kind of target."""
+    records = tuple(record for record in MODELS if port in record.fits)
+    if len(records) == 1:
+        return Annotated[records[0], Tag(port), Field(title=port)]
+    return Annotated[Union[records], Field(discriminator="model", title=port), Tag(port)]  # noqa: UP007 - made of a list
+
+
+class _InSchemaOfAny:
+    """Lets several kinds fit in the JSON Schema, where some have a record in common."""
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        made = handler(core)
+        made["anyOf"] = made.pop("oneOf")
+        return made
+
+
+_PORTS: Final = tuple(dict.fromkeys(port for record in MODELS for port in record.fits))
+
+if TYPE_CHECKING:
+    AnyFault = Fault
+else:
+    AnyFault = Annotated[
+        Union[tuple(_of_port(port) for port in _PORTS)],  # noqa: UP007 - made of a list
+        Discriminator(_port_of),
+        _InSchemaOfAny(),
+    ]
+    """A scripted fault, by kind of target and model."""
 
 FAULT: Final[TypeAdapter[Fault]] = TypeAdapter(AnyFault)
 """Reads a fault of any model."""

@@ -360,7 +360,7 @@ def _member(schema: Any, part: str | int, definitions: Mapping[str, Any]) -> Any
         # A member that is a union itself stands there whole.
         return chosen if isinstance(chosen, dict) else {"$ref": chosen}
     for option in schema.get("anyOf", []):
-        if option.get("$ref", "").rsplit("/", 1)[-1] == part:
+        if part in {option.get("title"), option.get("$ref", "").rsplit("/", 1)[-1]}:
             return option
         found = _member(option, part, definitions)
         if found is not None:

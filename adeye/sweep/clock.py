@@ -35,6 +35,7 @@ def check_rates(architecture: Architecture, step: float) -> None:
     for name, channel in architecture.channels.items():
         period_ticks(channel.rate, step, f"channels.{name}.rate")
         ticks(channel.delay, step, f"channels.{name}.delay")
+    ticks(architecture.switch.handover, step, "switch.handover")
 
 
 def guilty_path(error: SpecError) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from adeye.testing.channels import ScriptedChannel, check_channel
 from adeye.testing.driving import Drive, World, drive
+from adeye.testing.feeding import Fed, feed
 from adeye.testing.scenes import (
     channel_context,
     passenger_car,
@@ -11,12 +12,14 @@ from adeye.testing.sensors import check_sensor
 
 __all__ = [
     "Drive",
+    "Fed",
     "ScriptedChannel",
     "World",
     "channel_context",
     "check_channel",
     "check_sensor",
     "drive",
+    "feed",
     "passenger_car",
     "straight_road",
 ]

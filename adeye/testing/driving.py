@@ -27,8 +27,8 @@ from adeye.signals import (
     Measurement,
     RoadMap,
 )
-from adeye.spec.architecture import Switch
-from adeye.switch import PrioritySwitch
+from adeye.spec.switch import Switch
+from adeye.switch import make_switch
 from adeye.testing.scenes import object_measurement, passenger_car, pose_measurement, straight_road
 
 Objects = Callable[[float], Sequence[Sequence[float]]]
@@ -116,7 +116,7 @@ def drive(  # noqa: PLR0913 - what a loop consists of
     """
     names = tuple(channels)
     spec = switch or Switch(policy="fixed_priority", priority=names[:1], default=names[0])
-    arbiter = PrioritySwitch(SwitchContext([spec], names, step))
+    arbiter = make_switch(SwitchContext([spec], names, step))
     road = world.road or straight_road()
     ego = _start(world, road)
     commands: dict[str, ControlCommand] = {}

@@ -119,8 +119,13 @@ class BatchTraffic(Staged):
             locate_all_vehicles(self._lanes, self._links, self._vehicles, self._marks)
         return world.context, stage.scene()
 
-    def step(self, command: Floats) -> Scene:
-        """Advance one tick with the acting command (B, 2) and return the next scene."""
+    def step(self, command: Floats, friction: Floats | None = None) -> Scene:
+        """Advance one tick with the acting command (B, 2) and return the next scene.
+
+        Args:
+            command: (B, 2) acceleration [m/s²] and steering angle [rad].
+            friction: (B,) of the ego's tyres; None for that of the road.
+        """
         stage = self._require_stage()
         running = stage.ending.running.copy()
         if self._is_reactive:
@@ -134,7 +139,7 @@ class BatchTraffic(Staged):
                 stage.world.context.step,
                 self._reacted,
             )
-        stage.advance(command, self._reacted)
+        stage.advance(command, self._reacted, friction)
         if self._is_reactive:
             show_placed(
                 running,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from adeye.world.formulas import Situation
 
 
+FRICTION: Final = 8
+"""Column of the limits of an ego that holds the friction coefficient."""
+
+
 class Ego:
     """The vehicles of a batch; the centre of each box lies half-way between the axles."""
 
@@ -24,6 +28,7 @@ class Ego:
         self._step = context.step
         vehicles = [case.architecture.vehicle for case in cases]
         step = context.step
+        self._friction = context.surroundings.friction
         self._limits = np.array(
             [
                 [
@@ -45,15 +50,26 @@ class Ego:
             ]
         )
 
-    def move(self, running: Bools, command: Floats, states: Floats) -> None:
+    def move(
+        self,
+        running: Bools,
+        command: Floats,
+        states: Floats,
+        friction: Floats | None = None,
+    ) -> None:
         """Advance the ego of every run that has not ended by one tick.
 
         Args:
             running: (B,).
             command: (B, 2) acting acceleration [m/s²] and steering angle [rad].
             states: (B, 7) in and out, see ``signals.EGO_COLUMNS``.
+            friction: (B,) of the tyres at this tick; None for that of the road.
         """
-        move_egos(running, command, self._limits, self._step, states)
+        limits = self._limits
+        if friction is not None and friction is not self._friction:
+            limits = limits.copy()
+            limits[:, FRICTION] = friction
+        move_egos(running, command, limits, self._step, states)
 
 
 @compiled

@@ -140,13 +140,18 @@ class HighwayTraffic(Staged):
         self.roads = [_build_road(world, run) for run in range(stage.runs)]
         return world.context, stage.scene()
 
-    def step(self, command: Floats) -> Scene:
-        """Advance one tick with the acting command (B, 2) and return the next scene."""
+    def step(self, command: Floats, friction: Floats | None = None) -> Scene:
+        """Advance one tick with the acting command (B, 2) and return the next scene.
+
+        Args:
+            command: (B, 2) acceleration [m/s²] and steering angle [rad].
+            friction: (B,) of the ego's tyres; None for that of the road.
+        """
         stage = self._require_stage()
         running = stage.ending.running.copy()
         if self._reactive:
             self._react(running)
-        stage.advance(command, self._reacted)
+        stage.advance(command, self._reacted, friction)
         self._place(running)
         return stage.scene()
 

@@ -53,12 +53,13 @@ class Stage:
         self._contacts.update(self._everyone, self.ego, self.objects, self.ego, self.objects)
         self._settle(self._everyone)
 
-    def advance(self, command: Floats, reacted: Floats) -> None:
+    def advance(self, command: Floats, reacted: Floats, friction: Floats | None = None) -> None:
         """Move everything from this tick to the next; runs that have ended stay as they are.
 
         Args:
             command: (B, 2) acting acceleration [m/s²] and steering angle [rad].
             reacted: (B, A, 5) states at the next tick of the reactive actors; others are not read.
+            friction: (B,) of the ego's tyres; None for that of the road.
         """
         running = self.ending.running
         # Scenes keep the arrays of their tick; what changes is written to new ones.
@@ -67,7 +68,7 @@ class Stage:
         self._ego_place = self._ego_place.copy()
         self._object_places = self._object_places.copy()
         self._tick += 1
-        self._motion.move(running, command, self.ego)
+        self._motion.move(running, command, self.ego, friction)
         world = self.world
         move_actors(
             running,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import yaml
 
-from adeye.campaign.check import check_cases, check_onsets, check_scenarios
+from adeye.campaign.check import check_cases, check_hooks, check_onsets, check_scenarios
 from adeye.errors import SpecError
 from adeye.spec.load import load_odd
 from adeye.sweep.expand import expand
@@ -87,6 +87,48 @@ def test_what_is_shipped_passes(load: Callable[..., OddFiles]) -> None:
     check_scenarios(files)
     check_onsets(files)
     check(files)
+
+
+def hook(channel: str, model: str = "planner_frozen") -> dict[str, Any]:
+    return {**onset("time > 1 s"), "target": f"hooks.{channel}", "model": model}
+
+
+def test_hook_that_a_channel_offers_passes(load: Callable[..., OddFiles]) -> None:
+    check_hooks(load(faults=[hook("nominal"), {**hook("nominal", "tracks_lost"), "id": "lost"}]))
+
+
+def test_hook_that_a_channel_does_not_offer_is_refused_in_its_line(
+    load: Callable[..., OddFiles],
+) -> None:
+    said = r"example.yaml:\d+:\d+: fault out: channel safety of .* has no hook planner_frozen"
+    with pytest.raises(SpecError, match=said):
+        check_hooks(load(faults=[hook("safety")]))
+
+
+def test_hook_of_a_fault_that_no_scenario_uses_is_not_asked_for(
+    load: Callable[..., OddFiles],
+) -> None:
+    scenarios = [{"use": "cut_in", "faults": []}]
+    check_hooks(load(faults=[hook("safety")], scenarios=scenarios))
+
+
+def test_hooks_that_a_plugin_lists_are_its_own(
+    project: Path, load: Callable[..., OddFiles]
+) -> None:
+    folder = project / "odd" / "architectures"
+    offers = PLUGIN.replace("monitor_ids = ()", 'monitor_ids = ()\n    hooks = ("tracks_lost",)')
+    offers += "\n    def inject(self, hook, active, size): ...\n"
+    (folder / "mine.py").write_text(offers, encoding="utf-8")
+    mine = {
+        "extends": "camera_radar.yaml",
+        "architecture": "mine",
+        "channels": {"nominal": {"kind": "./mine.py:Planner", "parameters": None}},
+    }
+    (folder / "mine.yaml").write_text(yaml.safe_dump(mine), encoding="utf-8")
+    architectures = ["architectures/mine.yaml"]
+    check_hooks(load(faults=[hook("nominal", "tracks_lost")], architectures=architectures))
+    with pytest.raises(SpecError, match="It has tracks_lost"):
+        check_hooks(load(faults=[hook("nominal")], architectures=architectures))
 
 
 def test_formula_is_refused_in_the_line_of_the_scenario(

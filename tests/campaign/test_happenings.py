@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from adeye.campaign.happenings import events_of, happenings
+from adeye.signals import REASON_DEFAULT, REASON_HANDOVER, REASON_REQUEST, REASON_STALENESS
 from adeye.store.rows import EventRecord
 from adeye.trace import ChannelEvent, Trace
 from tests.project import Executed, run_cases
@@ -117,6 +118,41 @@ def test_authority_of_nobody_is_named(trace: Trace) -> None:
     nobody[:, 0] = 0
     found = of_kind(changed(trace, authority=nobody), "switch")
     assert [(round(item.time_s, 9), item.subject) for item in found] == [(0.05, "none")]
+
+
+def test_handover_tells_who_after_whom_when_and_why(trace: Trace) -> None:
+    authority = np.zeros_like(trace["authority"][:1])
+    authority[:, 10:] = 1
+    reason = np.full_like(trace["reason"][:1], REASON_DEFAULT)
+    reason[:, 10:] = REASON_REQUEST
+    found = of_kind(changed(trace, authority=authority, reason=reason), "switch")
+    assert found == [
+        EventRecord(
+            trace.time[10], "switch", "safety", "authority to safety from nominal (request)"
+        )
+    ]
+
+
+def test_handover_with_a_latency_is_an_event_when_it_begins_and_when_it_takes_effect(
+    trace: Trace,
+) -> None:
+    authority = np.zeros_like(trace["authority"][:1])
+    authority[:, 10:] = 1
+    reason = np.full_like(trace["reason"][:1], REASON_DEFAULT)
+    reason[:, 7:10] = REASON_HANDOVER
+    reason[:, 10:] = REASON_STALENESS
+    found = of_kind(changed(trace, authority=authority, reason=reason), "switch")
+    assert [(item.time_s, item.subject, item.text) for item in found] == [
+        (trace.time[7], "nominal", "handover from nominal begins"),
+        (trace.time[10], "safety", "authority to safety from nominal (staleness)"),
+    ]
+    # Where the ego coasts meanwhile, that nobody acts tells it.
+    authority[:, 7:10] = -1
+    found = of_kind(changed(trace, authority=authority, reason=reason), "switch")
+    assert [item.text for item in found] == [
+        "authority to none from nominal (handover)",
+        "authority to safety from none (staleness)",
+    ]
 
 
 def test_first_detection_of_the_critical_object_is_an_event_of_each_sensor(trace: Trace) -> None:

@@ -188,3 +188,50 @@ def test_file_that_cannot_be_read_is_refused_where_it_is_listed(
     assert where is not None
     line = (project.folder / CANDIDATE).read_text("utf-8").splitlines()[where.line - 1]
     assert line.strip().removeprefix("- ").strip("'\"") == names[1]
+
+
+def process_parts(project: Project, *command: str, files: tuple[str, ...] = ()) -> Parts:
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"] = {
+            "kind": "process",
+            "files": list(files),
+            "parameters": {"command": list(command)},
+        }
+    return load_parts(load_architecture(project.folder / CANDIDATE))
+
+
+def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:
+    folder = project.folder / "odd" / "architectures"
+    (folder / "drive").write_text("#!/bin/sh\n")
+    (folder / "drive").chmod(0o755)
+    (folder / "net.bin").write_bytes(b"1")
+    found = process_parts(project, "./drive", "--fast", files=("net.bin",))
+    assert [(item.owner, item.name) for item in found.files] == [
+        ("channels.nominal", "./drive"),
+        ("channels.nominal", "net.bin"),
+    ]
+    seen = {found.digest}
+    (folder / "drive").write_text("#!/bin/sh\nexit\n")
+    seen.add(load_parts(load_architecture(project.folder / CANDIDATE)).digest)
+    (folder / "net.bin").write_bytes(b"2")
+    seen.add(load_parts(load_architecture(project.folder / CANDIDATE)).digest)
+    assert len(seen - {""}) == 3
+
+
+@pytest.mark.parametrize(
+    ("command", "files", "message", "line"),
+    [
+        (("./gone",), (), "'./gone' is not there", "- ./gone"),
+        (("sh", "-c", "exit"), (), "names no file of the project", "- sh"),
+        (("sh", "./own.py"), ("own.py",), "'own.py' is listed twice", "- own.py"),
+    ],
+)
+def test_wrong_program_is_refused_where_it_is_written(
+    project: Project, command: tuple[str, ...], files: tuple[str, ...], message: str, line: str
+) -> None:
+    with pytest.raises(SpecError, match=message) as caught:
+        process_parts(project, *command, files=files)
+    where = caught.value.where
+    assert where is not None
+    lines = (project.folder / CANDIDATE).read_text("utf-8").splitlines()
+    assert lines[where.line - 1].strip() == line

@@ -64,3 +64,10 @@ def test_description_names_the_line_but_no_folder() -> None:
     text = describe(caught.value)
     assert text.startswith("ValueError: too fast (test_failures.py:")
     assert "/" not in text
+
+
+def test_failure_says_whether_it_may_be_the_machines() -> None:
+    failures = Failures("a", 2)
+    failures.add(np.array([True, False]), ERROR, 1.0, "one", is_machine_dependent=True)
+    failures.add(np.array([False, True]), ERROR, 1.0, "two")
+    assert [event and event.is_machine_dependent for event in failures.events] == [True, False]

@@ -260,6 +260,23 @@ def test_earliest_failure_of_any_channel_is_the_runs_event(tmp_path: Path, base:
     ] * 2
 
 
+def test_run_depends_on_the_machine_if_any_failure_in_it_does(
+    tmp_path: Path, base: TestCase
+) -> None:
+    channels = {
+        "late": {"kind": "./plugin.py:FailingLater"},
+        "early": {"kind": "./plugin.py:Failing"},
+    }
+    bench = Bench(tmp_path, base, channels)
+    for number in range(6):
+        bench.tick(number)
+    late: Any = bench.rack._inner["late"]
+    events = late.events
+    events[1] = replace(events[1], is_machine_dependent=True)
+    found = [event and (event.channel, event.is_machine_dependent) for event in bench.rack.events]
+    assert found == [("early", False), ("early", True)]
+
+
 def test_ego_without_desired_speed_is_asked_to_keep_its_start_speed(base: TestCase) -> None:
     scenario = base.scenario.model_copy(
         update={"ego": base.scenario.ego.model_copy(update={"desired_speed": None})}

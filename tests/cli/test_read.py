@@ -54,8 +54,10 @@ class Results:
             raise InputError("run 'none': there is none")
         return DESCRIPTION
 
-    def replay_run(self, db: str | None, run: str) -> Replayed:
-        self.calls.append((db, run))
+    def replay_run(
+        self, db: str | None, run: str, dump: tuple[str, Path] | None = None
+    ) -> Replayed:
+        self.calls.append((db, run) if dump is None else (db, run, *dump))
         return self.replayed
 
     def write_replay(self, db: str | None, run: str, path: Path) -> None:
@@ -124,3 +126,19 @@ def test_replay_page_is_written_also_if_it_differs(adeye: Any, results: Results)
     assert ended.code == 4
     assert results.calls[-1] == (None, "abab", Path("r.html"))
     assert "wrote r.html" in ended.err
+
+
+def test_replay_saves_what_a_channel_was_shown(adeye: Any, results: Results) -> None:
+    ended = adeye("replay", "abab", "--channel", "nominal", "--dump", "s.jsonl")
+    assert ended.code == 0
+    assert results.calls == [(None, "abab", "nominal", Path("s.jsonl"))]
+    assert "wrote s.jsonl" in ended.err
+
+
+@pytest.mark.parametrize("option", [("--channel", "nominal"), ("--dump", "s.jsonl")])
+def test_channel_and_dump_belong_together(
+    adeye: Any, results: Results, option: tuple[str, str]
+) -> None:
+    ended = adeye("replay", "abab", *option)
+    assert (ended.code, results.calls) == (2, [])
+    assert "belong together" in ended.err

@@ -5,9 +5,7 @@ from typing import get_args
 import pytest
 
 from adeye.faults.catalogue import INJECTORS
-from adeye.spec.fault import AnyFault, Fault
-
-MODELS: tuple[type[Fault], ...] = get_args(get_args(AnyFault)[0])
+from adeye.spec.fault import MODELS, Fault
 
 
 @pytest.mark.parametrize("model", MODELS)

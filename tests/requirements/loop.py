@@ -24,6 +24,7 @@ class Scripted:
         acceleration: float = 0.0
         steering_angle: float = 0.0
         requests_from: float = 1e9
+        requests_until: float = 1e9
         fails_from: float = 1e9
 
     def __init__(self, parameters, context):
@@ -32,7 +33,9 @@ class Scripted:
     def act(self, observation):
         if observation.time >= self.parameters.fails_from:
             raise RuntimeError("told to fail")
-        asks = observation.time >= self.parameters.requests_from
+        asks = (
+            self.parameters.requests_from <= observation.time < self.parameters.requests_until
+        )
         return ScalarCommand(
             self.parameters.acceleration,
             self.parameters.steering_angle,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
+from adeye.campaign.happenings import events_of
+from adeye.errors import InputError
 from adeye.signals import EGO_SPEED, REASON_LABELS
 from tests.project import CANDIDATE, run_cases
 from tests.requirements.loop import driven, scripted
@@ -76,6 +79,96 @@ def test_request_must_stand_as_long_as_the_debounce(tmp_path: Path) -> None:
         for name, debounce in (("at_once", "0 s"), ("later", "0.3 s"))
     ]
     assert taken[1] - taken[0] == pytest.approx(0.3 / 0.05, abs=1)
+
+
+def test_hysteresis_returns_to_the_default_after_its_time(tmp_path: Path) -> None:
+    channels = {
+        "careful": {"acceleration": -1.0, "requests_from": 1.0, "requests_until": 1.5},
+        "quick": {"acceleration": 0.5},
+    }
+    switch = {"priority": ["careful", "quick"], "default": "quick"}
+    held = authority(driven(scripted(tmp_path / "latched", channels, **switch)))
+    returned = authority(
+        driven(
+            scripted(
+                tmp_path / "hysteresis",
+                channels,
+                **{**switch, "policy": "hysteresis", "return_after": "1 s"},
+            )
+        )
+    )
+    first = held.index("careful")
+    assert set(held[first:]) == {"careful"}
+    asked = round(0.5 / 0.05)
+    assert returned[first:].index("quick") == asked + round(1.0 / 0.05)
+    assert set(returned[first + asked + round(1.0 / 0.05) :]) == {"quick"}
+
+
+def test_majority_outvotes_the_default_that_is_wrong(tmp_path: Path) -> None:
+    channels = {
+        "alpha": {"acceleration": 3.0},
+        "beta": {"acceleration": -1.0},
+        "gamma": {"acceleration": -1.2},
+    }
+    switch = {
+        "policy": "voting",
+        "voters": ["alpha", "beta", "gamma"],
+        "acceleration_tolerance": "0.5 m/s^2",
+        "steering_tolerance": "1 deg",
+    }
+    trace = driven(scripted(tmp_path, channels, **switch))
+    assert set(authority(trace)) == {"beta"}
+    assert set(trace["command"][0, 1 : trace.length[0] - 1, 0].tolist()) == {-1.0}
+
+
+def test_latency_of_the_handover_is_in_the_time_to_the_takeover(tmp_path: Path) -> None:
+    channels = {
+        "careful": {"acceleration": -4.0, "requests_from": 1.0},
+        "quick": {"acceleration": 0.5},
+    }
+    switch = {"priority": ["careful", "quick"], "default": "quick"}
+    taken, kept = {}, {}
+    for latency in (0, 3):
+        folder = tmp_path / str(latency)
+        trace = driven(scripted(folder, channels, **switch, handover=f"{latency * 50} ms"))
+        taken[latency] = authority(trace).index("careful")
+        kept[latency] = [row.text for row in events_of(trace, 0) if row.kind == "switch"]
+    assert taken[3] - taken[0] == 3
+    assert [text for text in kept[3] if "careful" in text] == [
+        "authority to careful from quick (request)"
+    ]
+    assert "handover from quick begins" in kept[3]
+    assert "handover from quick begins" not in kept[0]
+
+
+def test_bumpless_handover_limits_the_jerk_of_the_command(tmp_path: Path) -> None:
+    channels = {
+        "careful": {"acceleration": -4.0, "requests_from": 1.0},
+        "quick": {"acceleration": 0.5},
+    }
+    switch = {"priority": ["careful", "quick"], "default": "quick"}
+    limits = {"jerk": "10 m/s^3", "steering_rate": "20 deg/s"}
+    trace = driven(scripted(tmp_path, channels, **switch, bumpless=limits))
+    acting = trace["command"][0, 1 : trace.length[0] - 1, 0]
+    assert np.abs(np.diff(acting)).max() == pytest.approx(10.0 * 0.05)
+    assert acting[-1] == -4.0
+
+
+def test_key_of_another_policy_is_an_error_with_its_line(tmp_path: Path) -> None:
+    channels = {"quick": {"acceleration": 0.5}, "spare": {"acceleration": -2.0}}
+    project = scripted(tmp_path, channels, return_after="1 s")
+    with pytest.raises(InputError) as caught:
+        project.plan()
+    assert re.search(r"camera_radar\.yaml:\d+:\d+: .*return_after is no key of", str(caught.value))
+
+
+def test_handover_that_is_no_whole_number_of_ticks_is_an_error_with_its_line(
+    tmp_path: Path,
+) -> None:
+    channels = {"quick": {"acceleration": 0.5}, "spare": {"acceleration": -2.0}}
+    with pytest.raises(InputError) as caught:
+        scripted(tmp_path, channels, handover="0.07 s").plan()
+    assert re.search(r"camera_radar\.yaml:\d+:\d+: .*handover: 0.07 s is no", str(caught.value))
 
 
 def test_stuck_switch_keeps_the_default(make_project: MakeProject) -> None:

@@ -34,19 +34,11 @@ def test_column_numbers_follow_the_names(prefix: str, columns: tuple[str, ...]) 
 def test_codes_follow_the_labels() -> None:
     codes = [getattr(flow, label.upper()) for label in flow.STATUS_LABELS]
     assert codes == list(range(len(flow.STATUS_LABELS)))
-    reasons = [getattr(flow, f"REASON_{label.upper()}") for label in flow.REASON_LABELS[:5]]
-    assert reasons == list(range(5))
-    assert flow.REASON_LABELS[flow.REASON_NO_CHANNEL] == "no_channel"
-    assert flow.REASON_LABELS[flow.REASON_STUCK] == "stuck"
 
 
 def test_an_estimate_is_the_ego_state_and_its_place() -> None:
     assert flow.ESTIMATE_COLUMNS[: flow.ESTIMATE_PLACE] == flow.EGO_COLUMNS
     assert flow.ESTIMATE_COLUMNS[flow.ESTIMATE_PLACE :] == flow.PLACE_COLUMNS
-
-
-def test_no_channel_is_no_index() -> None:
-    assert flow.NO_CHANNEL < 0
 
 
 def test_copy_of_a_command_is_not_changed_with_it() -> None:

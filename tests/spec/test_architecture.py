@@ -108,6 +108,7 @@ def test_channel_twice_in_the_priority_is_refused() -> None:
         (("channels", "nominal", "parameters"), {"confirm_hits": 2.0}),
         (("switch", "latch"), 1),
         (("switch", "policy"), "vote"),
+        (("switch", "quorum"), 2),
     ],
 )
 def test_impossible_value_is_refused(place: tuple[str, ...], value: Any) -> None:

@@ -9,6 +9,7 @@ from adeye.spec.channels import (
     NominalParameters,
     PluginChannel,
     PolicyChannel,
+    ProcessChannel,
     SafetyChannel,
     SafetyParameters,
     StopRatings,
@@ -38,6 +39,15 @@ def test_policy_channel_names_its_policy() -> None:
     assert channel.parameters.nearest == 3
 
 
+def test_process_channel_names_its_program_and_what_stops_it() -> None:
+    parameters = {"command": ["./drive", "--fast"], "values": {"gain": 2}, "run_deadline": "1 min"}
+    channel = CHANNEL.validate_python({"kind": "process", "parameters": parameters})
+    assert type(channel) is ProcessChannel
+    assert channel.parameters.command == ("./drive", "--fast")
+    assert (channel.parameters.run_deadline, channel.parameters.step_deadline) == (60.0, 2.0)
+    assert channel.parameters.limits.processes == 16
+
+
 def test_channels_with_code_of_the_user_may_name_the_files_that_it_reads() -> None:
     for content in (
         {"kind": "policy", "parameters": {"policy": "./mine.py:drive"}},
@@ -65,6 +75,12 @@ def test_parameters_of_the_trajectory_channel_have_units() -> None:
         {"kind": "nominal", "files": ["net.bin"]},
         {"kind": "./mine.py:Planner", "files": [""]},
         {"kind": "policy"},
+        {"kind": "process"},
+        {"kind": "process", "parameters": {"command": []}},
+        {"kind": "process", "parameters": {"command": ["./a\0b"]}},
+        {"kind": "process", "parameters": {"command": ["./a"], "step_deadline": "0 s"}},
+        {"kind": "process", "parameters": {"command": ["./a"], "limits": {"memory_mib": 1}}},
+        {"kind": "process", "parameters": {"command": ["./a"], "limits": {"memory": 64}}},
         {"kind": "policy", "parameters": {"policy": "mine.py"}},
         {"kind": "policy", "parameters": {"policy": "./mine.py:p", "observation": "pixels"}},
     ],

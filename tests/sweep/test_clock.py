@@ -41,3 +41,11 @@ def test_jitter_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
     with pytest.raises(SpecError) as caught:
         check_rates(late, 0.05)
     assert guilty_path(caught.value) == ("sensors", "front_radar", "jitter")
+
+
+def test_handover_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
+    spec = load().architectures["camera_radar"].spec
+    switch = spec.switch.model_copy(update={"handover": 0.07})
+    with pytest.raises(SpecError) as caught:
+        check_rates(spec.model_copy(update={"switch": switch}), 0.05)
+    assert guilty_path(caught.value) == ("switch", "handover")

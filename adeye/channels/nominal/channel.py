@@ -8,6 +8,7 @@ import numpy as np
 
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import channel_records
+from adeye.channels.hooks import HOOKS, Hooks
 from adeye.channels.nominal.planning import MEMORY_PATH, MEMORY_WIDTH, nominal_step
 from adeye.channels.perception import NOTE_END, Perception
 from adeye.kernel.jit import compiled
@@ -36,6 +37,7 @@ class NominalChannel:
     """
 
     monitor_ids: tuple[str, ...] = ()
+    hooks: tuple[str, ...] = HOOKS
 
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
@@ -45,6 +47,7 @@ class NominalChannel:
             context.parameters, lambda item: {name: float(getattr(item, name)) for name in names}
         )
         self._channel_id = context.channel_id
+        self._hooks = Hooks()
         self._perception = Perception(context, channel_records(context, fields))
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
@@ -52,10 +55,16 @@ class NominalChannel:
         self._status = np.full(runs, FAULT, dtype=np.int64)
         self._path = np.zeros(PATH_WIDTH)
 
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        """Take in where a fault inside the channel is present from now on."""
+        self._hooks.inject(hook, active, size)
+
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
         seen = self._perception
+        self._hooks.before(seen)
         seen.update(observation)
+        self._hooks.after(seen)
         _act(
             seen.records,
             observation.time,
@@ -70,7 +79,7 @@ class NominalChannel:
             self._status,
             self._path,
         )
-        return ControlCommand(
+        command = ControlCommand(
             self._channel_id,
             self._command[:, 0].copy(),
             self._command[:, 1].copy(),
@@ -78,6 +87,7 @@ class NominalChannel:
             self._status.copy(),
             tracks=seen.shown.copy(),
         )
+        return self._hooks.answer(command)
 
 
 @compiled

@@ -25,6 +25,7 @@ from adeye.signals import (
     OK,
     REASON_DEFAULT,
     REASON_NONE,
+    REASON_VOTED,
     REQUESTS_AUTHORITY,
     Bools,
     Floats,
@@ -154,7 +155,7 @@ def update_stopping(memory: Floats, confirmed: bool, reason: int, acceleration: 
         if memory[MEMORY_STOPPING] <= 0.0:
             memory[MEMORY_BRAKING] = min(0.0, acceleration)
         memory[MEMORY_STOPPING] = 1.0
-    elif reason in (REASON_NONE, REASON_DEFAULT):
+    elif reason in (REASON_NONE, REASON_DEFAULT, REASON_VOTED):
         memory[MEMORY_STOPPING] = 0.0
 
 

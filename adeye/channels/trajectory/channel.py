@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.channels.driving import allowed_speed, channel_records, is_number
+from adeye.channels.hooks import HOOKS, Hooks
 from adeye.channels.perception import NOTE_END, Perception
 from adeye.channels.pose import POSE_D, POSE_SPEED, has_pose
 from adeye.channels.tracks import BEHIND, TRACKS
@@ -62,11 +63,13 @@ class TrajectoryChannel:
     """
 
     monitor_ids: tuple[str, ...] = ()
+    hooks: tuple[str, ...] = HOOKS
 
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs = context.runs
         self._channel_id = context.channel_id
+        self._hooks = Hooks()
         numbers = spec_columns(context.parameters, _numbers)
         limits = spec_columns(context.vehicles, _limits)
         self._perception = Perception(context, channel_records(context, numbers | limits))
@@ -93,10 +96,16 @@ class TrajectoryChannel:
             np.zeros(CANDIDATES),
         )
 
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        """Take in where a fault inside the channel is present from now on."""
+        self._hooks.inject(hook, active, size)
+
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
         seen = self._perception
+        self._hooks.before(seen)
         seen.update(observation)
+        self._hooks.after(seen)
         _act(
             seen.records,
             observation.time,
@@ -117,7 +126,7 @@ class TrajectoryChannel:
             self._chosen,
             self._scratch,
         )
-        return ControlCommand(
+        command = ControlCommand(
             self._channel_id,
             self._command[:, 0].copy(),
             self._command[:, 1].copy(),
@@ -129,6 +138,7 @@ class TrajectoryChannel:
             candidate_costs=self._costs.copy() if self._shows else None,
             chosen=self._chosen.copy() if self._shows else None,
         )
+        return self._hooks.answer(command)
 
 
 def _numbers(item: TrajectoryParameters) -> dict[str, float]:

@@ -279,10 +279,12 @@ def safe_from(
 def first_takeovers(length: Ints, onset: Ints, authority: Codes, default: int) -> Ints:
     """Find the first row (B,) from the onset of a fault at which another channel acts.
 
+    Rows in which nobody acts are no takeover: the ego coasts there until one does.
+
     Args:
         length: (B,) rows that a run has.
         onset: (B,) first row with a fault, -1 for none.
-        authority: (B, T) channel that acts.
+        authority: (B, T) channel that acts, -1 for none.
         default: Channel that acts without a request.
 
     Returns:
@@ -292,10 +294,14 @@ def first_takeovers(length: Ints, onset: Ints, authority: Codes, default: int) -
     for run in range(length.shape[0]):
         if onset[run] < 0:
             continue
-        # With a fault from the start, the channel that acts without a request is the one before.
-        before = default if onset[run] == 0 else int(authority[run, onset[run] - 1])
+        # Nobody is no channel: who acted last counts, at the start the one that acts unasked.
+        before = default
+        for row in range(onset[run] - 1, -1, -1):
+            if authority[run, row] >= 0:
+                before = int(authority[run, row])
+                break
         for row in range(onset[run], length[run] - 1):
-            if authority[run, row] != before:
+            if authority[run, row] >= 0 and authority[run, row] != before:
                 rows[run] = row
                 break
     return rows

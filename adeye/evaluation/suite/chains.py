@@ -54,7 +54,7 @@ def _chain(architecture: Architecture, link: str, name: str, channel: Channel) -
     period = 1.0 / sensor.rate
     waits = channel.delay + 1.0 / channel.rate
     if name != architecture.switch.default:
-        waits += architecture.switch.debounce
+        waits += architecture.switch.debounce + architecture.switch.handover
     return Chain(
         sensor=link,
         channel=name,

@@ -8,18 +8,23 @@ import pytest
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.safety import SafetyChannel
 from adeye.channels.safety.monitors import MONITOR_IDS
+from adeye.channels.safety.supervision import MEMORY_STOPPING, MEMORY_WIDTH, _update_stopping
 from adeye.signals import (
     FAULT,
     OK,
     REASON_DEFAULT,
+    REASON_HANDOVER,
     REASON_LATCHED,
+    REASON_NO_MAJORITY,
     REASON_REQUEST,
+    REASON_RETURNED,
+    REASON_VOTED,
     REQUESTS_AUTHORITY,
     SILENT,
     ControlCommand,
 )
-from adeye.spec.architecture import Switch
 from adeye.spec.channels import NominalParameters, SafetyParameters
+from adeye.spec.switch import Switch
 from adeye.testing import Drive, ScriptedChannel, World, channel_context, drive
 from adeye.testing.driving import Hook
 
@@ -41,6 +46,7 @@ def run(  # noqa: PLR0913 - a test's choice
     on_commands: Hook | None = None,
     nominal: Any = None,
     latch: bool = True,
+    switch: Switch | None = None,
     links: tuple[str, ...] = LINKS["safety"],
 ) -> Drive:
     driver = nominal or NominalChannel()
@@ -64,7 +70,7 @@ def run(  # noqa: PLR0913 - a test's choice
             desired_speed=desired,
         )
     )
-    switch = Switch(
+    fixed = Switch(
         policy="fixed_priority", priority=("safety", "nominal"), default="nominal", latch=latch
     )
     return drive(
@@ -72,7 +78,7 @@ def run(  # noqa: PLR0913 - a test's choice
         LINKS | {"safety": links},
         world,
         horizon=horizon,
-        switch=switch,
+        switch=switch or fixed,
         on_commands=on_commands,
     )
 
@@ -132,6 +138,43 @@ def test_without_latch_the_nominal_channel_drives_on_after_healing() -> None:
     assert (done.authority[-1], done.reason[-1]) == (NOMINAL, REASON_DEFAULT)
     assert done.ego[-1, 3] > 25.0
     assert done.proposals[-1, SAFETY, 0] > -0.5
+
+
+def test_stop_is_given_up_once_hysteresis_returns_authority() -> None:
+    spec = Switch.model_validate(
+        {
+            "policy": "hysteresis",
+            "priority": ("safety", "nominal"),
+            "default": "nominal",
+            "return_after": "1 s",
+        }
+    )
+    done = run(World(), 16.0, on_commands=silence(1.0, 1.6), switch=spec)
+    taken = np.flatnonzero(done.authority == SAFETY)
+    assert done.reason[taken[-1] + 1] == REASON_RETURNED
+    assert (done.authority[taken[-1] + 1 :] == NOMINAL).all()
+    assert done.ego[-1, 3] > 25.0
+    assert done.proposals[-1, SAFETY, 0] > -0.5
+
+
+@pytest.mark.parametrize(
+    ("reason", "goes_on"),
+    [
+        (REASON_DEFAULT, False),
+        (REASON_VOTED, False),
+        (REASON_HANDOVER, True),
+        (REASON_NO_MAJORITY, True),
+        (REASON_LATCHED, True),
+    ],
+)
+def test_stop_goes_on_unless_another_channel_acts_in_the_ordinary_way(
+    reason: int,
+    goes_on: bool,  # noqa: FBT001 - a test's choice
+) -> None:
+    memory = np.zeros(MEMORY_WIDTH)
+    memory[MEMORY_STOPPING] = 1.0
+    _update_stopping(memory, False, reason, 0.0)  # noqa: FBT003 - a kernel
+    assert bool(memory[MEMORY_STOPPING]) == goes_on
 
 
 def test_blind_nominal_channel_is_overridden_for_a_stopped_vehicle() -> None:

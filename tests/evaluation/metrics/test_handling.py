@@ -98,6 +98,18 @@ def test_takeover_from_the_first_row_is_seen_against_the_default_channel(hand_ma
     assert measure(made, "takeover_time_s")[:2] == (0.0, "value")
 
 
+def test_time_in_which_nobody_acts_belongs_to_the_takeover(hand_made: Any) -> None:
+    made = faulty(hand_made()).set("authority", -1, rows=slice(6, 8))
+    assert measure(made, "takeover_time_s")[1] == "incomplete"
+    made.set("authority", 1, rows=slice(8, None))
+    assert measure(made, "takeover_time_s") == (pytest.approx(0.3), "value", pytest.approx(0.8))
+
+
+def test_default_that_acts_after_the_start_up_has_taken_nothing_over(hand_made: Any) -> None:
+    made = faulty(hand_made(), rows=slice(1, None)).set("authority", -1, rows=slice(0, 3))
+    assert measure(made, "takeover_time_s")[1] == "incomplete"
+
+
 def test_handover_before_the_fault_does_not_count(hand_made: Any) -> None:
     made = faulty(hand_made()).set("authority", 1, rows=slice(3, None))
     assert measure(made, "takeover_time_s")[1] == "incomplete"

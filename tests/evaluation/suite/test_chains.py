@@ -70,10 +70,11 @@ def test_safety_channel_waits_for_its_monitor_and_for_the_switch() -> None:
             "priority": ["safety", "nominal"],
             "default": "nominal",
             "debounce": 0.3,
+            "handover": 0.1,
         },
     )
     assert found.confirm_s == pytest.approx((SAFETY_HITS - 1) * 0.05 + 0.2)
-    assert found.decide_s == pytest.approx(0.1 + 0.3)
+    assert found.decide_s == pytest.approx(0.1 + 0.3 + 0.1)
     assert found.deceleration_mps2 == 7.0
 
 

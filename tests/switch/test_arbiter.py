@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adeye.ports import SwitchContext
+from adeye.ports import SwitchContext, SwitchModel
 from adeye.signals import (
     DEGRADED,
     FAULT,
@@ -19,50 +19,13 @@ from adeye.signals import (
     SILENT,
     ControlCommand,
 )
-from adeye.spec.architecture import Switch
-from adeye.switch import PrioritySwitch, make_switch
-
-STEP = 0.05
-NOMINAL, SAFETY, THIRD = 0, 1, 2
-IDS = ("nominal", "safety", "third")
+from adeye.switch import Arbiter, make_switch
+from tests.switch.rig import IDS, NOMINAL, SAFETY, STEP, THIRD, command, spec, switch, ticks
 
 
-def spec(**changes: object) -> Switch:
-    values: dict[str, object] = {
-        "policy": "fixed_priority",
-        "priority": ["safety", "nominal"],
-        "default": "nominal",
-    }
-    return Switch.model_validate(values | changes)
-
-
-def switch(*specs: Switch, channels: tuple[str, ...] = IDS[:2]) -> PrioritySwitch:
-    return PrioritySwitch(SwitchContext(specs, channels, STEP))
-
-
-def command(
-    index: int, status: int, stamp: float, numbers: tuple[float, float] = (1.0, 0.1)
-) -> ControlCommand:
-    return ControlCommand(
-        IDS[index],
-        np.array([numbers[0]]),
-        np.array([numbers[1]]),
-        np.array([stamp]),
-        np.array([status]),
-    )
-
-
-def drive(made: PrioritySwitch, *statuses: tuple[int, ...]) -> list[tuple[int, int]]:
+def drive(made: SwitchModel, *statuses: tuple[int, ...]) -> list[tuple[int, int]]:
     """Arbitrate fresh commands of the given states, one tuple a tick."""
-    decisions = []
-    for tick, row in enumerate(statuses):
-        time = tick * STEP
-        # One that is silent here has never spoken; what it said before it fell silent would count.
-        stamps = [-1.0 if status == SILENT else time for status in row]
-        proposals = [command(k, row[k], stamps[k]) for k in range(len(row))]
-        _, authority = made.arbitrate(time, proposals)
-        decisions.append((int(authority.channel[0]), int(authority.reason[0])))
-    return decisions
+    return [(tick.channel, tick.reason) for tick in ticks(made, statuses)]
 
 
 def test_default_acts_when_nobody_requests() -> None:
@@ -216,8 +179,8 @@ def test_channel_outside_the_priority_list_never_acts() -> None:
     assert drive(made, *rows)[-1] == (NO_CHANNEL, REASON_NO_CHANNEL)
 
 
-def test_made_switch_is_the_priority_switch() -> None:
-    assert isinstance(make_switch(SwitchContext([spec()], IDS[:2], STEP)), PrioritySwitch)
+def test_made_switch_is_the_arbiter() -> None:
+    assert isinstance(make_switch(SwitchContext([spec()], IDS[:2], STEP)), Arbiter)
 
 
 ROW = st.tuples(*[st.sampled_from([OK, DEGRADED, REQUESTS_AUTHORITY, FAULT, SILENT])] * 3)
@@ -257,3 +220,47 @@ def test_silent_channel_is_noticed_by_the_age_of_its_last_command() -> None:
         _, authority = made.arbitrate(time, proposals)
         holders.append(int(authority.channel[0]))
     assert holders == [NOMINAL] * 4 + [SAFETY] * 2
+
+
+EVERY = (
+    spec(priority=IDS),
+    spec(priority=IDS, latch=False, handover="0.1 s", meanwhile="coast"),
+    spec(priority=IDS, policy="hysteresis", return_after="0.1 s"),
+    spec(
+        priority=IDS,
+        policy="voting",
+        voters=IDS,
+        acceleration_tolerance="1 m/s^2",
+        steering_tolerance="1 rad",
+        bumpless={"jerk": "20 m/s^3", "steering_rate": "1 rad/s"},
+    ),
+    spec(priority=IDS, policy="stuck"),
+)
+NUMBERS = st.tuples(st.sampled_from([-6.0, 0.0, 0.7, np.nan]), st.floats(-0.4, 0.4))
+
+
+@settings(max_examples=60, deadline=None)
+@given(rows=st.lists(st.tuples(ROW, st.tuples(NUMBERS, NUMBERS, NUMBERS)), min_size=1, max_size=12))
+def test_every_policy_gives_the_same_bits_beside_the_others_as_alone(
+    rows: list[tuple[tuple[int, ...], tuple[tuple[float, float], ...]]],
+) -> None:
+    statuses, numbers = [row for row, _ in rows], [row for _, row in rows]
+    alone = [ticks(switch(one, channels=IDS), statuses, numbers) for one in EVERY]
+    batch = switch(*EVERY, channels=IDS)
+    for tick, (row, given_numbers) in enumerate(rows):
+        time = tick * STEP
+        proposals = [
+            ControlCommand(
+                name,
+                np.full(len(EVERY), given_numbers[k][0]),
+                np.full(len(EVERY), given_numbers[k][1]),
+                np.full(len(EVERY), -1.0 if row[k] == SILENT else time),
+                np.full(len(EVERY), row[k], dtype=np.int64),
+            )
+            for k, name in enumerate(IDS)
+        ]
+        acting, authority = batch.arbitrate(time, proposals)
+        for run, found in enumerate(alone):
+            assert authority.channel[run] == found[tick].channel
+            assert authority.reason[run] == found[tick].reason
+            assert acting[run].tolist() == [found[tick].acceleration, found[tick].steering]

@@ -1,0 +1,1 @@
+"""The models of faults, by what they are faults of; ``adeye.spec.fault`` reads any of them."""

@@ -1,0 +1,98 @@
+"""What every fault has: its target, its onset, and for how long and how often it is there."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Self
+
+from pydantic import Field, StringConstraints, model_validator
+
+from adeye.spec.misplaced import Loc, misplaced
+from adeye.spec.quantity import TARGET, Condition, Duration, Identifier, Many, Record
+
+Target = Annotated[str, StringConstraints(pattern=TARGET)]
+
+
+class Onset(Record):
+    """When the fault begins: at a time, when a condition over the scene first holds, or between.
+
+    ``between`` draws the time for each run, uniformly and by its seed, so it is another one in
+    another replicate and the same in every architecture.
+    """
+
+    at: Annotated[Duration, Field(ge=0.0)] | None = None
+    when: Condition | None = None
+    between: (
+        Annotated[Many[Annotated[Duration, Field(ge=0.0)]], Field(min_length=2, max_length=2)]
+        | None
+    ) = None
+
+    @model_validator(mode="after")
+    def _one_onset(self) -> Self:
+        if sum(part is not None for part in (self.at, self.when, self.between)) != 1:
+            msg = "give one of at, when and between"
+            raise ValueError(msg)
+        if self.between is not None and self.between[0] > self.between[1]:
+            text = "the earliest time comes first"
+            raise misplaced([(("between",), text)])
+        return self
+
+
+class Fault(Record):
+    """What every fault has, whatever it does; see the models beside.
+
+    Attributes:
+        fits: Kinds of targets that a model is for.
+    """
+
+    fits: ClassVar[tuple[str, ...]] = ()
+
+    id: Identifier
+    target: Target
+    model: str
+    onset: Onset
+    duration: Annotated[Duration, Field(ge=0.0)] | None = None
+    """How long it lasts [s]; without it, to the end of the run."""
+    every: Annotated[Duration, Field(gt=0.0)] | None = None
+    """It comes again so long after its last onset [s]: an intermittent fault."""
+    times: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    """How often an intermittent fault comes; without it, to the end of the run."""
+    text: str = ""
+
+    @model_validator(mode="after")
+    def _model_fits_target(self) -> Self:
+        if self.port not in self.fits:
+            fits = " or ".join(self.fits)
+            msg = f"{self.model} is a fault of {fits}, and {self.target} is not one of them"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _comes_again_after_it_went(self) -> Self:
+        found: list[tuple[Loc, str]] = []
+        if self.every is None:
+            if self.times is not None:
+                found.append((("times",), "says how often a fault comes again; give every, too"))
+        elif self.duration is None or self.duration >= self.every:
+            found.append((("every",), "give a duration that is shorter, or it never goes"))
+        if found:
+            raise misplaced(found)
+        return self
+
+    @property
+    def port(self) -> str:
+        """Kind of what fails: ``sensors``, ``channels`` and so on."""
+        return self.target.split(".", 1)[0]
+
+    @property
+    def target_id(self) -> str:
+        """Which of its kind fails: the target without its kind, empty where there is just one."""
+        return self.target.partition(".")[2]
+
+    def executable(self) -> dict[str, object]:
+        """The part that a run depends on."""
+        part = self.model_dump(mode="json", exclude={"text"})
+        for record, name in ((part, "every"), (part, "times"), (part["onset"], "between")):
+            # What came later is no part of the identity of what does without it.
+            if record[name] is None:
+                del record[name]
+        return part

@@ -1,0 +1,145 @@
+"""Programs that are asked in parallel, each with its own deadline."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adeye.channels.process.children import LONGEST_LINE, Broken, Ceilings, Children
+from adeye.errors import PlatformError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+CEILINGS = Ceilings(cpu_s=20, memory=2**30, file_size=2**20, open_files=32, processes=4)
+ECHO = "import sys\nfor line in sys.stdin: print(line, end='', flush=True)"
+SLEEP = "import time\ntime.sleep(3600)"
+
+
+@pytest.fixture
+def children() -> Iterator[Children]:
+    made = Children()
+    yield made
+    made.close()
+
+
+def start(children: Children, number: int, program: str) -> None:
+    python = os.path.realpath(sys.executable)
+    children.start(number, [python, "-I", "-S", "-c", program], CEILINGS)
+
+
+def test_each_answers_its_own_line(children: Children) -> None:
+    for number in range(4):
+        start(children, number, ECHO)
+    lines = {number: f"line {number}\n".encode() for number in range(4)}
+    answers = children.ask(lines, dict.fromkeys(range(4), 20.0))
+    assert {number: answer for number, (answer, _) in answers.items()} == {
+        number: f"line {number}".encode() for number in range(4)
+    }
+
+
+def test_all_are_waited_for_at_the_same_time(children: Children) -> None:
+    for number in range(3):
+        start(children, number, SLEEP)
+    begin = time.perf_counter()
+    answers = children.ask(dict.fromkeys(range(3), b"\n"), dict.fromkeys(range(3), 0.4))
+    assert 0.4 <= time.perf_counter() - begin < 1.0
+    for answer, passed in answers.values():
+        assert answer == Broken(
+            "channel_timeout", "no answer until its deadline", is_machine_dependent=True
+        )
+        assert passed >= 0.4
+
+
+def test_long_lines_go_through_a_pipe_that_is_full(children: Children) -> None:
+    start(children, 0, "import sys\nfor line in sys.stdin: print(len(line), flush=True)")
+    answers = children.ask({0: b"x" * 1_000_000 + b"\n"}, {0: 20.0})
+    assert answers[0][0] == b"1000001"
+
+
+def test_longest_line_is_taken_and_a_longer_one_is_not(children: Children) -> None:
+    start(children, 0, f"import time\nprint('x' * {LONGEST_LINE}, flush=True)\ntime.sleep(60)")
+    start(children, 1, f"import time\nprint('x' * {LONGEST_LINE + 1}, flush=True)\ntime.sleep(60)")
+    answers = children.ask({0: b"\n", 1: b"\n"}, {0: 20.0, 1: 20.0})
+    assert answers[0][0] == b"x" * LONGEST_LINE
+    assert answers[1][0] == Broken("channel_invalid_output", "a line of more than 65536 bytes")
+
+
+def test_last_words_before_the_end_count(children: Children) -> None:
+    start(children, 0, "print('bye')")
+    assert children.ask({0: b"\n"}, {0: 20.0})[0][0] == b"bye"
+    answer, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    assert answer == Broken("channel_error", "ended with code 0 without an answer")
+
+
+def test_program_that_cannot_be_executed_says_why(children: Children, tmp_path: Path) -> None:
+    path = tmp_path / "binary"
+    path.write_bytes(b"\x7fELF nothing")
+    path.chmod(0o755)
+    children.start(0, [str(path)], CEILINGS)
+    answer, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    assert isinstance(answer, Broken)
+    assert "code 127" in answer.detail
+    assert "Exec format error" in answer.detail
+
+
+def test_ended_program_is_gone(children: Children) -> None:
+    start(children, 0, "import os\nprint(os.getpid(), flush=True)\nimport time\ntime.sleep(3600)")
+    answer, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    assert isinstance(answer, bytes)
+    children.end(0)
+    children.end(0)
+    assert is_gone(int(answer))
+
+
+def test_forgotten_children_end_too() -> None:
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    children = Children()
+    start(children, 0, "import os\nprint(os.getpid(), flush=True)\nimport time\ntime.sleep(3600)")
+    answer, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    assert isinstance(answer, bytes)
+    del children
+    assert is_gone(int(answer))
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
+
+
+def test_dead_warden_is_no_failure_of_the_channel(children: Children) -> None:
+    start(children, 0, "import os\nprint(os.getppid(), flush=True)\nimport time\ntime.sleep(3600)")
+    warden, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    assert isinstance(warden, bytes)
+    os.kill(int(warden), signal.SIGKILL)
+    with pytest.raises(PlatformError, match="watches over the programs"):
+        children.ask({0: b"\n"}, {0: 20.0})
+
+
+def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full() -> None:
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(socket, "socketpair", full)
+    with pytest.raises(PlatformError, match="Too many open files"):
+        Children()
+
+
+def test_other_systems_are_told_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("adeye.channels.process.children.os.name", "nt")
+    with pytest.raises(PlatformError, match="POSIX"):
+        Children()
+
+
+def is_gone(pid: int) -> bool:
+    until = time.monotonic() + 5.0
+    while time.monotonic() < until:
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.01)
+    return False

@@ -1,0 +1,157 @@
+"""Faults inside the built-in channels: what they do, and that they do nothing elsewhere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.channels.factory import make_channel
+from adeye.channels.guard import GuardedChannel
+from adeye.channels.hooks import HOOKS
+from adeye.channels.links import observe
+from adeye.channels.nominal import NominalChannel
+from adeye.channels.trajectory import TrajectoryChannel
+from adeye.errors import SpecError
+from adeye.ports import HookedChannel
+from adeye.signals import OK, SILENT, Bools, ControlCommand, Floats
+from adeye.spec.channels import NominalParameters, TrajectoryParameters
+from adeye.testing import ScriptedChannel, World, channel_context, drive
+from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
+from tests.project import ROOT
+
+STEP, LANE = 0.05, 5.25
+LINKS = ("front", "pose")
+SENSORS = {"front": "radar", "pose": "localisation"}
+ONSET, END, TICKS = 8, 16, 30
+FIRST = np.array([True, False])
+BOTH = [(NominalChannel, NominalParameters()), (TrajectoryChannel, TrajectoryParameters())]
+KINDS = pytest.mark.parametrize(("kind", "parameters"), BOTH, ids=["nominal", "trajectory"])
+
+
+def play(
+    kind: Any, parameters: Any, hook: str = "", size: float = 1.0, gap: float = 120.0
+) -> list[ControlCommand]:
+    """Drive two runs at 20 m/s towards something that stands; the fault is in the first one."""
+    channel = kind()
+    channel.reset(channel_context(parameters, links=LINKS, sensors=SENSORS, runs=2))
+    road, running, given = straight_road(2), np.ones(2, dtype=np.bool_), []
+    for tick in range(TICKS):
+        time = STEP * tick
+        if hook and tick in {ONSET, END}:
+            channel.inject(
+                hook, FIRST if tick == ONSET else np.zeros(2, dtype=np.bool_), np.full(2, size)
+            )
+        ego = np.array([[20.0 * time, LANE + 0.1, 0.0, 20.0, 0.0, 0.0, 0.0]] * 2)
+        front = object_measurement(ego, np.array([[[gap, LANE, 0.0, 0.0, 0.0]]] * 2), time)
+        readings = {"front": front, "pose": pose_measurement(road, ego, time)}
+        seen = observe(LINKS, time, readings, {}, None, running, protect=False)
+        given.append(channel.act(seen))
+    return given
+
+
+def bits(command: ControlCommand, run: int) -> bytes:
+    arrays = (command.acceleration, command.steering_angle, command.status, command.tracks)
+    plan = b"" if command.plan is None else command.plan[run].tobytes()
+    return b"|".join(item[run].tobytes() for item in arrays if item is not None) + plan
+
+
+@KINDS
+@pytest.mark.parametrize("hook", HOOKS)
+def test_fault_acts_from_its_onset_in_its_run_only(kind: Any, parameters: Any, hook: str) -> None:
+    plain, faulty = play(kind, parameters), play(kind, parameters, hook, 0.5)
+    assert [bits(item, 1) for item in faulty] == [bits(item, 1) for item in plain]
+    differ = [tick for tick in range(TICKS) if bits(faulty[tick], 0) != bits(plain[tick], 0)]
+    assert differ[0] == ONSET
+
+
+@KINDS
+def test_map_shifted_by_nothing_changes_no_bit(kind: Any, parameters: Any) -> None:
+    plain, faulty = play(kind, parameters), play(kind, parameters, "map_shifted", 0.0)
+    assert [bits(item, 0) for item in faulty] == [bits(item, 0) for item in plain]
+
+
+@pytest.mark.parametrize("hook", ["map_shifted", "planner_frozen"])
+def test_nominal_channel_is_what_it_would_be_after_the_end(hook: str) -> None:
+    # Far enough that no emergency is remembered.
+    plain = play(*BOTH[0], gap=900.0)
+    faulty = play(*BOTH[0], hook, 0.5, gap=900.0)
+    after = range(END, TICKS)
+    assert [bits(faulty[tick], 0) for tick in after] == [bits(plain[tick], 0) for tick in after]
+
+
+@KINDS
+def test_lost_tracks_come_back_after_as_many_samples_as_confirm_them(
+    kind: Any, parameters: Any
+) -> None:
+    def shown(item: ControlCommand) -> bool:
+        assert item.tracks is not None
+        return bool(np.isfinite(item.tracks[0]).any())
+
+    faulty = play(kind, parameters, "tracks_lost")
+    told = [shown(item) for item in faulty]
+    back = END + parameters.confirm_hits - 1
+    assert told[ONSET - 1]
+    assert told[ONSET:] == [False] * (back - ONSET) + [True] * (TICKS - back)
+
+
+@KINDS
+def test_frozen_planner_repeats_its_command_with_fresh_stamps(kind: Any, parameters: Any) -> None:
+    faulty = play(kind, parameters, "planner_frozen")
+    last = faulty[ONSET - 1]
+    for tick in range(ONSET, END):
+        item = faulty[tick]
+        assert item.acceleration[0] == last.acceleration[0]
+        assert item.steering_angle[0] == last.steering_angle[0]
+        assert item.status[0] == OK
+        assert item.stamp[0] == pytest.approx(tick * STEP)
+        if last.plan is not None:
+            assert item.plan is not None
+            assert np.array_equal(item.plan[0], last.plan[0], equal_nan=True)
+
+
+def test_ego_drives_beside_its_lane_by_what_the_map_is_shifted() -> None:
+    channel = NominalChannel()
+    channel.reset(channel_context(NominalParameters(), links=LINKS, sensors=SENSORS))
+    channel.inject("map_shifted", np.array([True]), np.array([0.6]))
+    done = drive({"n": channel}, {"n": LINKS}, World(speed=25.0), horizon=20.0)
+    assert done.ego[-1, 1] == pytest.approx(LANE + 0.6, abs=0.02)
+
+
+class Hooked(ScriptedChannel):
+    """A channel from outside that offers one hook and fails when it is used."""
+
+    hooks: tuple[str, ...] = ("planner_frozen",)
+
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:  # noqa: ARG002 - the protocol
+        raise RuntimeError(hook)
+
+
+def test_hook_that_raises_makes_the_channel_silent() -> None:
+    guarded = GuardedChannel(Hooked((1.0,)))
+    assert isinstance(guarded, HookedChannel)
+    assert guarded.hooks == ("planner_frozen",)
+    guarded.reset(channel_context(None, links=(), sensors={}, runs=2))
+    running = np.ones(2, dtype=np.bool_)
+    guarded.act(observe((), 0.0, {}, {}, None, running, protect=True))
+    guarded.inject("planner_frozen", FIRST, np.ones(2))
+    command = guarded.act(observe((), 0.05, {}, {}, None, running, protect=True))
+    assert command.status.tolist() == [SILENT, SILENT]
+    event = guarded.events[0]
+    assert event is not None
+    assert event.outcome == "channel_error"
+
+
+def test_hook_that_a_channel_does_not_offer_is_refused() -> None:
+    guarded = GuardedChannel(Hooked((1.0,)))
+    guarded.reset(channel_context(None, links=(), sensors={}, runs=2))
+    with pytest.raises(SpecError, match="has no hook map_shifted"):
+        guarded.inject("map_shifted", FIRST, np.ones(2))
+
+
+@pytest.mark.parametrize(("kind", "hooks"), [("nominal", HOOKS), ("safety", ())])
+def test_factory_tells_the_hooks_of_a_channel(kind: str, hooks: tuple[str, ...]) -> None:
+    made = make_channel(kind, ROOT)
+    assert isinstance(made, GuardedChannel)
+    assert made.hooks == hooks

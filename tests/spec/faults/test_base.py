@@ -1,0 +1,34 @@
+"""What every fault has, whatever its model."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import pytest
+
+from adeye.spec.fault import FAULT, MODELS
+from adeye.spec.faults.base import Fault, Onset
+
+
+def test_onset_keeps_the_one_way_that_it_is_given() -> None:
+    onset = Onset.model_validate({"between": ["1 s", "2 s"]})
+    assert (onset.at, onset.when, onset.between) == (None, None, (1.0, 2.0))
+
+
+def test_port_and_id_are_parts_of_the_target() -> None:
+    fault = FAULT.validate_python(
+        {
+            "id": "a",
+            "target": "links.safety.channels.nominal",
+            "model": "drop",
+            "onset": {"at": "1 s"},
+        }
+    )
+    assert (fault.port, fault.target_id) == ("links", "safety.channels.nominal")
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_says_what_it_is_and_what_it_is_for(model: type[Fault]) -> None:
+    assert model.__doc__
+    assert model.fits
+    assert len(get_args(model.model_fields["model"].annotation)) == 1
