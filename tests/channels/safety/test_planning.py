@@ -10,8 +10,8 @@ from adeye.channels.nominal import NominalChannel
 from adeye.channels.safety import PlannedSafetyChannel
 from adeye.channels.safety.planning import LAST_SAFE_STOP
 from adeye.signals import REQUESTS_AUTHORITY, Floats
-from adeye.spec.architecture import Switch
 from adeye.spec.channels import NominalParameters, SafetyParameters, StopRatings
+from adeye.spec.switch import Switch
 from adeye.testing import Drive, World, channel_context, drive
 from adeye.testing.driving import Hook
 from adeye.testing.scenes import straight_road
