@@ -88,7 +88,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             _check_program(loaded, name, channel)
             continue
         if channel.kind in BUILT_IN_CHANNELS:
-            made = make_channel(channel.kind, folder)
+            made = make_channel(channel.kind, folder, channel.parameters)
         else:
             assert isinstance(channel, PluginChannel)
             part = _plugin(loaded, ("channels", name), channel, "channel", ("act",))

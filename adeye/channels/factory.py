@@ -11,7 +11,7 @@ from adeye.channels.guard import GuardedChannel
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.policy import PolicyChannel
 from adeye.channels.process import ProcessChannel
-from adeye.channels.safety import SafetyChannel
+from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel
 from adeye.channels.scalar import ScalarChannel
 from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
@@ -40,7 +40,7 @@ PROCESS: Final = "process"
 """Kind of the channel that asks a program; it contains what that does."""
 
 
-def make_channel(kind: str, base_dir: Path) -> ControlChannel:
+def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlChannel:
     """Make the channel of a kind; it has still to be reset with a context.
 
     A class with ``reset`` works on the batch; one without is made once per run.
@@ -48,6 +48,8 @@ def make_channel(kind: str, base_dir: Path) -> ControlChannel:
     Args:
         kind: One of ``BUILT_IN``, ``policy``, ``process``, ``module:Class`` or ``./file.py:Class``.
         base_dir: Folder of the file that names a plug-in.
+        parameters: Its parameter record, which may ask for another implementation of a kind; the
+            default where it is missing.
 
     Returns:
         The channel. What a plug-in raises or answers is contained in it.
@@ -55,6 +57,8 @@ def make_channel(kind: str, base_dir: Path) -> ControlChannel:
     Raises:
         SpecError: There is no such plug-in, or it is no channel.
     """
+    if kind == "safety" and getattr(parameters, "stop", "in_lane") == "planned":
+        return GuardedChannel(PlannedSafetyChannel(), trusted=True)
     if kind in BUILT_IN:
         return GuardedChannel(BUILT_IN[kind](), trusted=True)
     if kind == POLICY:

@@ -60,7 +60,7 @@ class ChannelRack:
         for name, spec in architecture.channels.items():
             every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
             delay = ticks(spec.delay, scene.step, f"channels.{name}.delay")
-            inner = make_channel(spec.kind, base_dir)
+            inner = make_channel(spec.kind, base_dir, spec.parameters)
             self._inner[name] = inner
             if witness is not None and witness.channel == name:
                 inner = WitnessedChannel(inner, spec.kind, witness)

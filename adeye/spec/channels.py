@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    StringConstraints,
+    model_serializer,
+    model_validator,
+)
 
 from adeye.spec.misplaced import misplaced
 from adeye.spec.quantity import (
@@ -167,8 +173,32 @@ class ProcessParameters(Record):
     limits: ProcessLimits = ProcessLimits()
 
 
+Rating = Annotated[int, Field(ge=0, le=8)]
+
+
+class StopRatings(Record):
+    """How safe each kind of place is to stand in, from 0 for a refuge to 8 for contact.
+
+    The worst cell under the ego counts. Sight ends at the inner edge of the road: where who comes
+    from behind at the speed limit cannot stop within it, a lane is rated as a curve.
+    """
+
+    hard_shoulder: Rating = 1
+    slow_lane_in_sight: Rating = 3
+    """The rightmost lane, where one need not brake hard to stop within the sight distance."""
+    slow_lane: Rating = 4
+    fast_lane: Rating = 5
+    curve: Rating = 6
+    off_road: Rating = 7
+    """Beside lanes and shoulder, where the map does not say what the ground is."""
+
+
+OF_PLANNED_STOP: Final = ("stop", "rear_sight", "ratings")
+"""Parameters of the safety channel that only a planned stop reads."""
+
+
 class SafetyParameters(Record):
-    """Safety channel: monitors with debounce and an in-lane safe stop."""
+    """Safety channel: monitors with debounce and a safe stop."""
 
     staleness: Annotated[Duration, Field(gt=0.0)] = 0.2
     confirm: NonNegativeDuration = 0.1
@@ -182,6 +212,23 @@ class SafetyParameters(Record):
     max_command: PositiveAcceleration = 10.0
     max_lane_offset: PositiveLength = 1.0
     lateral_margin: NonNegativeLength = 0.2
+    stop: Literal["in_lane", "planned"] = "in_lane"
+    """Whether it stops in its lane, or chooses where and how hard among many stops; then the
+    monitor ``last_safe_stop`` asks whether one would still be there at the next tick."""
+    rear_sight: NonNegativeLength = 0.0
+    """How far behind the ego its sensors see the lanes beside it [m]; at 0 a planned stop enters or
+    crosses none."""
+    ratings: StopRatings = StopRatings()
+    """Which places a planned stop prefers."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        for name in OF_PLANNED_STOP:
+            if getattr(self, name) == type(self).model_fields[name].default:
+                del content[name]
+        return content
 
 
 class NominalChannel(_Channel):
@@ -196,6 +243,13 @@ class SafetyChannel(_Channel):
 
     kind: Literal["safety"]
     parameters: SafetyParameters = SafetyParameters()
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ("stop",)
+
+    @property
+    def stop(self) -> str:
+        """How it stops: with a planner it has one monitor more."""
+        return self.parameters.stop
 
 
 class TrajectoryChannel(_Channel):

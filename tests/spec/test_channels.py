@@ -11,6 +11,8 @@ from adeye.spec.channels import (
     PolicyChannel,
     ProcessChannel,
     SafetyChannel,
+    SafetyParameters,
+    StopRatings,
     TrajectoryChannel,
 )
 
@@ -96,3 +98,39 @@ def test_window_of_confirmation_has_room_for_the_hits(window: int, *, fits: bool
         return
     with pytest.raises(ValidationError, match="3 detections never come in 2 samples"):
         NominalParameters.model_validate(content)
+
+
+def test_what_a_planned_stop_reads_is_no_part_of_the_identity_where_it_is_left_out() -> None:
+    content = SafetyParameters().model_dump(mode="json")
+    assert set(content) == {
+        *("staleness", "confirm", "heal", "stop_deceleration", "emergency_deceleration"),
+        *("danger_threshold", "max_command", "max_lane_offset", "lateral_margin"),
+    }
+    assert (
+        SafetyParameters(stop="in_lane", ratings=StopRatings()).model_dump(mode="json") == content
+    )
+    planned = SafetyParameters(stop="planned", ratings=StopRatings(fast_lane=6))
+    added = planned.model_dump(mode="json")
+    assert added["stop"] == "planned"
+    assert added["ratings"]["fast_lane"] == 6
+    assert SafetyParameters.model_validate(added, context={"si": True}) == planned
+
+
+@pytest.mark.parametrize(
+    ("parameters", "match"),
+    [
+        ({"stop": "shoulder"}, "in_lane"),
+        ({"ratings": {"hard_shoulder": 9}}, "less than or equal to 8"),
+        ({"ratings": {"verge": 2}}, "verge"),
+        ({"rear_sight": "-1 m"}, "greater than or equal to 0"),
+    ],
+)
+def test_wrong_stop_is_refused(parameters: dict[str, Any], match: str) -> None:
+    with pytest.raises(ValidationError, match=match):
+        SafetyParameters.model_validate(parameters)
+
+
+def test_way_of_stopping_is_structure_because_of_its_monitor() -> None:
+    planned = SafetyChannel(kind="safety", parameters=SafetyParameters(stop="planned"))
+    assert (planned.stop, SafetyChannel(kind="safety").stop) == ("planned", "in_lane")
+    assert "stop" in SafetyChannel.STRUCTURE

@@ -1,5 +1,6 @@
-"""The safety channel: monitors and an in-lane safe stop."""
+"""The safety channel: monitors and a safe stop, in lane or planned."""
 
 from adeye.channels.safety.channel import SafetyChannel
+from adeye.channels.safety.planned import PlannedSafetyChannel
 
-__all__ = ["SafetyChannel"]
+__all__ = ["PlannedSafetyChannel", "SafetyChannel"]

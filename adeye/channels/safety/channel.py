@@ -25,7 +25,7 @@ from adeye.signals import (
     Observation,
     spec_columns,
 )
-from adeye.spec.channels import SafetyParameters
+from adeye.spec.channels import OF_PLANNED_STOP, SafetyParameters
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
@@ -57,7 +57,7 @@ class SafetyChannel:
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs = context.runs
-        fields = spec_columns(context.parameters, lambda item: _numbers(item, context.period))
+        fields = spec_columns(context.parameters, lambda item: safety_numbers(item, context.period))
         self._channel_id = context.channel_id
         records = channel_records(context, fields | PERCEPTION | SHADOW)
         self._perception = Perception(context, records)
@@ -67,19 +67,23 @@ class SafetyChannel:
         self._channel_status = np.zeros((runs, len(self._supervised)), dtype=np.int64)
         self._reason = np.full(runs, NO_SWITCH, dtype=np.int64)
         self._heard = np.zeros(self._channel_status.shape, dtype=np.bool_)
-        self._states = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.int64)
+        self._states = np.zeros((runs, len(self.monitor_ids), 2), dtype=np.int64)
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
         self._command = np.zeros((runs, 2))
         self._status = np.full(runs, FAULT, dtype=np.int64)
-        self._monitors = np.zeros((runs, len(MONITOR_IDS), 2), dtype=np.bool_)
+        self._monitors = np.zeros((runs, len(self.monitor_ids), 2), dtype=np.bool_)
         self._path = np.zeros(PATH_WIDTH)
         self._evidence = np.zeros(EVIDENCE_WIDTH)
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
-        seen = self._perception
-        seen.update(observation)
+        self._read(observation)
+        self._decide(observation.time)
+        return self._command_at(observation.time)
+
+    def _read(self, observation: Observation) -> None:
+        self._perception.update(observation)
         for index, name in enumerate(self._supervised):
             heard = observation.commands[name]
             self._numbers[:, index, 0] = heard.acceleration
@@ -88,9 +92,12 @@ class SafetyChannel:
             self._channel_status[:, index] = heard.status
         if self._has_switch and observation.authority is not None:
             self._reason[:] = observation.authority.reason
+
+    def _decide(self, time: float) -> None:
+        seen = self._perception
         _act(
             seen.records,
-            observation.time,
+            time,
             seen.running,
             seen.segments,
             self._numbers,
@@ -109,20 +116,23 @@ class SafetyChannel:
             self._path,
             self._evidence,
         )
+
+    def _command_at(self, time: float) -> ControlCommand:
         return ControlCommand(
             self._channel_id,
             self._command[:, 0].copy(),
             self._command[:, 1].copy(),
-            np.full(self._status.shape, observation.time),
+            np.full(self._status.shape, time),
             self._status.copy(),
             monitors=self._monitors.copy(),
-            tracks=seen.shown.copy(),
+            tracks=self._perception.shown.copy(),
         )
 
 
-def _numbers(item: SafetyParameters, period: float) -> dict[str, float]:
-    """List what the compiled step reads of the channel's parameters."""
-    numbers = {name: float(getattr(item, name)) for name in SafetyParameters.model_fields}
+def safety_numbers(item: SafetyParameters, period: float) -> dict[str, float]:
+    """List what the compiled step reads of the channel's parameters, whichever way it stops."""
+    names = [name for name in SafetyParameters.model_fields if name not in OF_PLANNED_STOP]
+    numbers = {name: float(getattr(item, name)) for name in names}
     for name in ("confirm", "heal"):
         numbers[f"{name}_ticks"] = ticks_within(numbers[name], period)
     return numbers

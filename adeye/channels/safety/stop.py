@@ -8,17 +8,11 @@ from adeye.channels.driving import HOLD_DECELERATION, STANDSTILL
 from adeye.kernel.control import limit_jerk
 from adeye.kernel.jit import compiled
 from adeye.kernel.motion import clip
-
-ONSET_JERK: Final = 12.65
-"""Growth of the braking of a stop that no object hurries [m/s³]: that of the careful and competent
-driver of UN R157."""
+from adeye.kernel.stops import BRAKES_AT_ONCE, ONSET_JERK
 
 RESERVE: Final = 1.2
 """How much more than the required deceleration is commanded, for the lag of the brakes and for
 what the object may still do. Our choice."""
-
-BRAKES_AT_ONCE: Final = 100.0
-"""Growth of the braking for an object ahead [m/s³]: none that is slower than the actuator's own."""
 
 
 @compiled
@@ -45,11 +39,34 @@ def stop_acceleration(
         required: Required deceleration for the objects in the path [m/s²].
         is_danger: Whether an object ahead is a confirmed danger.
     """
+    wanted = record["stop_deceleration"]
+    return brake(record, previous, speed, wanted, ONSET_JERK, required, is_danger)
+
+
+@compiled
+def brake(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    previous: float,
+    speed: float,
+    wanted: float,
+    jerk: float,
+    required: float,
+    is_danger: bool,  # noqa: FBT001 - a kernel
+) -> float:
+    """Return the acceleration on the way to a deceleration, or to what an object needs [m/s²].
+
+    Args:
+        record: See ``stop_acceleration``.
+        previous: Acceleration of the stop at the previous tick [m/s²].
+        speed: Of the ego [m/s].
+        wanted: Deceleration if no object needs more [m/s²].
+        jerk: How quickly that is built up [m/s³].
+        required: Required deceleration for the objects in the path [m/s²].
+        is_danger: Whether an object ahead is a confirmed danger.
+    """
     hardest = max(record["emergency_deceleration"], record["stop_deceleration"])
     if speed < STANDSTILL:
         return -float(min(HOLD_DECELERATION, hardest))
-    wanted = record["stop_deceleration"]
-    jerk = ONSET_JERK
     if RESERVE * required > wanted:
         wanted = min(RESERVE * required, hardest)
         jerk = BRAKES_AT_ONCE

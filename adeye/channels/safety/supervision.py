@@ -92,12 +92,12 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
     path[:] = 0.0
     gather_commands(time, numbers, channel_status, heard, seen)
     if knows_pose:
-        _look(record, segments, pose, tracks, end, memory, path, seen)
+        look(record, segments, pose, tracks, end, memory, path, seen)
     confirmed = run_monitors(record, seen, states, shown)
     if not knows_pose:
         command[0] = 0.0
         return FAULT
-    _update_stopping(memory, confirmed, reason, pose[POSE_ACCELERATION])
+    update_stopping(memory, confirmed, reason, pose[POSE_ACCELERATION])
     is_danger = shown[OBJECT_DANGER, 1]
     command[0] = _acceleration(record, segments, pose, memory, path, is_danger)
     steering = steer(record, pose, memory[MEMORY_PATH])
@@ -109,7 +109,7 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def _look(  # noqa: PLR0913, PLR0917 - a kernel
+def look(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     segments: Floats,
     pose: Floats,
@@ -144,7 +144,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def _update_stopping(memory: Floats, confirmed: bool, reason: int, acceleration: float) -> None:  # noqa: FBT001 - a kernel
+def update_stopping(memory: Floats, confirmed: bool, reason: int, acceleration: float) -> None:  # noqa: FBT001 - a kernel
     """Begin a safe stop on a confirmed monitor; give it up once another channel acts by default.
 
     A stop goes on although its monitors have healed as long as authority was given on request, for
@@ -168,13 +168,25 @@ def _acceleration(
     path: Floats,
     is_danger: bool,  # noqa: FBT001 - a kernel
 ) -> float:
-    speed = pose[POSE_SPEED]
     if memory[MEMORY_STOPPING] > 0.0:
         memory[MEMORY_BRAKING] = stop_acceleration(
-            record, memory[MEMORY_BRAKING], speed, path[PATH_REQUIRED], is_danger
+            record, memory[MEMORY_BRAKING], pose[POSE_SPEED], path[PATH_REQUIRED], is_danger
         )
         return float(memory[MEMORY_BRAKING])
+    return shadow_acceleration(record, segments, pose, memory, path)
+
+
+@inlined
+def shadow_acceleration(
+    record: Any, segments: Floats, pose: Floats, memory: Floats, path: Floats
+) -> float:
+    """Return the acceleration while no stop is asked for: car following [m/s²]."""
     allowed = allowed_speed(record, segments, pose, memory[MEMORY_PATH])
     return follow(
-        record, speed, allowed, path[PATH_GAP], path[PATH_SPEED], record["stop_deceleration"]
+        record,
+        pose[POSE_SPEED],
+        allowed,
+        path[PATH_GAP],
+        path[PATH_SPEED],
+        record["stop_deceleration"],
     )

@@ -11,15 +11,7 @@ from adeye.channels.hooks import HOOKS, Hooks
 from adeye.channels.perception import NOTE_END, Perception
 from adeye.channels.pose import POSE_D, POSE_SPEED, has_pose
 from adeye.channels.tracks import BEHIND, TRACKS
-from adeye.channels.trajectory.candidates import (
-    CANDIDATES,
-    LEVEL_ROW,
-    PATH_ROW,
-    PATH_TARGET,
-    PATHS,
-    PROFILE_ROW,
-    PROFILES,
-)
+from adeye.channels.trajectory.candidates import CANDIDATES, LEVEL_ROW, PATHS, PROFILES
 from adeye.channels.trajectory.fan import (
     MEMORY_COMMAND,
     MEMORY_LANE,
@@ -44,6 +36,7 @@ from adeye.channels.trajectory.prediction import (
 from adeye.channels.trajectory.scoring import LINE_ROW
 from adeye.kernel.elementary import tan
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.profiles import PATH_ROW, PATH_TARGET, PROFILE_ROW
 from adeye.signals import (
     DEGRADED,
     FAULT,

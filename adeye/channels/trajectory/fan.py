@@ -17,20 +17,22 @@ from adeye.channels.trajectory.candidates import (
     KEEP,
     NUDGE_LEFT,
     NUDGE_RIGHT,
+    PATHS,
+    calm_length,
+    inside_length,
+    quick_length,
+)
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.profiles import (
     PATH_EXISTS,
     PATH_LANE,
     PATH_LENGTH,
     PATH_START,
     PATH_TARGET,
-    PATHS,
     at_path,
-    calm_length,
-    inside_length,
     lay_path,
-    quick_length,
 )
-from adeye.kernel.elementary import sin_cos
-from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import lane_center
 
 if TYPE_CHECKING:

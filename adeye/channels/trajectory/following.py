@@ -6,15 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.channels.driving import HOLD_DECELERATION, LEAST_PREVIEW, PREVIEW_TIME, STANDSTILL
 from adeye.channels.pose import POSE_ALIGN, POSE_CURVATURE, POSE_D, POSE_S, POSE_SPEED
-from adeye.channels.trajectory.candidates import (
-    CANDIDATES,
-    PATH_EXISTS,
-    PATH_START,
-    PROFILE_S,
-    PROFILE_SPEED,
-    PROFILES,
-    at_path,
-)
+from adeye.channels.trajectory.candidates import CANDIDATES, PROFILES
 from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.channels.trajectory.scoring import LINE_D, LINE_SLOPE
 from adeye.kernel.control import lane_keeping_steering
@@ -22,6 +14,7 @@ from adeye.kernel.elementary import atan
 from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip
+from adeye.kernel.profiles import PATH_EXISTS, PATH_START, PROFILE_S, PROFILE_SPEED, at_path
 from adeye.kernel.road import offset_curvature, position
 
 if TYPE_CHECKING:

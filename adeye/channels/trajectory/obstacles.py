@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.channels.trajectory.candidates import PROFILE_S, PROFILE_SPEED
 from adeye.channels.trajectory.prediction import (
     OBJECT_BEHIND,
     OBJECT_BRAKING,
@@ -32,6 +31,7 @@ from adeye.channels.trajectory.scoring import (
 from adeye.kernel.criticality import required_deceleration
 from adeye.kernel.geometry import placed_box_distance
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.profiles import PROFILE_S, PROFILE_SPEED
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Ints
@@ -261,7 +261,7 @@ def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
         d: Of the ego now [m].
         ego_speed: Its lowest speed over the horizon [m/s].
         objects: (K, OBJECT_ROW).
-        ways: (K, SAMPLES, WAY_ROW).
+        ways: (K, N, WAY_ROW).
         count: How many objects there are.
 
     Source:
@@ -275,7 +275,7 @@ def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
     for row in range(count):
         body = objects[row]
         side = 0.5 * (record["width"] + body[OBJECT_WIDTH]) + record["lateral_margin"]
-        last = ways[row, SAMPLES - 1, WAY_D]
+        last = ways[row, ways.shape[1] - 1, WAY_D]
         if body[OBJECT_BEHIND] == 0.0 or (
             abs(body[OBJECT_D] - target) > side and abs(last - target) > side
         ):

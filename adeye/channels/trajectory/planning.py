@@ -13,16 +13,8 @@ from adeye.channels.trajectory.candidates import (
     KEEP,
     LEVEL_COST,
     LEVEL_WANTED,
-    PATH_COST,
-    PATH_EXISTS,
-    PATH_LANE,
-    PATH_ROW,
-    PATH_START,
-    PATH_TARGET,
     PATHS,
-    PROFILE_SPEED,
     PROFILES,
-    fill_profile,
     set_accelerations,
 )
 from adeye.channels.trajectory.fan import (
@@ -44,6 +36,16 @@ from adeye.channels.trajectory.scoring import (
     profile_cost,
 )
 from adeye.kernel.jit import compiled
+from adeye.kernel.profiles import (
+    PATH_COST,
+    PATH_EXISTS,
+    PATH_LANE,
+    PATH_ROW,
+    PATH_START,
+    PATH_TARGET,
+    PROFILE_SPEED,
+    fill_profile,
+)
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Ints
@@ -78,7 +80,7 @@ def add_profile(  # noqa: PLR0913, PLR0917 - a kernel
     """
     speed, wanted = pose[POSE_SPEED], level[LEVEL_WANTED]
     interval = record["horizon"] / SAMPLES
-    fill_profile(speed, memory[MEMORY_COMMAND], wanted, record["max_jerk"], interval, profile)
+    fill_profile(speed, memory[MEMORY_COMMAND], wanted, record["max_jerk"], interval, 0.0, profile)
     level[LEVEL_COST] = profile_cost(record, profile, wanted, memory[MEMORY_WANTED], speed, allowed)
     window[0, 0] = UNKNOWN
 

@@ -103,7 +103,7 @@ def predict_objects(  # noqa: PLR0913, PLR0917 - a kernel
         confirm_hits: Detections that confirm a track.
         interval: Time between two samples [s]; the first is one interval ahead.
         objects: (K, OBJECT_ROW) out.
-        ways: (K, SAMPLES, WAY_ROW) out.
+        ways: (K, N, WAY_ROW) out, N samples.
 
     Returns:
         How many objects there are.
@@ -183,10 +183,10 @@ def _set_heading(body: Floats, forward: float, sideways: float) -> None:
 
 @inlined
 def _fill_way(body: Floats, sideways: float, goal: float, interval: float, way: Floats) -> None:
-    """Write the places of one object, (SAMPLES, WAY_ROW), that moves sideways as far as a goal."""
+    """Write the places of one object, (N, WAY_ROW), that moves sideways as far as a goal."""
     speed, braking = body[OBJECT_SPEED], body[OBJECT_BRAKING]
     stands = speed / -braking if braking < 0.0 else math.inf
-    for sample in range(SAMPLES):
+    for sample in range(way.shape[0]):
         time = (sample + 1) * interval
         rolling = min(time, stands)
         way[sample, WAY_S] = body[OBJECT_S] + (speed + 0.5 * braking * rolling) * rolling

@@ -9,14 +9,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.channels.trajectory.candidates import (
-    PROFILE_ACCELERATION,
-    PROFILE_S,
-    PROFILE_SPEED,
-    at_path,
-)
 from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.profiles import PROFILE_ACCELERATION, PROFILE_S, PROFILE_SPEED, at_path
 
 if TYPE_CHECKING:
     from adeye.signals import Floats

@@ -1,7 +1,8 @@
 import pytest
 
 from adeye.channels.driving import HOLD_DECELERATION
-from adeye.channels.safety.stop import ONSET_JERK, stop_acceleration
+from adeye.channels.safety.stop import stop_acceleration
+from adeye.kernel.stops import ONSET_JERK
 from adeye.signals import parameter_record
 
 STEP = 0.05

@@ -8,7 +8,7 @@ import pytest
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.safety import SafetyChannel
 from adeye.channels.safety.monitors import MONITOR_IDS
-from adeye.channels.safety.supervision import MEMORY_STOPPING, MEMORY_WIDTH, _update_stopping
+from adeye.channels.safety.supervision import MEMORY_STOPPING, MEMORY_WIDTH, update_stopping
 from adeye.signals import (
     FAULT,
     OK,
@@ -173,7 +173,7 @@ def test_stop_goes_on_unless_another_channel_acts_in_the_ordinary_way(
 ) -> None:
     memory = np.zeros(MEMORY_WIDTH)
     memory[MEMORY_STOPPING] = 1.0
-    _update_stopping(memory, False, reason, 0.0)  # noqa: FBT003 - a kernel
+    update_stopping(memory, False, reason, 0.0)  # noqa: FBT003 - a kernel
     assert bool(memory[MEMORY_STOPPING]) == goes_on
 
 

@@ -10,6 +10,10 @@ from adeye.channels.trajectory.candidates import (
     KEEP,
     NUDGE_LEFT,
     NUDGE_RIGHT,
+    PATHS,
+)
+from adeye.channels.trajectory.fan import LOST, MEMORY_LANE, lay_paths, path_cost
+from adeye.kernel.profiles import (
     PATH_EXISTS,
     PATH_IS_FLAT,
     PATH_LANE,
@@ -17,11 +21,9 @@ from adeye.channels.trajectory.candidates import (
     PATH_ROW,
     PATH_START,
     PATH_TARGET,
-    PATHS,
     at_path,
     lay_path,
 )
-from adeye.channels.trajectory.fan import LOST, MEMORY_LANE, lay_paths, path_cost
 from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, memory, pose, record
 

@@ -5,17 +5,7 @@ import numpy as np
 import pytest
 
 from adeye.channels.driving import HOLD_DECELERATION
-from adeye.channels.trajectory.candidates import (
-    CANDIDATES,
-    PATH_EXISTS,
-    PATH_ROW,
-    PATHS,
-    PROFILE_ROW,
-    PROFILES,
-    at_path,
-    fill_profile,
-    lay_path,
-)
+from adeye.channels.trajectory.candidates import CANDIDATES, PATHS, PROFILES
 from adeye.channels.trajectory.following import (
     PLAN_HEADING,
     PLAN_ROW,
@@ -30,6 +20,14 @@ from adeye.channels.trajectory.following import (
 )
 from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.channels.trajectory.scoring import LINE_D, LINE_ROW, LINE_SLOPE
+from adeye.kernel.profiles import (
+    PATH_EXISTS,
+    PATH_ROW,
+    PROFILE_ROW,
+    at_path,
+    fill_profile,
+    lay_path,
+)
 from adeye.kernel.road import position
 from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, pose, record
@@ -75,7 +73,7 @@ def test_standing_ego_is_held_until_it_is_to_start() -> None:
 def test_plan_is_in_the_map(curvature: float) -> None:
     segments = np.array([[10.0, -4.0, 0.3, 900.0, curvature]])
     profile, line = np.zeros((SAMPLES, PROFILE_ROW)), np.zeros((SAMPLES, LINE_ROW))
-    fill_profile(20.0, 0.0, 0.0, 25.0, 0.25, profile)
+    fill_profile(20.0, 0.0, 0.0, 25.0, 0.25, 0.0, profile)
     line[:, LINE_D], line[:, LINE_SLOPE] = 3.0, 0.02
     plan = np.zeros((SAMPLES, PLAN_ROW))
     show_plan(pose(s=50.0), segments, profile, line, plan)
@@ -92,7 +90,7 @@ def test_candidates_begin_at_the_ego_and_those_that_do_not_exist_are_not_shown()
     paths[2, PATH_EXISTS] = 0.0
     profiles = np.zeros((PROFILES + 1, SAMPLES, PROFILE_ROW))
     for row in range(PROFILES):
-        fill_profile(20.0, 0.0, float(row - PROFILES), 25.0, 0.25, profiles[row])
+        fill_profile(20.0, 0.0, float(row - PROFILES), 25.0, 0.25, 0.0, profiles[row])
     shown = np.zeros((CANDIDATES, POINTS, 2))
     show_candidates(pose(), segments, paths, profiles, shown)
     there: Any = np.isfinite(shown).all(axis=(1, 2))

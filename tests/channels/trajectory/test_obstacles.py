@@ -4,7 +4,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.trajectory.candidates import PATH_ROW, PROFILE_ROW, fill_profile, lay_path
 from adeye.channels.trajectory.obstacles import (
     critical_distance,
     is_cut_up,
@@ -31,6 +30,7 @@ from adeye.channels.trajectory.prediction import (
     WAY_SPEED,
 )
 from adeye.channels.trajectory.scoring import LINE_ROW, drive_line
+from adeye.kernel.profiles import PATH_ROW, PROFILE_ROW, fill_profile, lay_path
 from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, record
 
@@ -60,7 +60,7 @@ def cost(
     limits, window = record(), np.zeros((1, 2), dtype=np.int64)
     path, line = np.zeros(PATH_ROW), np.zeros((SAMPLES, LINE_ROW))
     profile = np.zeros((SAMPLES, PROFILE_ROW))
-    fill_profile(speed, wanted, wanted, 25.0, INTERVAL, profile)
+    fill_profile(speed, wanted, wanted, 25.0, INTERVAL, 0.0, profile)
     lay_path(path, 0.0, LANE, 0.0, 0.0, target, 68.0)
     drive_line(limits, path, profile, 0.0, 0.0, -9.0, 99.0, True, line)  # noqa: FBT003
     body, way = item

@@ -1,21 +1,12 @@
 import numpy as np
 import pytest
 
-from adeye.channels.trajectory.candidates import (
-    CANDIDATES,
-    KEEP,
-    LEVEL_ROW,
-    PATH_ROW,
-    PATH_TARGET,
-    PATHS,
-    PROFILE_ROW,
-    PROFILE_SPEED,
-    PROFILES,
-)
+from adeye.channels.trajectory.candidates import CANDIDATES, KEEP, LEVEL_ROW, PATHS, PROFILES
 from adeye.channels.trajectory.fan import MEMORY_LANE, MEMORY_WANTED
 from adeye.channels.trajectory.planning import plan_step
 from adeye.channels.trajectory.prediction import OBJECT_ROW, SAMPLES, WAY_ROW
 from adeye.channels.trajectory.scoring import LINE_ROW
+from adeye.kernel.profiles import PATH_ROW, PATH_TARGET, PROFILE_ROW, PROFILE_SPEED
 from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, memory, pose, record
 from tests.channels.trajectory.test_obstacles import thing

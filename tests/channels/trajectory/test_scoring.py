@@ -3,7 +3,6 @@ import math
 import numpy as np
 import pytest
 
-from adeye.channels.trajectory.candidates import PATH_ROW, PROFILE_ROW, fill_profile, lay_path
 from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.channels.trajectory.scoring import (
     LINE_D,
@@ -12,13 +11,14 @@ from adeye.channels.trajectory.scoring import (
     profile_cost,
     rounded_square,
 )
+from adeye.kernel.profiles import PATH_ROW, PROFILE_ROW, fill_profile, lay_path
 from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, record
 
 
 def profile(speed: float, wanted: float) -> Floats:
     made = np.zeros((SAMPLES, PROFILE_ROW))
-    fill_profile(speed, wanted, wanted, 25.0, 0.25, made)
+    fill_profile(speed, wanted, wanted, 25.0, 0.25, 0.0, made)
     return made
 
 

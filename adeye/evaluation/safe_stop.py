@@ -1,0 +1,219 @@
+"""How well a run stopped: the rating of where it stands, and the best that was to be had.
+
+Judged from the trace, in hindsight: what was reachable is what the library of stops offers at the
+row of the fault, among the objects as they then moved. Who was behind the ego in its own lane is
+not asked, because whoever follows reacts to the ego.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.kernel.elementary import atan, tan
+from adeye.kernel.geometry import signed_box_distance
+from adeye.kernel.profiles import (
+    PATH_EXISTS,
+    PATH_ROW,
+    PATH_START,
+    PROFILE_ROW,
+    PROFILE_S,
+    at_path,
+)
+from adeye.kernel.road import position
+from adeye.kernel.stop_rating import CONTACT, DEFAULT_RULES, rate_footprint
+from adeye.kernel.stops import (
+    STOP_INTERVAL,
+    STOP_LEVELS,
+    STOP_PATHS,
+    STOP_SAMPLES,
+    fill_stop,
+    fits_limits,
+    lay_stops,
+    rate_stop,
+    stands_at,
+    stop_jerk,
+    stop_level,
+)
+from adeye.signals import (
+    EGO_ACCELERATION,
+    EGO_HEADING,
+    EGO_SPEED,
+    OBJECT_HEADING,
+    OBJECT_X,
+    OBJECT_Y,
+    PLACE_CURVATURE,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_S,
+    parameter_record,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.signals import Floats
+    from adeye.trace import Trace
+
+DECELERATIONS: Final = {"stop_deceleration": 4.0, "emergency_deceleration": 8.0}
+"""Of the library that says what was reachable [m/s²]: the defaults of the safety channel, for every
+architecture the same, so that regrets can be compared."""
+
+
+@dataclass(frozen=True, slots=True)
+class StopQuality:
+    """Where a run stands, on the scale of ``kernel.stop_rating``.
+
+    Attributes:
+        achieved: Rating of the place; contact if it touched anything, NaN if it does not stand.
+        best: Best rating that was reachable at the row of the fault, contact if no stop was
+            feasible; NaN without a fault.
+        regret: Their difference, NaN where either is missing.
+    """
+
+    achieved: float
+    best: float
+    regret: float
+
+
+def rate_run(trace: Trace, run: int, rules: Sequence[float] = DEFAULT_RULES) -> StopQuality:
+    """Rate where a run stands, against the best that was reachable when its first fault began.
+
+    Args:
+        trace: The batch that the run is in.
+        run: Its row in the batch.
+        rules: (RULES,) rating of each kind of place.
+    """
+    table = np.array(rules, dtype=np.float64)
+    active = trace["fault_active"][run, : trace.length[run]].any(axis=-1)
+    achieved = achieved_rating(trace, run, table)
+    best = best_rating(trace, run, int(np.argmax(active)), table) if active.any() else np.nan
+    return StopQuality(achieved, best, achieved - best)
+
+
+def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
+    """Rate the place where a run ends; NaN if the ego does not stand there.
+
+    Args:
+        trace: The batch that the run is in.
+        run: Its row in the batch.
+        rules: (RULES,).
+    """
+    last = int(trace.length[run]) - 1
+    if trace["contact"][run, last] >= 0:
+        return CONTACT
+    ego, place = trace["ego"][run, last], trace["ego_place"][run, last]
+    if ego[EGO_SPEED] > 0.0:
+        return np.nan
+    road = trace.layout.context.road
+    length, width = trace.layout.context.ego_size[run, :2]
+    return rate_footprint(
+        rules,
+        road.segments[run],
+        place[PLACE_S],
+        place[PLACE_D],
+        tan(ego[EGO_HEADING] - place[PLACE_HEADING]),
+        length,
+        width,
+        road.lane_width[run],
+        road.lanes,
+        road.shoulder[run],
+        road.speed_limit[run],
+    )
+
+
+def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
+    """Return the best rating of the stops that were feasible from a row on.
+
+    Args:
+        trace: The batch that the run is in.
+        run: Its row in the batch.
+        row: From which row of the trace on the ego might have stopped.
+        rules: (RULES,).
+    """
+    record = _record(trace, run)
+    road = trace.layout.context.road
+    ego, place = trace["ego"][run, row], trace["ego_place"][run, row]
+    s, d, speed = place[PLACE_S], place[PLACE_D], ego[EGO_SPEED]
+    slope = tan(ego[EGO_HEADING] - place[PLACE_HEADING])
+    lane = min(road.lanes - 1, max(0, int(d // road.lane_width[run])))
+    paths = np.zeros((STOP_PATHS, PATH_ROW))
+    lay_stops(
+        record,
+        s,
+        d,
+        slope,
+        0.0,
+        speed,
+        (lane + 0.5) * road.lane_width[run],
+        place[PLACE_CURVATURE],
+        np.full(PATH_ROW, np.nan),
+        paths,
+    )
+    best = CONTACT
+    lag = trace.layout.architecture.vehicle.acceleration_lag
+    profile = np.zeros((STOP_SAMPLES, PROFILE_ROW))
+    for level in range(STOP_LEVELS):
+        wanted, jerk = stop_level(record, level), stop_jerk(level)
+        fill_stop(speed, ego[EGO_ACCELERATION], wanted, jerk, lag, profile)
+        if stands_at(profile) == STOP_SAMPLES:
+            continue
+        for path in paths:
+            if path[PATH_EXISTS] == 0.0 or not fits_limits(record, path, 0.0, profile, d):
+                continue
+            rating = rate_stop(record, rules, road.segments[run], s, path, profile)
+            if rating < best and _is_free(trace, run, row, path, profile):
+                best = rating
+    return best
+
+
+def _record(trace: Trace, run: int) -> np.void:
+    """Pack what the library reads of a run's vehicle and road."""
+    road, vehicle = trace.layout.context.road, trace.layout.architecture.vehicle
+    fields = DECELERATIONS | {
+        "length": trace.layout.context.ego_size[run : run + 1, 0],
+        "width": trace.layout.context.ego_size[run, 1],
+        "lane_width": road.lane_width[run],
+        "lanes": float(road.lanes),
+        "shoulder": road.shoulder[run],
+        "speed_limit": road.speed_limit[run],
+        "max_curvature": tan(vehicle.max_steering_angle) / vehicle.wheelbase,
+    }
+    record: np.void = parameter_record(fields)[0]
+    return record
+
+
+def _is_free(trace: Trace, run: int, row: int, path: Floats, profile: Floats) -> bool:
+    """Tell whether a stop meets no object, as these moved; after the end of the run they stay."""
+    context = trace.layout.context
+    segments, size = context.road.segments[run], context.ego_size[run]
+    last = int(trace.length[run]) - 1
+    places, start = trace["object_places"][run, row], trace["ego_place"][run, row]
+    beside = 0.5 * (context.object_sizes[run, :, 1] + size[1])
+    behind = (places[:, PLACE_S] < start[PLACE_S]) & (
+        abs(places[:, PLACE_D] - start[PLACE_D]) < beside
+    )
+    for sample in range(min(stands_at(profile) + 1, STOP_SAMPLES)):
+        s = path[PATH_START] + profile[sample, PROFILE_S]
+        d, slope, _ = at_path(path, profile[sample, PROFILE_S])
+        x, y, heading = position(segments, s, d)
+        then = min(last, row + round((sample + 1) * STOP_INTERVAL / context.step))
+        for index in np.flatnonzero(~behind):
+            other = trace["objects"][run, then, index]
+            apart = signed_box_distance(
+                x,
+                y,
+                heading + atan(slope),
+                size[0],
+                size[1],
+                other[OBJECT_X],
+                other[OBJECT_Y],
+                other[OBJECT_HEADING],
+                context.object_sizes[run, index, 0],
+                context.object_sizes[run, index, 1],
+            )
+            if not apart > 0.0:
+                return False
+    return True

@@ -1,0 +1,110 @@
+import numpy as np
+import pytest
+
+from adeye.kernel.profiles import (
+    PATH_IS_FLAT,
+    PATH_ROW,
+    PROFILE_ACCELERATION,
+    PROFILE_ROW,
+    PROFILE_S,
+    PROFILE_SPEED,
+    at_path,
+    fill_profile,
+    lay_path,
+)
+from adeye.signals import Floats
+
+INTERVAL = 0.25
+SAMPLES = 16
+
+
+def profile(speed: float, before: float, wanted: float, jerk: float = 25.0) -> Floats:
+    made = np.zeros((SAMPLES, PROFILE_ROW))
+    fill_profile(speed, before, wanted, jerk, INTERVAL, 0.0, made)
+    return made
+
+
+def stepped(speed: float, before: float, wanted: float, jerk: float) -> Floats:
+    """Drive the same in steps of a tenth of a millisecond."""
+    way, acceleration, rows = 0.0, before, []
+    step, per = 1e-4, round(INTERVAL / 1e-4)
+    change = jerk * step
+    for number in range(1, SAMPLES * per + 1):
+        acceleration += float(np.clip(wanted - acceleration, -change, change))
+        later = max(0.0, speed + acceleration * step)
+        way += 0.5 * (speed + later) * step
+        speed = later
+        if speed == 0.0:
+            acceleration = min(acceleration, 0.0)
+        if number % per == 0:
+            rows.append((way, speed))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize(
+    ("speed", "before", "wanted", "jerk"),
+    [
+        (30.0, 0.0, -8.0, 25.0),
+        (30.0, -8.0, 1.5, 10.0),
+        (10.0, 1.0, 1.0, 25.0),
+        (6.0, 0.0, -8.0, 5.0),
+        (0.4, -0.5, -4.0, 2.0),
+        (0.0, 0.0, 1.5, 25.0),
+        (12.0, -3.0, -2.0, 25.0),
+        (0.0, 0.0, -2.0, 25.0),
+    ],
+)
+def test_profile_is_what_small_steps_make(
+    speed: float, before: float, wanted: float, jerk: float
+) -> None:
+    made = profile(speed, before, wanted, jerk)
+    assert made[:, [PROFILE_S, PROFILE_SPEED]] == pytest.approx(
+        stepped(speed, before, wanted, jerk), abs=5e-3
+    )
+
+
+def test_stopping_way_is_that_of_the_textbook() -> None:
+    made = profile(20.0, -8.0, -8.0)
+    assert made[-1, PROFILE_S] == pytest.approx(20.0**2 / 16.0)
+    assert made[-1, PROFILE_SPEED] == made[-1, PROFILE_ACCELERATION] == 0.0
+
+
+def test_held_brake_does_not_keep_a_standing_ego_from_starting() -> None:
+    made = profile(0.0, -2.0, 1.0)
+    assert made[-1, PROFILE_SPEED] > 3.0
+    assert (made[:, PROFILE_S] >= 0.0).all()
+
+
+def path(d: float, slope: float, bend: float, target: float, length: float) -> Floats:
+    made = np.zeros(PATH_ROW)
+    lay_path(made, 100.0, d, slope, bend, target, length)
+    return made
+
+
+def test_path_begins_in_its_state_and_ends_at_rest_at_its_target() -> None:
+    made = path(1.0, 0.05, -0.002, 4.5, 60.0)
+    assert at_path(made, 0.0) == pytest.approx((1.0, 0.05, -0.002))
+    assert at_path(made, 60.0 - 1e-9) == pytest.approx((4.5, 0.0, 0.0), abs=1e-7)
+    assert at_path(made, 200.0) == (4.5, 0.0, 0.0)
+
+
+def test_slope_and_bend_are_derivatives() -> None:
+    made, step = path(0.0, 0.02, 0.001, 3.0, 50.0), 1e-4
+    for way in (1.0, 17.0, 33.0, 49.0):
+        early, late = at_path(made, way - step), at_path(made, way + step)
+        middle = at_path(made, way)
+        assert (late[0] - early[0]) / (2 * step) == pytest.approx(middle[1], abs=1e-6)
+        assert (late[1] - early[1]) / (2 * step) == pytest.approx(middle[2], abs=1e-6)
+
+
+def test_path_laid_again_from_half_way_is_the_same_path() -> None:
+    made = path(0.0, 0.0, 0.0, 3.5, 60.0)
+    again = np.zeros(PATH_ROW)
+    lay_path(again, 130.0, *at_path(made, 30.0), 3.5, 30.0)
+    for way in (0.0, 5.0, 20.0, 29.0):
+        assert at_path(again, way) == pytest.approx(at_path(made, 30.0 + way), abs=1e-9)
+
+
+def test_path_at_its_target_is_flat() -> None:
+    assert path(2.0, 0.0, 0.0, 2.0, 60.0)[PATH_IS_FLAT] == 1.0
+    assert path(1.0, 0.0, 0.0, 2.0, 60.0)[PATH_IS_FLAT] == 0.0
