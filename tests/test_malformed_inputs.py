@@ -520,7 +520,7 @@ FLAWS = [
         IN_ODD,
         SPEEDS,
         "architecture.switch.policy: [nobody]",
-        "must be 'fixed_priority' or 'stuck'",
+        "must be 'fixed_priority', 'hysteresis', 'voting' or 'stuck'",
     ),
     Flaw(
         "swept rate that does not divide the clock",
