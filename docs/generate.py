@@ -278,7 +278,7 @@ NOTES: Final = {
     "R17": "parametric roads, `extends:` and overrides; no map editor",
     "R18": "a scenario cannot name a sensor or a channel",
     "R19": "the `links` of a channel; whole lists of them are an axis of a sweep",
-    "R20": "sensor drop-out, silent channel, stuck or late switch; no faults of links or actuators",
+    "R20": "of sensors, channels and their insides, links, actuators, tyres and the switch",
     "R21": "the `faults` of an ODD, with their axes",
     "R22": "nothing yet",
     "R23": "pure Python, no GPU; equal bits across processors are intended, and not shown",

@@ -150,7 +150,7 @@ CAPABILITIES: Final = (
     Capability(
         "R20",
         "faults injected at run time, by time or condition",
-        Status.PARTLY,
+        Status.PROVEN,
         f"{PROOFS}/test_r20_run_time_faults.py",
     ),
     Capability(

@@ -1,4 +1,4 @@
-"""R20: faults of sensors and channels begin by time or by condition while a run goes on."""
+"""R20: faults of every part begin by time, by condition or at random while a run goes on."""
 
 from __future__ import annotations
 
@@ -117,3 +117,54 @@ def test_fault_that_never_begins_leaves_every_bit(make_project: MakeProject) -> 
     for name, column in one.columns.items():
         if not name.startswith("fault"):
             np.testing.assert_array_equal(column, other.columns[name], err_msg=name)
+
+
+EVERY_PART: list[dict[str, Any]] = [
+    {"target": "sensors.front_radar", "model": "bias", "signal": "range", "size": "3 m"},
+    {"target": "channels.nominal", "model": "bias", "acceleration": "-2 m/s^2"},
+    {"target": "hooks.nominal", "model": "map_shifted", "offset": "0.5 m"},
+    {"target": "links.nominal.front_radar", "model": "delay", "by": "0.3 s"},
+    {"target": "actuators.brake", "model": "loss", "share": 0.8},
+    {"target": "tyres", "model": "friction", "value": 0.1},
+    {"target": "switch", "model": "stuck"},
+]
+
+
+def test_every_part_can_fail_from_its_onset_on(make_project: MakeProject) -> None:
+    faults = [
+        {**fault, "id": fault["target"].replace(".", "_"), "onset": {"between": ["1 s", "2 s"]}}
+        for fault in EVERY_PART
+    ]
+    use = {
+        "use": "lead_braking",
+        "sweep": {"parameters": {"deceleration": ["6 m/s^2"], "time_gap": ["1.2 s"]}},
+        # The switch has something to do only when the nominal channel fails.
+        "faults": [
+            *(fault["id"] for fault in faults if fault["id"] != "switch"),
+            "nominal_silent",
+            ["nominal_silent", "switch"],
+        ],
+    }
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [use],
+            "faults": [*faults, MINI["faults"][1]],
+            "architectures": ["architectures/camera_radar.yaml"],
+        }
+    )
+    plan = project.plan()
+    found = {case.fault_entry: run_cases(plan, [case]) for case in plan.cases}
+    for fault in faults:
+        name = fault["id"]
+        entry, twin = (
+            (name, "none") if name != "switch" else ("switch+nominal_silent", "nominal_silent")
+        )
+        active = rows_of_fault(found[entry], name)
+        onset = int(np.argmax(active))
+        assert 1.0 <= found[entry].time[onset] <= 2.05, name
+        ego, other = found[entry]["ego"][0], found[twin]["ego"][0]
+        rows = min(ego.shape[0], other.shape[0])
+        differs = (ego[:rows] != other[:rows]).any(axis=1)
+        assert differs.any(), name
+        assert int(np.argmax(differs)) > onset, name
