@@ -225,7 +225,13 @@ def _closes_its_output(_: Any) -> None:
 
 def _snoops(seen: Any) -> None:
     allowed = {"PATH", "LANG", "LC_ALL", "LC_CTYPE", "TZ", "HOME", "TMPDIR"}
-    loot: list[str] = sorted(set(os.environ) - allowed)
+    # A launcher on the path may be a shell script, as that of pyenv is, and adds its own.
+    added = {"PWD", "OLDPWD", "SHLVL", "_"}
+    loot: list[str] = sorted(
+        name
+        for name in set(os.environ) - allowed - added
+        if not name.lstrip("_").startswith("PYENV_")
+    )
     loot += [f"descriptor {fd}" for fd in range(3, 64) if _is_open(fd)]
     loot += [entry.name for entry in Path.cwd().iterdir()]
     loot += sorted(set(seen["sensors"]) - set(_HELLO["links"]))

@@ -10,6 +10,7 @@ import pytest
 
 from adeye.channels.factory import BUILT_IN
 from adeye.channels.policy import PolicyChannel
+from adeye.channels.process.channel import ProcessChannel
 from adeye.spec.channels import BuiltInChannel
 from tests.project import CANDIDATE, MINI
 
@@ -42,7 +43,7 @@ def keep(observation):
     return 0.0, -0.02 * ego[4] - 0.4 * ego[3]
 '''
 
-CHANNELS = {**BUILT_IN, "policy": PolicyChannel}
+CHANNELS = {**BUILT_IN, "policy": PolicyChannel, "process": ProcessChannel}
 
 
 def test_every_built_in_kind_of_channel_is_here() -> None:
