@@ -57,10 +57,9 @@ class SafetyChannel:
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs = context.runs
-        fields = spec_columns(context.parameters, lambda item: safety_numbers(item, context.period))
         self._channel_id = context.channel_id
-        records = channel_records(context, fields | PERCEPTION | SHADOW)
-        self._perception = Perception(context, records)
+        fields = self._fields(context)
+        self._perception = Perception(context, channel_records(context, fields))
         self._supervised = linked_channels(context.links)
         self._has_switch = SWITCH in context.links
         self._numbers = np.zeros((runs, len(self._supervised), 3))
@@ -75,6 +74,13 @@ class SafetyChannel:
         self._monitors = np.zeros((runs, len(self.monitor_ids), 2), dtype=np.bool_)
         self._path = np.zeros(PATH_WIDTH)
         self._evidence = np.zeros(EVIDENCE_WIDTH)
+
+    def _fields(self, context: ChannelContext) -> dict[str, Any]:
+        """List what the compiled steps read, for the parameter records."""
+        numbers = spec_columns(
+            context.parameters, lambda item: safety_numbers(item, context.period)
+        )
+        return numbers | PERCEPTION | SHADOW
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""

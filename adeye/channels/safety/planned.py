@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.channels.driving import MAX_LATERAL, channel_records
+from adeye.channels.driving import MAX_LATERAL
 from adeye.channels.perception import NOTE_END
-from adeye.channels.safety.channel import PERCEPTION, SHADOW, SafetyChannel, safety_numbers
-from adeye.channels.safety.monitors import (
-    MONITOR_IDS,
-)
+from adeye.channels.safety.channel import SafetyChannel
+from adeye.channels.safety.monitors import MONITOR_IDS
 from adeye.channels.safety.planner import FOUND_ROW, NO_STOP
 from adeye.channels.safety.planning import KEPT_ROW, KEPT_STOP, POINTS, planned_step, show_stops
 from adeye.channels.tracks import TRACKS
@@ -70,9 +68,6 @@ class PlannedSafetyChannel(SafetyChannel):
         """Prepare for the runs of a batch."""
         super().reset(context)
         runs = context.runs
-        numbers = spec_columns(context.parameters, lambda item: _numbers(item, context.period))
-        limits = spec_columns(context.vehicles, _limits)
-        self._records = channel_records(context, numbers | limits | PERCEPTION | SHADOW | PLANNING)
         rules = spec_columns(context.parameters, _rules)
         self._rules = np.stack([rules[name] for name in RULE_NAMES], axis=1)
         self._kept = np.zeros((runs, KEPT_ROW))
@@ -93,10 +88,15 @@ class PlannedSafetyChannel(SafetyChannel):
             np.zeros((STOPS, FOUND_ROW)),
         )
 
+    def _fields(self, context: ChannelContext) -> dict[str, Any]:
+        rear = spec_columns(context.parameters, lambda item: {"rear_sight": float(item.rear_sight)})
+        limits = spec_columns(context.vehicles, _limits)
+        return super()._fields(context) | rear | limits | PLANNING
+
     def _decide(self, time: float) -> None:
         seen = self._perception
         _act(
-            self._records,
+            seen.records,
             self._rules,
             time,
             seen.running,
@@ -132,10 +132,6 @@ class PlannedSafetyChannel(SafetyChannel):
             command.candidate_costs = self._costs.copy()
             command.chosen = self._chosen.copy()
         return command
-
-
-def _numbers(item: SafetyParameters, period: float) -> dict[str, float]:
-    return safety_numbers(item, period) | {"rear_sight": float(item.rear_sight)}
 
 
 def _rules(item: SafetyParameters) -> dict[str, float]:

@@ -130,6 +130,8 @@ def planned_step(  # noqa: PLR0913, PLR0917 - a kernel
     shown[LAST_SAFE_STOP, 0] = False
     if knows_pose:
         look(record, segments, pose, tracks, end, memory, path, seen)
+        if _is_driven(memory, kept):
+            _look_along(pose, memory, driven, seen)
         count = predict_objects(
             tracks,
             end,
@@ -144,7 +146,7 @@ def planned_step(  # noqa: PLR0913, PLR0917 - a kernel
             ways,
         )
         shown[LAST_SAFE_STOP, 0] = _is_last_stop(
-            record, rules, segments, pose, memory, kept, count, driven, seen, scratch
+            record, rules, segments, pose, memory, kept, count, driven, scratch
         )
     confirmed = run_monitors(record, seen, states, shown)
     if not knows_pose:
@@ -191,6 +193,20 @@ def planned_step(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
+def _is_driven(memory: Floats, kept: Floats) -> bool:
+    """Tell whether the ego is in a stop that was chosen."""
+    return bool(memory[MEMORY_STOPPING] > 0.0 and kept[KEPT_STOP] != NO_STOP)
+
+
+@inlined
+def _look_along(pose: Floats, memory: Floats, driven: Floats, seen: Floats) -> None:
+    """Take a departure for one from the stop that is driven, wherever that leads."""
+    way = pose[POSE_S] - driven[PATH_START]
+    seen[SEEN_OFFSET] = pose[POSE_D] - at_path(driven, way)[0]
+    seen[SEEN_D] = memory[MEMORY_PATH]
+
+
+@inlined
 def _is_last_stop(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     rules: Floats,
@@ -200,16 +216,11 @@ def _is_last_stop(  # noqa: PLR0913, PLR0917 - a kernel
     kept: Floats,
     count: int,
     driven: Floats,
-    seen: Floats,
     scratch: tuple[Floats, Floats, Floats, Floats, Floats, Floats],
 ) -> bool:
     """Tell whether no safe stop is left, if the ego waits or in the stop that it is in."""
     objects, ways, paths, profiles, line, found = scratch
-    if memory[MEMORY_STOPPING] > 0.0 and kept[KEPT_STOP] != NO_STOP:
-        # A departure is one from the stop that is driven, wherever that leads.
-        way = pose[POSE_S] - driven[PATH_START]
-        seen[SEEN_OFFSET] = pose[POSE_D] - at_path(driven, way)[0]
-        seen[SEEN_D] = memory[MEMORY_PATH]
+    if _is_driven(memory, kept):
         return bool(kept[KEPT_FEASIBLE] <= 0.0)
     # One tick more, and those in which the monitor is confirmed.
     wait = (record["confirm_ticks"] + 1.0) * record["period"]

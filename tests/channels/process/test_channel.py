@@ -142,7 +142,7 @@ def test_program_that_is_not_there_is_an_input_error(folder: Path) -> None:
 
 
 def test_detail_names_no_folder(folder: Path) -> None:
-    (folder / "told.py").write_text("raise RuntimeError('lost /home/me/x.bin')")
+    (folder / "told.py").write_text("raise RuntimeError('lost /a/b/x.bin')")
     channel = ProcessChannel(folder)
     drive(channel, [told()], [])
     channel.close()
