@@ -16,6 +16,7 @@ from adeye.report.replay import (
     Event,
     FaultView,
     Floats,
+    Gaps,
     Line,
     Point,
     Replay,
@@ -123,6 +124,12 @@ def _floats(values: Any, places: int = PLACES) -> Floats:
     return tuple(float(value) for value in np.round(values, places) + 0.0)
 
 
+def _gaps(values: Any, places: int = PLACES) -> Gaps:
+    """Round as ``_floats``; None where a failed channel gave no finite number."""
+    rounded = np.round(values, places) + 0.0
+    return tuple(float(value) if np.isfinite(value) else None for value in rounded)
+
+
 def _road(trace: Trace, run: int, rows: int) -> RoadGeometry:
     road = trace.layout.context.road
     segments = road.segments[run]
@@ -211,8 +218,9 @@ def _boxes(trace: Trace, run: int) -> tuple[StaticBox, ...]:
 def _sensors(trace: Trace, run: int, held: Any) -> tuple[SensorView, ...]:
     made = []
     for index, (name, spec) in enumerate(trace.layout.architecture.sensors.items()):
-        found = trace["detected"][run, held, index]
         places = np.round(trace["detections"][run, held, index], 2) + 0.0
+        # A failed sensor reports places that are no numbers.
+        found = trace["detected"][run, held, index] & np.isfinite(places).all(axis=-1)
         mount = getattr(spec, "mount", None)
         made.append(
             SensorView(
@@ -257,8 +265,8 @@ def _channels(trace: Trace, run: int, held: Any) -> tuple[ChannelView, ...]:
         made.append(
             ChannelView(
                 id=name,
-                acceleration_mps2=_floats(trace["acceleration"][run, held, index]),
-                steering_angle_rad=_floats(trace["steering_angle"][run, held, index], ANGLES),
+                acceleration_mps2=_gaps(trace["acceleration"][run, held, index]),
+                steering_angle_rad=_gaps(trace["steering_angle"][run, held, index], ANGLES),
                 status=tuple(
                     STATUS_LABELS[int(value)] for value in trace["status"][run, held, index]
                 ),

@@ -14,6 +14,7 @@ from adeye.evaluation.verdict import Outcome
 from adeye.report.parts import Id, Label, Part, RunVerdict
 
 Floats = tuple[float, ...]
+Gaps = tuple[float | None, ...]
 Point = tuple[float, float]
 Track = tuple[float, float, float, float, float, float]
 Positive = Annotated[float, Field(gt=0.0)]
@@ -123,8 +124,9 @@ class ChannelView(Part):
     """A control channel: what it commanded, how it was, what it believed is there."""
 
     id: Id
-    acceleration_mps2: Floats
-    steering_angle_rad: Floats
+    acceleration_mps2: Gaps
+    """None where it commanded no number."""
+    steering_angle_rad: Gaps
     status: tuple[str, ...]
     tracks: tuple[tuple[Track, ...], ...] | None = None
     """x, y, vx, vy, length, width in the vehicle frame; None for a channel that shows none."""

@@ -13,6 +13,7 @@ from adeye import engine
 from adeye.evaluation.verdict import Outcome
 from adeye.kernel.road import position
 from adeye.report.drive import VIEW, replay_of
+from adeye.report.embed import pack_replay
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
@@ -100,6 +101,23 @@ def test_sensors_have_their_view_and_what_they_report(replay: Replay, trace: Tra
     assert [len(points) for points in camera.detections[:-1]] == seen.tolist()
     pose = next(item for item in replay.sensors if item.id == "localisation")
     assert (pose.range_m, pose.fov_rad) == (None, None)
+
+
+def test_what_a_failed_part_gives_instead_of_a_number_is_a_gap(trace: Trace) -> None:
+    columns: dict[str, Any] = {name: values.copy() for name, values in trace.columns.items()}
+    columns["acceleration"][1, 5, 0], columns["steering_angle"][1, 6, 0] = math.nan, math.inf
+    camera = trace.layout.sensors.index("front_camera")
+    row = int(np.flatnonzero(columns["detected"][1, :, camera].any(axis=-1))[0])
+    there = int(columns["detected"][1, row, camera].sum())
+    columns["detections"][1, row, camera] = math.nan
+    replay = drawn(replace(trace, columns=columns), 1)
+    nominal = replay.channels[0]
+    assert (nominal.acceleration_mps2[5], nominal.steering_angle_rad[6]) == (None, None)
+    assert (nominal.acceleration_mps2[6], nominal.steering_angle_rad[5]) != (None, None)
+    camera_view = next(item for item in replay.sensors if item.id == "front_camera")
+    assert there > 0
+    assert camera_view.detections[row] == ()
+    assert pack_replay(replay)["channels"][0]["acceleration"]["d"][5] is None
 
 
 def test_fault_is_shown_while_it_is_present(replay: Replay, trace: Trace) -> None:

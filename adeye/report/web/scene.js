@@ -118,6 +118,7 @@ function drawCommand(camera, replay, row, ego, index) {
   const { context } = camera;
   const channel = replay.channels[index];
   if (channel.status[row] === "silent") return;
+  if (!Number.isFinite(channel.acceleration[row]) || !Number.isFinite(channel.steering[row])) return;
   const acts = replay.authority[row] === index;
   // Shadow commands run beside the acting one, so that equal commands stay visible.
   const side = (acts ? 0 : 1) * (index % 2 === 0 ? 1 : -1) * 0.55;
