@@ -42,6 +42,7 @@ from adeye.kernel.profiles import (
 )
 from adeye.kernel.road import position
 from adeye.kernel.stops import (
+    SHOULDER,
     STOP_INTERVAL,
     STOP_LEVELS,
     STOP_SAMPLES,
@@ -174,6 +175,17 @@ def ask_for_stop(batch: Batch, plans: Plans, run: int, count: int, wait: float, 
         plans.line,
         plans.found,
     )
+
+
+@inlined
+def side_stop(found: Floats, kept: int) -> int:
+    """Choose the cheapest feasible stop beside the lanes, ``NO_STOP`` without any."""
+    best, least = NO_STOP, math.inf
+    for stop in range(SHOULDER * STOP_LEVELS, (SHOULDER + 1) * STOP_LEVELS):
+        cost = found[stop, FOUND_COST] if stop != kept else -1.0
+        if found[stop, FOUND_FEASIBLE] > 0.0 and cost < least:
+            best, least = stop, cost
+    return best
 
 
 @inlined
