@@ -1,31 +1,21 @@
-"""The supervised channel in closed loop: counters, levels, manoeuvres, batches."""
+"""The supervised channel: contract, monitors, batches, and what it watches through health links."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.channels.factory import make_channel
+from adeye.channels.links import observe
 from adeye.channels.safety import SupervisedSafetyChannel
-from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY
-from adeye.spec.supervisor import MANOEUVRE_MONITORS
-from adeye.testing import World, check_channel
-from tests.channels.safety.supervised import (
-    NOMINAL,
-    OTHER_SILENT,
-    SAFETY,
-    SILENT,
-    changed,
-    column,
-    faulty,
-    first,
-    parameters,
-    run,
-)
-from tests.channels.safety.test_supervision import silence
-
-PERIOD, TICK = 0.1, 0.05
+from adeye.channels.safety.supervised import THRESHOLDS
+from adeye.signals import Bools, Floats
+from adeye.spec.channels import SafetyParameters
+from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS
+from adeye.testing import channel_context, check_channel
+from adeye.testing.scenes import object_measurement, straight_road
+from tests.channels.safety.supervised import SILENT, parameters
 
 
 @pytest.mark.parametrize("stop", ["in_lane", "planned"])
@@ -50,162 +40,74 @@ def test_conforms(stop: str, links: tuple[str, ...]) -> None:
     )
 
 
-def test_nothing_happens_while_nothing_fires() -> None:
-    item = parameters({"silent": SILENT, "off": {"kind": "off_road"}})
-    done = run(World(), item)
-    assert (done.status[:, SAFETY] == OK).all()
-    assert (done.authority == NOMINAL).all()
-    for name in SupervisedSafetyChannel(item).monitor_ids:
-        assert not column(done, item, name, 0).any()
-
-
-@pytest.mark.parametrize("killed", [1.0, 1.05, 1.3])
-@pytest.mark.parametrize(
-    ("counter", "steps"),
-    [
-        ({}, 8),
-        ({"fault": 15, "heal": -15}, 30),
-        ({"increment": 2}, 4),
-        ({"increment": 3}, 3),
-        ({"fault": 1, "heal": 0}, 1),
-    ],
-)
-def test_detection_takes_staleness_the_link_and_the_steps_of_the_counter(
-    killed: float, counter: dict[str, int], steps: int
-) -> None:
-    item = parameters({"silent": SILENT}, counter=counter)
-    done = run(World(), item, 6.0, on_commands=silence(killed))
-    # The last command is one tick older, and a linked channel is seen one tick late.
-    stale = killed - TICK + 0.2 + TICK
-    asked = np.ceil(stale / PERIOD - 1e-6) * PERIOD
-    raw = first(done, column(done, item, "silent", 0))
-    assert raw == pytest.approx(asked)
-    expected = asked + (steps - 1) * PERIOD
-    confirmed = first(done, column(done, item, "silent"))
-    assert confirmed == pytest.approx(expected)
-    assert -1e-9 <= confirmed - killed - 0.2 - (steps - 1) * PERIOD < PERIOD + 1e-9
-    assert first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY) == pytest.approx(expected)
-
-
-def test_shorter_fault_heals_without_a_request() -> None:
-    item = parameters({"silent": SILENT})
-    done = run(World(), item, on_commands=silence(1.0, 1.6))
-    assert column(done, item, "silent", 0).any()
-    assert not column(done, item, "silent").any()
-    assert (done.status[:, SAFETY] == OK).all()
-
-
-def test_highest_level_among_the_confirmed_monitors_decides() -> None:
-    fires = {"kind": "odd_exit", "max_speed": "1 m/s"}
-    for levels, asked in (
-        ([1], None),
-        ([1, 2], "mrm_rest_area"),
-        ([3, 1], "mrm_roadside_parking"),
-        ([2, 4, 3], "mrm_stop"),
-    ):
-        item = parameters({f"m{at}": {**fires, "level": level} for at, level in enumerate(levels)})
-        done = run(World(), item, 2.0)
-        for name in MANOEUVRE_MONITORS:
-            assert column(done, item, name, 0)[-1] == (name == asked)
-
-
-def test_level_of_continue_degrades_the_channel_and_the_nominal_one_goes_on() -> None:
-    item = parameters({"slow": {"kind": "odd_exit", "max_speed": "1 m/s", "level": 1}})
-    done = run(World(), item, 3.0)
-    assert done.status[-1, SAFETY] == DEGRADED
-    assert (done.authority == NOMINAL).all()
-    assert not any(column(done, item, name).any() for name in MANOEUVRE_MONITORS)
-
-
-def test_stop_of_level_4_is_the_best_there_is() -> None:
-    item = parameters({"silent": SILENT})
-    done = run(World(lane=0), item, 16.0, on_commands=silence(1.0))
-    assert done.ego[-1, 3] == 0.0
-    assert done.ego[-1, 1] == pytest.approx(-1.25, abs=0.1)
-    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(
-        first(done, column(done, item, "silent"))
-    )
-
-
-def test_without_a_planner_a_milder_manoeuvre_gives_way_to_the_stop_in_the_lane() -> None:
-    item = parameters({"silent": {**SILENT, "level": 2}}, stop="in_lane")
-    done = run(World(lane=0), item, 16.0, on_commands=silence(1.0))
-    assert column(done, item, "mrm_rest_area", 0).any()
-    assert not column(done, item, "mrm_rest_area").any()
-    assert column(done, item, "mrm_stop").any()
-    assert done.ego[-1, 3] == 0.0
-    assert done.ego[-1, 1] == pytest.approx(1.75, abs=0.1)
-
-
-def test_roadside_parking_is_waited_for_until_the_patience_is_over() -> None:
-    # From the left lane nobody sees behind, so the shoulder cannot be reached.
-    item = parameters({"silent": {**OTHER_SILENT, "level": 3}}, patience="2 s")
-    done = run(World(lane=1), item, 16.0, on_commands=faulty(1.0))
-    began = first(done, column(done, item, "mrm_roadside_parking"))
-    stops = first(done, column(done, item, "mrm_stop"))
-    assert stops - began == pytest.approx(2.0 + TICK)
-    waiting = (done.time > began) & (done.time < stops - 1e-6)
-    assert (done.status[waiting, SAFETY] == DEGRADED).all()
-    assert (done.authority[waiting] == NOMINAL).all()
-    assert done.ego[-1, 3] == 0.0
-    assert done.ego[-1, 1] == pytest.approx(5.25, abs=0.1)
-
-
-def test_roadside_parking_takes_over_once_the_shoulder_can_be_reached() -> None:
-    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
-    done = run(World(lane=0), item, 16.0, on_commands=faulty(1.0))
-    assert column(done, item, "mrm_roadside_parking").any()
-    assert not column(done, item, "mrm_stop").any()
-    assert done.ego[-1, 1] == pytest.approx(-1.25, abs=0.1)
-    assert done.ego[-1, 3] == 0.0
-
-
-def test_level_that_rises_while_waiting_stops_at_once() -> None:
-    item = parameters(
-        {
-            "silent": {**OTHER_SILENT, "level": 3},
-            "later": {"kind": "odd_exit", "to_s": "100 m"},
-        }
-    )
-    done = run(World(lane=1), item, 8.0, on_commands=faulty(1.0))
-    later = first(done, column(done, item, "later"))
-    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(later)
-    assert first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY) == pytest.approx(later)
-
-
-def test_what_heals_before_the_takeover_is_forgotten() -> None:
-    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
-    done = run(World(lane=1), item, 8.0, on_commands=faulty(1.0, 3.0))
-    assert column(done, item, "mrm_roadside_parking").any()
-    assert (done.status[-1, SAFETY], done.authority[-1]) == (OK, NOMINAL)
-    assert not column(done, item, "mrm_roadside_parking")[-1]
-    assert (done.authority == NOMINAL).all()
-
-
-def test_what_heals_after_the_takeover_is_given_up_only_when_another_channel_acts() -> None:
-    item = parameters({"silent": SILENT})
-    for latch in (True, False):
-        done = run(World(), item, 16.0, on_commands=silence(1.0, 3.0), latch=latch)
-        assert column(done, item, "mrm_stop").any()
-        assert (done.ego[-1, 3] == 0.0) == latch
-        assert column(done, item, "mrm_stop")[-1] == latch
-        assert done.status[-1, SAFETY] == OK
-
-
-def test_steering_in_degrees_is_found_at_once_and_a_brake_in_g_is_not() -> None:
-    item = parameters({"wrong": {"kind": "channel_implausible", "watches": ["nominal"]}})
-
-    def in_degrees(command: Any) -> None:
-        command.steering_angle[:] = np.degrees(0.01)
-
-    def in_g(command: Any) -> None:
-        command.acceleration[:] = -4.0 / 9.81
-
-    assert column(run(World(), item, 3.0, on_commands=changed(1.0, in_degrees)), item, "wrong")[-1]
-    assert not column(run(World(), item, 3.0, on_commands=changed(1.0, in_g)), item, "wrong").any()
-
-
 def test_parameters_say_which_channel_is_made() -> None:
     item = parameters({"b": SILENT, "a": {"kind": "off_road"}})
     made = make_channel("safety", Path(), item)
     assert made.monitor_ids == ("a", "b", *MANOEUVRE_MONITORS)
+
+
+def test_every_kind_has_its_thresholds() -> None:
+    assert set(THRESHOLDS) == set(KINDS)
+
+
+FRONT = {"kind": "sensor_silent", "watches": ["front"]}
+
+
+def drive_batch(items: Sequence[SafetyParameters]) -> list[tuple[Floats, Bools]]:
+    channel, size = SupervisedSafetyChannel(items[0]), len(items)
+    links = ("truth", "health.front")
+    channel.reset(
+        channel_context(
+            list(items), links=links, sensors={"truth": "ground_truth"}, runs=size, step=0.05
+        )
+    )
+    road, answers = straight_road(size), []
+    running = np.ones(size, dtype=np.bool_)
+    for tick in range(60):
+        time = 0.05 * tick
+        ego = np.zeros((size, 7))
+        ego[:, 3], ego[:, 1], ego[:, 0] = 20.0, 1.75, 20.0 * time
+        objects = np.zeros((size, 1, 5))
+        objects[:, 0, 0], objects[:, 0, 1], objects[:, 0, 3] = 80.0 + 5.0 * time, 1.75, 5.0
+        truth = object_measurement(ego, objects, time, road=road)
+        front = object_measurement(ego, objects, min(time, 1.0))
+        readings = {"truth": truth, "front": front}
+        seen = observe(links, time, readings, {}, None, running, protect=False)
+        answer = channel.act(seen)
+        assert answer.monitors is not None
+        answers.append((np.stack([answer.acceleration, answer.steering_angle]), answer.monitors))
+    return answers
+
+
+def test_runs_of_a_batch_decide_as_they_do_alone_whatever_their_thresholds() -> None:
+    items = [
+        parameters(
+            {
+                "front": {
+                    "kind": "sensor_silent",
+                    "watches": ["front"],
+                    "timeout": f"{0.2 * at} s",
+                },
+                "rss": {"kind": "rss_danger", "level": at, "response_time": f"{at} s"},
+                "last": {"kind": "last_safe_stop"},
+            },
+            counter={"fault": at},
+            rate=("20 Hz", "10 Hz", "5 Hz")[at - 1],
+        )
+        for at in (1, 2, 3)
+    ]
+    together = drive_batch(items)
+    assert len({rows[1][run].tobytes() for run in range(3) for rows in together}) > 3
+    for number, item in enumerate(items):
+        for one, all_ in zip(drive_batch([item]), together, strict=True):
+            assert one[0][:, 0].tobytes() == all_[0][:, number].tobytes()
+            assert one[1][0].tobytes() == all_[1][number].tobytes()
+
+
+def test_sensor_is_silent_its_timeout_after_the_last_sample_that_the_health_link_showed() -> None:
+    item = parameters({"front": FRONT | {"timeout": "0.3 s"}}, rate="20 Hz")
+    shown = [bool(rows[1][0, 0, 0]) for rows in drive_batch([item])]
+    # The newest sample is of 1.0 s; the first evaluation that is more than 0.3 s later finds it.
+    assert shown.index(True) == round((1.0 + 0.3 + 0.05) / 0.05)
+    confirmed = [bool(rows[1][0, 0, 1]) for rows in drive_batch([item])]
+    assert confirmed.index(True) == shown.index(True) + 7
