@@ -31,6 +31,7 @@ from adeye.kernel.stops import (
     LATERAL_SHARE,
     ONSET_JERK,
     REFUGE,
+    STOP_INTERVAL,
     STOP_LEVELS,
     STOP_SAMPLES,
     fill_stop,
@@ -156,9 +157,11 @@ def _enters(
     ``profile`` holds that of braking at once.
     """
     first, last = standing_room(record, refuge)
-    target = refuge_target(record, refuge)
+    target, middle = refuge_target(record, refuge), 0.5 * (first + last)
     soonest = here[0] + profile[STOP_SAMPLES - 1, PROFILE_S]
-    if first > last or refuge[_DEPTH] < record["width"] or soonest > last:
+    # The brakes may miss a place by part of the room that was left for it.
+    farthest = last + 0.5 * ROOM_ALONG if is_kept else last
+    if first > last or refuge[_DEPTH] < record["width"] or soonest > farthest:
         return False
     begun = driven[PATH_START] + driven[PATH_LENGTH]
     if is_kept and first <= begun <= last:
@@ -171,11 +174,15 @@ def _enters(
             rest = max(0.0, begun - start[0])
             lay_path(path, start[0], start[1], start[2], start[3], target, rest)
         return stands_at(profile) < STOP_SAMPLES
-    # In its middle; farther where there is no way to turn in, nearer where there is no time.
-    for end in (max(0.5 * (first + last), soonest), last, max(first, soonest)):
+    # In its middle; nearer where there is no time for it, farther where there is no way to turn in.
+    spare = STOP_INTERVAL * (STOP_SAMPLES - 2.0 - stands_at(profile))
+    last = min(last, soonest + here[2] * spare)
+    if last < first:
+        return False
+    for end in (min(last, max(middle, soonest)), last):
         _drive_on(record, here, wait, level, end, profile)
         if stands_at(profile) == STOP_SAMPLES:
-            continue
+            return False
         length = entry_length(record, here[2], stop_level(record, level), target - center)
         if end - length <= start[0] or abs(start[1] - center) > ASTRAY:
             lay_path(path, start[0], start[1], start[2], start[3], target, end - start[0])
