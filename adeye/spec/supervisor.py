@@ -111,7 +111,7 @@ class SensorSilent(_Monitor):
 
 
 class OffRoad(_Monitor):
-    """The centre of the ego is beside lanes and shoulder."""
+    """The centre of the ego is beside everything that carries it: lanes, shoulder, bays, verge."""
 
     kind: Literal["off_road"]
     margin: NonNegativeLength = 0.0
@@ -227,7 +227,7 @@ class Supervisor(Record):
     patience: NonNegativeDuration = 60.0
     """How long a manoeuvre is waited for before the next one takes its place [s]."""
     least_distance: NonNegativeLength = 25.0
-    """How far ahead a rest area must be [m]."""
+    """How far ahead a rest area or parking bay must be at least [m]."""
     sight: NonNegativeLength = 1000.0
     """How far ahead the map is searched for one [m]."""
 

@@ -28,6 +28,7 @@ from adeye.channels.safety.supervision import MEMORY_PATH, Batch
 from adeye.channels.tracks import TRACK_HITS, TRACK_LENGTH, TRACK_WIDTH, TRACK_X, TRACK_Y
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.refuges import right_edge
 from adeye.kernel.road import local
 from adeye.kernel.rss import rss_longitudinal_distance
 from adeye.signals import FAULT
@@ -187,11 +188,12 @@ def sensor_silent(watch: Watch, run: int, sensor: int, time: float, rule: Floats
 
 
 @inlined
-def off_road(batch: Batch, run: int, rule: Floats) -> bool:
-    """Fire when the centre of the ego is beside lanes and shoulder."""
-    record, d = batch.records[run], batch.pose[run, POSE_D]
-    left = record["lanes"] * record["lane_width"] + rule[RULE_FIRST]
-    return not -record["shoulder"] - rule[RULE_FIRST] <= d <= left
+def off_road(batch: Batch, refuges: Floats, run: int, rule: Floats) -> bool:
+    """Fire when the centre of the ego is where nothing carries a vehicle."""
+    record, pose = batch.records[run], batch.pose[run]
+    right = right_edge(refuges, pose[POSE_S], record["shoulder"], record["verge"])
+    left = record["lanes"] * record["lane_width"]
+    return not right - rule[RULE_FIRST] <= pose[POSE_D] <= left + rule[RULE_FIRST]
 
 
 @inlined
@@ -316,11 +318,11 @@ def of_watched(batch: Batch, watch: Watch, run: int, monitor: int, time: float) 
 
 
 @inlined
-def of_scene(batch: Batch, run: int, end: int, rule: Floats) -> bool:
+def of_scene(batch: Batch, refuges: Floats, run: int, end: int, rule: Floats) -> bool:
     """Tell whether a monitor of the scene fires; the ego knows where it is."""
     kind = int(rule[RULE_KIND])
     if kind == OFF_ROAD:
-        return off_road(batch, run, rule)
+        return off_road(batch, refuges, run, rule)
     if kind == LANE_DEPARTURE:
         return lane_departure(batch, run, rule)
     if kind == OBJECT_DANGER:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from adeye.kernel.jit import inlined
+from adeye.kernel.refuge_stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
+from adeye.kernel.refuges import REST_AREA as REST_AREA_KIND
+from adeye.signals import REFUGE_KIND, REFUGE_S
 from adeye.spec.supervisor import MANOEUVRES
 
 if TYPE_CHECKING:
@@ -86,6 +89,27 @@ def give_way(state: Floats, settings: Floats, has_rest_area: bool, has_parking: 
         state[FORCE_HELD], state[FORCE_WAITED] = ROADSIDE_PARKING, 0.0
     if state[FORCE_HELD] == ROADSIDE_PARKING and not (has_parking and _is_patient(state, settings)):
         state[FORCE_HELD], state[FORCE_WAITED] = STOP, 0.0
+
+
+@inlined
+def look_ahead(settings: Floats, refuges: Floats, s: float) -> int:
+    """Return the best kind of place to stop in that the map shows ahead.
+
+    Args:
+        settings: (SET_ROW,).
+        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        s: Of the ego along the road [m].
+
+    Returns:
+        ``ONLY_REST_AREA``, ``ROADSIDE`` for a parking bay, ``ANYWHERE`` for neither.
+    """
+    best = ANYWHERE
+    for row in range(refuges.shape[0]):
+        ahead = refuges[row, REFUGE_S] - s
+        if settings[SET_LEAST] < ahead <= settings[SET_SIGHT]:
+            is_rest_area = refuges[row, REFUGE_KIND] == REST_AREA_KIND
+            best = max(best, ONLY_REST_AREA if is_rest_area else ROADSIDE)
+    return best
 
 
 @inlined

@@ -30,8 +30,8 @@ from adeye.kernel.profiles import (
 )
 from adeye.kernel.stop_rating import RULE_NAMES
 from adeye.kernel.stops import (
-    STOP_LEVELS,
-    STOP_PATHS,
+    LAID_PATHS,
+    LAID_PROFILES,
     STOP_SAMPLES,
     STOPS,
 )
@@ -68,6 +68,7 @@ class PlannedSafetyChannel(SafetyChannel):
         runs = context.runs
         rules = spec_columns(context.parameters, _rules)
         self._rules = np.stack([rules[name] for name in RULE_NAMES], axis=1)
+        self._refuges = np.ascontiguousarray(context.road.refuges)
         self._kept = np.zeros((runs, KEPT_ROW))
         self._kept[:, KEPT_STOP] = NO_STOP
         self._driven = np.zeros((runs, PATH_ROW))
@@ -80,8 +81,8 @@ class PlannedSafetyChannel(SafetyChannel):
         self._scratch = (
             np.zeros((TRACKS, OBJECT_ROW)),
             np.zeros((TRACKS, STOP_SAMPLES, WAY_ROW)),
-            np.zeros((STOP_PATHS, PATH_ROW)),
-            np.zeros((STOP_LEVELS, STOP_SAMPLES, PROFILE_ROW)),
+            np.zeros((LAID_PATHS, PATH_ROW)),
+            np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW)),
             np.zeros((STOP_SAMPLES, 2)),
             np.zeros((STOPS, FOUND_ROW)),
         )
@@ -103,7 +104,7 @@ class PlannedSafetyChannel(SafetyChannel):
         )
 
     def _plans(self) -> Plans:
-        return Plans(self._rules, self._kept, self._driven, *self._scratch)
+        return Plans(self._rules, self._refuges, self._kept, self._driven, *self._scratch)
 
     def _command_at(self, time: float) -> ControlCommand:
         command = super()._command_at(time)

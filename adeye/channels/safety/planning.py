@@ -26,6 +26,7 @@ from adeye.channels.safety.supervision import (
     Batch,
     answer,
     coast,
+    follow_lane,
     perceive,
     shadow,
     update_stopping,
@@ -37,17 +38,22 @@ from adeye.kernel.profiles import (
     PATH_EXISTS,
     PATH_ROW,
     PATH_START,
+    PROFILE_ACCELERATION,
     PROFILE_S,
+    PROFILE_SPEED,
     at_path,
 )
+from adeye.kernel.refuge_stops import ANYWHERE
 from adeye.kernel.road import position
 from adeye.kernel.stops import (
-    SHOULDER,
+    REFUGE,
     STOP_INTERVAL,
     STOP_LEVELS,
     STOP_SAMPLES,
     STOPS,
     STRAIGHT,
+    path_of,
+    profile_of,
     stop_jerk,
     stop_level,
 )
@@ -72,17 +78,19 @@ class Plans(NamedTuple):
 
     Attributes:
         rules: (B, RULES) rating of each kind of place.
+        refuges: (B, R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
         kept: (B, KEPT_ROW) choice so far; in and out.
         driven: (B, PATH_ROW) its path; in and out.
         objects: (K, OBJECT_ROW) scratch, as all that follows.
         ways: (K, STOP_SAMPLES, WAY_ROW).
-        paths: (STOP_PATHS, PATH_ROW).
-        profiles: (STOP_LEVELS, STOP_SAMPLES, PROFILE_ROW).
+        paths: (LAID_PATHS, PATH_ROW).
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
         line: (STOP_SAMPLES, 2).
         found: (STOPS, FOUND_ROW) what is found of the stops.
     """
 
     rules: Floats
+    refuges: Floats
     kept: Floats
     driven: Floats
     objects: Floats
@@ -126,7 +134,7 @@ def planned_step(batch: Batch, plans: Plans, run: int, time: float, shows: bool)
     if not is_stopping:
         kept[KEPT_STOP] = NO_STOP
     if is_stopping or shows:
-        stop = ask_for_stop(batch, plans, run, count, 0.0, int(kept[KEPT_STOP]))
+        stop = ask_for_stop(batch, plans, run, count, ANYWHERE, 0.0, int(kept[KEPT_STOP]))
         if is_stopping:
             take_stop(plans, run, stop)
     if not is_stopping:
@@ -156,12 +164,16 @@ def foresee(batch: Batch, plans: Plans, run: int) -> int:
 
 
 @inlined
-def ask_for_stop(batch: Batch, plans: Plans, run: int, count: int, wait: float, kept: int) -> int:
-    """Choose a stop that begins after a while [s], see ``planner.plan_stop``."""
+def ask_for_stop(  # noqa: PLR0913, PLR0917 - a kernel
+    batch: Batch, plans: Plans, run: int, count: int, places: int, wait: float, kept: int
+) -> int:
+    """Choose a stop in some places that begins after a while [s], see ``planner.plan_stop``."""
     return plan_stop(
         batch.records[run],
         plans.rules[run],
         batch.segments[run],
+        plans.refuges[run],
+        places,
         batch.pose[run],
         wait,
         batch.memory[run, MEMORY_PATH],
@@ -178,23 +190,12 @@ def ask_for_stop(batch: Batch, plans: Plans, run: int, count: int, wait: float, 
 
 
 @inlined
-def side_stop(found: Floats, kept: int) -> int:
-    """Choose the cheapest feasible stop beside the lanes, ``NO_STOP`` without any."""
-    best, least = NO_STOP, math.inf
-    for stop in range(SHOULDER * STOP_LEVELS, (SHOULDER + 1) * STOP_LEVELS):
-        cost = found[stop, FOUND_COST] if stop != kept else -1.0
-        if found[stop, FOUND_FEASIBLE] > 0.0 and cost < least:
-            best, least = stop, cost
-    return best
-
-
-@inlined
 def take_stop(plans: Plans, run: int, stop: int) -> None:
     """Keep a choice and its path."""
     kept, driven = plans.kept[run], plans.driven[run]
     kept[KEPT_STOP], kept[KEPT_FEASIBLE] = stop, plans.found[stop, FOUND_FEASIBLE]
     for item in range(PATH_ROW):
-        driven[item] = plans.paths[stop // STOP_LEVELS, item]
+        driven[item] = plans.paths[path_of(stop), item]
 
 
 @inlined
@@ -209,9 +210,23 @@ def drive_stop(batch: Batch, plans: Plans, run: int, requests: bool, is_danger: 
         is_danger: Whether an object ahead is a confirmed danger.
     """
     record, pose = batch.records[run], batch.pose[run]
-    stop = int(plans.kept[run, KEPT_STOP])
-    acceleration = _stop(record, pose, batch.memory[run], stop, batch.path, is_danger)
+    stop, memory = int(plans.kept[run, KEPT_STOP]), batch.memory[run]
+    if _drives_on(plans, stop):
+        # On the way to a refuge nothing makes the ego faster.
+        memory[MEMORY_BRAKING] = min(0.0, follow_lane(batch, run))
+        acceleration = float(memory[MEMORY_BRAKING])
+    else:
+        is_in_lane = stop // STOP_LEVELS <= STRAIGHT
+        acceleration = _stop(record, pose, memory, stop, batch.path, is_in_lane, is_danger)
     return answer(batch, run, acceleration, steer_along(record, pose, plans.driven[run]), requests)
+
+
+@inlined
+def _drives_on(plans: Plans, stop: int) -> bool:
+    """Tell whether a stop is one in a refuge that does not brake yet."""
+    first = plans.profiles[profile_of(stop), 0]
+    is_ahead = stop // STOP_LEVELS == REFUGE and first[PROFILE_SPEED] > 0.0
+    return bool(is_ahead and first[PROFILE_ACCELERATION] >= 0.0)
 
 
 @inlined
@@ -233,22 +248,22 @@ def is_last_stop(batch: Batch, plans: Plans, run: int, count: int, wait: float) 
     """Tell whether no safe stop is left, after a while [s] or in the stop that the ego is in."""
     if _is_driven(batch.memory[run], plans.kept[run]):
         return bool(plans.kept[run, KEPT_FEASIBLE] <= 0.0)
-    stop = ask_for_stop(batch, plans, run, count, wait, NO_STOP)
+    stop = ask_for_stop(batch, plans, run, count, ANYWHERE, wait, NO_STOP)
     return bool(plans.found[stop, FOUND_FEASIBLE] <= 0.0)
 
 
 @inlined
-def _stop(
+def _stop(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     pose: Floats,
     memory: Floats,
     stop: int,
     path: Floats,
+    is_in_lane: bool,  # noqa: FBT001 - a kernel
     is_danger: bool,  # noqa: FBT001 - a kernel
 ) -> float:
     """Return the acceleration of a stop; in the lane, an object ahead may ask for more [m/s²]."""
     level = stop % STOP_LEVELS
-    is_in_lane = stop // STOP_LEVELS <= STRAIGHT
     memory[MEMORY_BRAKING] = brake(
         record,
         memory[MEMORY_BRAKING],
@@ -313,14 +328,14 @@ def show_stops(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         pose: (POSE_WIDTH,).
         segments: (R, 5) reference line of the road.
-        paths: (STOP_PATHS, PATH_ROW).
-        profiles: (STOP_LEVELS, STOP_SAMPLES, PROFILE_ROW).
+        paths: (LAID_PATHS, PATH_ROW).
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
         found: (STOPS, FOUND_ROW).
         places: (STOPS, POINTS, 2) out, NaN for stops that do not exist.
         costs: (STOPS,) out, infinity for stops that are not feasible.
     """
     for stop in range(STOPS):
-        path, profile = paths[stop // STOP_LEVELS], profiles[stop % STOP_LEVELS]
+        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
         if path[PATH_EXISTS] == 0.0:
             continue
         is_feasible = found[stop, FOUND_FEASIBLE] > 0.0

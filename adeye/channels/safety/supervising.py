@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from adeye.channels.perception import NOTE_END
-from adeye.channels.pose import POSE_ACCELERATION
+from adeye.channels.pose import POSE_ACCELERATION, POSE_S
 from adeye.channels.safety.kinds import (
     CHANNEL_IMPLAUSIBLE,
     LAST_SAFE_STOP,
@@ -34,6 +34,7 @@ from adeye.channels.safety.manoeuvres import (
     Force,
     ask,
     give_way,
+    look_ahead,
     show_manoeuvre,
 )
 from adeye.channels.safety.monitors import STATE_CONFIRMED
@@ -45,7 +46,6 @@ from adeye.channels.safety.planning import (
     drive_stop,
     foresee,
     is_last_stop,
-    side_stop,
     take_stop,
 )
 from adeye.channels.safety.supervision import (
@@ -58,6 +58,7 @@ from adeye.channels.safety.supervision import (
     update_stopping,
 )
 from adeye.kernel.jit import inlined
+from adeye.kernel.refuge_stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
 from adeye.signals import DEGRADED, OK
 
 CHANNEL_KINDS: Final = SENSOR_SILENT
@@ -144,7 +145,7 @@ def _ask_monitors(  # noqa: PLR0913, PLR0917 - a kernel
             wait = (steps_to_confirm(rule) * force.settings[run, SET_EVERY] + 1.0) * period
             fires = is_last_stop(batch, plans, run, objects, wait)
         elif knows_pose:
-            fires = of_scene(batch, run, end, rule)
+            fires = of_scene(batch, plans.refuges[run], run, end, rule)
         confirmed = count(batch.states[run, monitor], fires, rule)
         batch.monitors[run, monitor, 0] = fires
         batch.monitors[run, monitor, 1] = confirmed
@@ -168,8 +169,10 @@ def _choose(  # noqa: PLR0913, PLR0917 - a kernel
     state, memory, kept = force.state[run], batch.memory[run], plans.kept[run]
     was_stopping = memory[MEMORY_STOPPING] > 0.0
     if not was_stopping:
-        has_parking = planned and batch.records[run]["shoulder"] >= batch.records[run]["width"]
-        give_way(state, force.settings[run], False, has_parking)  # noqa: FBT003 - a kernel
+        record, settings = batch.records[run], force.settings[run]
+        shown = look_ahead(settings, plans.refuges[run], batch.pose[run, POSE_S])
+        has_parking = shown > ANYWHERE or record["shoulder"] >= record["width"]
+        give_way(state, settings, planned and shown == ONLY_REST_AREA, planned and has_parking)
     held = int(state[FORCE_HELD])
     if was_stopping:
         takes = state[FORCE_ASKED] >= REST_AREA
@@ -183,7 +186,7 @@ def _choose(  # noqa: PLR0913, PLR0917 - a kernel
         if was_stopping:
             state[FORCE_HELD] = state[FORCE_ASKED]
         if shows and planned:
-            ask_for_stop(batch, plans, run, objects, 0.0, NO_STOP)
+            ask_for_stop(batch, plans, run, objects, ANYWHERE, 0.0, NO_STOP)
     elif planned:
         stop = _stop_of(batch, plans, run, objects, held)
         if stop == NO_STOP:
@@ -196,11 +199,12 @@ def _choose(  # noqa: PLR0913, PLR0917 - a kernel
 @inlined
 def _stop_of(batch: Batch, plans: Plans, run: int, objects: int, manoeuvre: int) -> int:
     """Choose a stop that a manoeuvre allows, ``NO_STOP`` if none is feasible."""
-    kept = int(plans.kept[run, KEPT_STOP])
-    stop = ask_for_stop(batch, plans, run, objects, 0.0, kept)
-    if manoeuvre == STOP:
-        return stop
-    return side_stop(plans.found, kept) if manoeuvre == ROADSIDE_PARKING else NO_STOP
+    places = ANYWHERE
+    if manoeuvre == REST_AREA:
+        places = ONLY_REST_AREA
+    elif manoeuvre == ROADSIDE_PARKING:
+        places = ROADSIDE
+    return ask_for_stop(batch, plans, run, objects, places, 0.0, int(plans.kept[run, KEPT_STOP]))
 
 
 @inlined

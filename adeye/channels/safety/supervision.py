@@ -240,14 +240,20 @@ def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int
 @inlined
 def shadow(batch: Batch, run: int, requests: bool) -> int:  # noqa: FBT001 - a kernel
     """Give the command while no stop is driven: car following in the lane."""
+    record, pose = batch.records[run], batch.pose[run]
+    steering = steer(record, pose, batch.memory[run, MEMORY_PATH])
+    return answer(batch, run, follow_lane(batch, run), steering, requests)
+
+
+@inlined
+def follow_lane(batch: Batch, run: int) -> float:
+    """Return the acceleration of car following in the lane [m/s²]."""
     record, pose, path = batch.records[run], batch.pose[run], batch.path
-    center = batch.memory[run, MEMORY_PATH]
-    acceleration = follow(
+    return follow(
         record,
         pose[POSE_SPEED],
-        allowed_speed(record, batch.segments[run], pose, center),
+        allowed_speed(record, batch.segments[run], pose, batch.memory[run, MEMORY_PATH]),
         path[PATH_GAP],
         path[PATH_SPEED],
         record["stop_deceleration"],
     )
-    return answer(batch, run, acceleration, steer(record, pose, center), requests)

@@ -21,21 +21,24 @@ Scene = dict[str, Any]
 Numbers = Callable[[float], float]
 
 
+USUAL: Scene = {
+    "d": MIDDLE,
+    "speed": 20.0,
+    "yaw_rate": 0.0,
+    "objects": [],
+    "acceleration": 0.0,
+    "steering": 0.0,
+    "status": OK,
+    "age": 0.05,
+    "sample_age": 0.0,
+    "alive": True,
+    "estimate": 0.0,
+}
+
+
 def fires(monitor: Scene, scene: Scene | None = None, ticks: int = 8) -> bool:
     """Show a scene for some ticks, and tell whether the monitor fires at the last one."""
-    scene = {
-        "d": MIDDLE,
-        "speed": 20.0,
-        "yaw_rate": 0.0,
-        "objects": [],
-        "acceleration": 0.0,
-        "steering": 0.0,
-        "status": OK,
-        "age": 0.05,
-        "sample_age": 0.0,
-        "alive": True,
-        "estimate": 0.0,
-    } | (scene or {})
+    scene = USUAL | (scene or {})
     item = parameters({"m": monitor}, rate="20 Hz")
     channel, road = SupervisedSafetyChannel(item), straight_road()
     channel.reset(channel_context(item, links=LINKS, sensors={"truth": "ground_truth"}))

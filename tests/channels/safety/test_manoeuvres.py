@@ -13,19 +13,24 @@ from adeye.channels.safety.manoeuvres import (
     NONE,
     REST_AREA,
     ROADSIDE_PARKING,
+    SET_LEAST,
     SET_OF_LEVEL,
     SET_PATIENCE,
     SET_ROW,
+    SET_SIGHT,
     STOP,
     ask,
     give_way,
+    look_ahead,
     show_manoeuvre,
 )
+from adeye.kernel.refuge_stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
 from adeye.signals import Floats
 
 SETTINGS = np.zeros(SET_ROW)
 SETTINGS[SET_OF_LEVEL:] = CONTINUE, REST_AREA, ROADSIDE_PARKING, STOP
 SETTINGS[SET_PATIENCE] = 1.0
+SETTINGS[SET_LEAST], SETTINGS[SET_SIGHT] = 25.0, 1000.0
 GOING_ON = False
 
 
@@ -83,3 +88,24 @@ def test_columns_tell_what_is_asked_for_and_what_is_in_force() -> None:
     shown = np.zeros((3, 2), dtype=np.bool_)
     show_manoeuvre(state(STOP, REST_AREA), shown)
     assert shown.tolist() == [[True, False], [False, False], [False, True]]
+
+
+@pytest.mark.parametrize(
+    ("refuges", "best"),
+    [
+        ([], ANYWHERE),
+        ([(0, 100.0)], ROADSIDE),
+        ([(0, 100.0), (1, 500.0)], ONLY_REST_AREA),
+        ([(1, 25.0)], ANYWHERE),
+        ([(1, 25.1)], ONLY_REST_AREA),
+        ([(1, 1000.1), (0, 1000.0)], ROADSIDE),
+        ([(1, -50.0)], ANYWHERE),
+    ],
+)
+def test_map_shows_what_is_neither_too_near_nor_out_of_sight(
+    refuges: list[tuple[float, float]], best: int
+) -> None:
+    rows = np.zeros((len(refuges), 5))
+    for row, (kind, ahead) in zip(rows, refuges, strict=True):
+        row[:2] = kind, 300.0 + ahead
+    assert look_ahead(SETTINGS, rows, 300.0) == best

@@ -1,14 +1,16 @@
 """The supervised step in closed loop: counters, levels, and manoeuvres that give way."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.channels.safety import SupervisedSafetyChannel
-from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY
+from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, RoadMap
 from adeye.spec.supervisor import MANOEUVRE_MONITORS
 from adeye.testing import World
+from adeye.testing.scenes import straight_road
 from tests.channels.safety.supervised import (
     NOMINAL,
     OTHER_SILENT,
@@ -134,6 +136,69 @@ def test_roadside_parking_takes_over_once_the_shoulder_can_be_reached() -> None:
     assert not column(done, item, "mrm_stop").any()
     assert done.ego[-1, 1] == pytest.approx(-1.25, abs=0.1)
     assert done.ego[-1, 3] == 0.0
+
+
+def with_refuges(*refuges: tuple[float, float]) -> RoadMap:
+    """Return a road without a shoulder that has refuges: kind and place along it [m]."""
+    rows = np.array([[(kind, s, 80.0, 4.0, 30.0) for kind, s in refuges]])
+    return replace(straight_road(), shoulder=np.zeros(1), refuges=rows.reshape(1, -1, 5))
+
+
+BAY, AREA = 0, 1
+
+
+def test_nominal_channel_drives_on_to_the_rest_area_and_past_a_bay() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 2}})
+    road = with_refuges((BAY, 300.0), (AREA, 900.0))
+    done = run(World(lane=0, speed=25.0, road=road), item, 50.0, on_commands=faulty(1.0))
+    assert column(done, item, "mrm_rest_area").any()
+    assert not column(done, item, "mrm_roadside_parking").any()
+    assert not column(done, item, "mrm_stop").any()
+    assert done.ego[-1, 3] == 0.0
+    assert 900.0 < done.ego[-1, 0] < 980.0
+    assert done.ego[-1, 1] < -0.95
+    asked = first(done, column(done, item, "mrm_rest_area"))
+    took = first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY)
+    assert took > asked + 5.0
+    waiting = (done.time > asked) & (done.time < took - 1e-6)
+    assert (done.authority[waiting] == NOMINAL).all()
+    assert done.ego[waiting, 3].min() > 23.0
+
+
+def test_roadside_parking_takes_the_bay() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    road = with_refuges((BAY, 300.0), (AREA, 900.0))
+    done = run(World(lane=0, speed=25.0, road=road), item, 40.0, on_commands=faulty(1.0))
+    assert not column(done, item, "mrm_stop").any()
+    assert done.ego[-1, 3] == 0.0
+    assert 300.0 < done.ego[-1, 0] < 380.0
+
+
+def test_chain_goes_from_rest_area_to_bay_to_stop_with_what_the_map_shows() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 2}}, sight="400 m")
+    for refuges, places in (
+        (((BAY, 250.0),), ["mrm_roadside_parking"]),
+        (((AREA, 900.0),), ["mrm_stop"]),
+        ((), ["mrm_stop"]),
+    ):
+        world = World(lane=0, speed=25.0, road=with_refuges(*refuges))
+        done = run(world, item, 3.0, on_commands=faulty(1.0))
+        seen = [name for name in MANOEUVRE_MONITORS if column(done, item, name).any()]
+        assert seen == places
+        assert column(done, item, "mrm_rest_area", 0).any()
+
+
+def test_level_that_rises_on_the_way_to_the_rest_area_stops_at_once() -> None:
+    item = parameters(
+        {"silent": {**OTHER_SILENT, "level": 2}, "later": {"kind": "odd_exit", "to_s": "200 m"}}
+    )
+    world = World(lane=0, speed=25.0, road=with_refuges((AREA, 900.0)))
+    done = run(world, item, 25.0, on_commands=faulty(1.0))
+    assert column(done, item, "mrm_rest_area").any()
+    later = first(done, column(done, item, "later"))
+    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(later)
+    assert done.ego[-1, 3] == 0.0
+    assert done.ego[-1, 0] < 400.0
 
 
 def test_level_that_rises_while_waiting_stops_at_once() -> None:
