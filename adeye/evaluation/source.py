@@ -52,7 +52,15 @@ if TYPE_CHECKING:
 STANDSTILL_SPEED: Final = 0.05
 """Speed up to which the ego stands [m/s]."""
 
-DECISION_FAMILIES: Final = ("channel", "authority", "switch", "sensor", "monitor", "fault")
+DECISION_FAMILIES: Final = (
+    "channel",
+    "authority",
+    "switch",
+    "sensor",
+    "monitor",
+    "fault",
+    "faulted",
+)
 """First words of signals that the last row of a run lacks: nothing is decided from it."""
 
 _EGO: Final = {
@@ -383,6 +391,9 @@ class TraceSignals:
             return _reading(np.zeros(self.measured.shape, dtype=np.bool_))
         return _reading(self._column("fault_active")[..., self.trace.layout.faults.index(fault)])
 
+    def _of_faulted(self, _what: str) -> Reading:
+        return _reading(np.logical_or.accumulate(self._column("fault_active").any(axis=-1), axis=1))
+
     def _of_switch(self, _what: str) -> Reading:
         return _reading(self._column("reason"))
 
@@ -414,5 +425,6 @@ _READERS: Final[Mapping[str, Callable[[TraceSignals, str], Reading]]] = {
     "sensor": TraceSignals._of_sensor,
     "monitor": TraceSignals._of_monitor,
     "fault": TraceSignals._of_fault,
+    "faulted": TraceSignals._of_faulted,
     "switch": TraceSignals._of_switch,
 }

@@ -118,6 +118,7 @@ def architecture_signals(
         signals[f"monitor.{name}.confirmed"] = _boolean("it fires after debounce")
     for name in faults:
         signals[f"fault.{name}.active"] = _boolean("the fault is present")
+    signals["faulted"] = _boolean("a fault is present, or was before")
     signals["switch.reason"] = SignalType(
         "1", 1.0, "enumeration", "why the switch decided so", REASON_LABELS
     )
