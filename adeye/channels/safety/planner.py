@@ -50,6 +50,7 @@ from adeye.kernel.stops import (
     STOP_LEVELS,
     STOP_SAMPLES,
     STOPS,
+    STRAIGHT,
     fill_stop,
     fits_limits,
     lay_stops,
@@ -148,6 +149,7 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
             rules,
             segments,
             pose,
+            center,
             row,
             path,
             profile,
@@ -184,6 +186,7 @@ def _judge(  # noqa: PLR0913, PLR0917 - a kernel
     rules: Floats,
     segments: Floats,
     pose: Floats,
+    center: float,
     row: int,
     path: Floats,
     profile: Floats,
@@ -206,6 +209,8 @@ def _judge(  # noqa: PLR0913, PLR0917 - a kernel
     if row in (RIGHT_LANE, SHOULDER) and _cuts_up(
         record, pose, path, begun, profile, count, objects, ways
     ):
+        return
+    if row == STRAIGHT and _strays(record, center, path, begun, profile, count, objects, ways):
         return
     found[FOUND_RATING] = rate_stop(record, rules, segments, pose[POSE_S], path, profile)
     is_near, impact = meet_objects(record, path, begun, profile, count, objects, ways, line)
@@ -249,6 +254,36 @@ def _cuts_up(  # noqa: PLR0913, PLR0917 - a kernel
         ):
             return True
         lane += width
+    return False
+
+
+@inlined
+def _strays(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    center: float,
+    path: Floats,
+    begun: float,
+    profile: Floats,
+    count: int,
+    objects: Floats,
+    ways: Floats,
+) -> bool:
+    """Tell whether straight on leads into a lane in which it cuts up somebody."""
+    end = at_path(path, begun + profile[STOP_SAMPLES - 1, PROFILE_S])[0]
+    width = record["lane_width"]
+    for row in range(int(record["lanes"])):
+        lane = (row + 0.5) * width
+        # Beyond its own lane as far as the lane in which it ends up, if only with its side.
+        is_entered = (center < lane < end + 0.5 * (width + record["width"])) or (
+            end - 0.5 * (width + record["width"]) < lane < center
+        )
+        # Whoever is over the edge of its lane already can still come back, so that is asked, too.
+        if (
+            is_entered
+            and abs(lane - center) > 0.5 * width
+            and is_cut_up(record, lane, True, center, 0.0, objects, ways, count)  # noqa: FBT003
+        ):
+            return True
     return False
 
 

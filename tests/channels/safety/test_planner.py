@@ -174,6 +174,25 @@ def test_lane_to_the_right_is_entered_only_where_it_is_seen_to_be_free() -> None
     assert taken[0] == number(IN_LANE, 1)
 
 
+@pytest.mark.parametrize("place", [MIDDLE, MIDDLE + 1.2])
+def test_straight_on_leads_into_another_lane_only_where_that_is_seen_to_be_free(
+    place: float,
+) -> None:
+    """From the middle lane towards the left one: also once the side is over the edge."""
+    # The gentle one leads off the road.
+    straight = slice(number(STRAIGHT, 1), number(STRAIGHT, 3) + 1)
+    _, blind = plan([], d=place, align=0.03)
+    assert not blind[straight, FOUND_FEASIBLE].any()
+    _, seen = plan([], d=place, align=0.03, rear_sight=500.0)
+    assert seen[straight, FOUND_FEASIBLE].all()
+    _, taken = plan([(-20.0, 8.75, 30.0, 0.0)], d=place, align=0.03, rear_sight=500.0)
+    assert not taken[straight, FOUND_FEASIBLE].any()
+    _, away = plan([(-20.0, SLOW, 30.0, 0.0)], d=place, align=0.03, rear_sight=500.0)
+    assert away[straight, FOUND_FEASIBLE].all()
+    _, along = plan([], d=MIDDLE)
+    assert along[straight, FOUND_FEASIBLE].all()
+
+
 def test_ego_that_points_off_the_road_does_not_stop_straight_on() -> None:
     _, found = plan([], align=-0.2)
     assert not found[number(STRAIGHT, 0) : number(STRAIGHT, 3) + 1, FOUND_FEASIBLE].any()
