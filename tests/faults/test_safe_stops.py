@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -209,3 +210,86 @@ def test_what_only_behaviour_betrays_is_reported_where_it_is_detected(shipped: A
         for run in detected:
             assert run.times.fdti_s is not None
             assert run.times.fdti_s > 0.15
+
+
+def swept(folder: Path, axes: dict[str, Any], entry: Any, **nominal: str) -> list[Any]:
+    """Execute a sweep of a fault in a braking lead; each test case with its times."""
+    use = {"use": "lead_braking", "faults": [entry], "sweep": {"parameters": axes}}
+    made = project(folder, "straight", "in_lane", [use])
+    with made.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"].update(nominal)
+        candidate["sensors"]["localisation"].update(rate="10 Hz", latency="0.1 s")
+    plan = made.plan()
+    faulty = [case for case in plan.cases if case.faults]
+    sound = {case.situation_digest: case for case in plan.cases if not case.faults}
+    trace = engine.run(faulty, base_dirs=plan.folders)
+    # The twin has the same architecture, and no fault.
+    twins = [replace(case, faults=(), fault_entry="none") for case in faulty]
+    assert {case.situation_digest for case in faulty} == set(sound)
+    other = engine.run(twins, base_dirs=plan.folders)
+    return [(case, timeline(trace, run, other, run)) for run, case in enumerate(faulty)]
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_time_to_detect_silence_follows_staleness_delay_and_debounce(
+    delay: int, tmp_path: Path
+) -> None:
+    """The monitor or the switch, whichever is first.
+
+    The newest command is one tick and the delay old at the fault. The switch needs an age above its
+    staleness, the monitor one above its own, of what the link shows, which is a tick older; then
+    the monitor is debounced.
+    """
+    axes = {
+        "architecture.channels.safety.parameters.staleness": ["0.3 s", "0.5 s"],
+        "architecture.channels.safety.parameters.confirm": ["0 s", "0.12 s", "0.3 s"],
+        "architecture.switch.staleness": ["0.4 s", "5 s"],
+        "faults.killed.onset.at": ["1.5 s", "2.03 s"],
+    }
+    found = swept(tmp_path, axes, "killed", delay=f"{50 * delay} ms")
+    assert len(found) == 24
+    for case, times in found:
+        safety = case.architecture.channels["safety"].parameters
+        stale = round(safety.staleness / STEP) - delay
+        confirm = math.ceil(safety.confirm / STEP - 1e-9)
+        switch = round(case.architecture.switch.staleness / STEP) - delay
+        assert times.fault_s == pytest.approx(
+            math.ceil(case.faults[0].onset.at / STEP - 1e-9) * STEP
+        )
+        assert round(times.fdti_s / STEP) == min(stale + confirm, switch), case.point
+        assert times.switch_s == pytest.approx(times.detect_s)
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_time_to_detect_a_wrong_command_is_the_links_tick_and_the_debounce(
+    delay: int, tmp_path: Path
+) -> None:
+    """What is wrong with a command is wrong from the fault on, whatever the channel's delay."""
+    axes = {
+        "architecture.channels.safety.parameters.confirm": ["0 s", "0.1 s", "0.25 s", "0.31 s"],
+        "faults.too_much.onset.at": ["1.5 s", "2 s"],
+    }
+    for case, times in swept(tmp_path, axes, "too_much", delay=f"{50 * delay} ms"):
+        confirm = case.architecture.channels["safety"].parameters.confirm
+        assert round(times.fdti_s / STEP) == 1 + math.ceil(confirm / STEP - 1e-9)
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_time_to_detect_blindness_follows_the_sensors_period_and_latency(
+    delay: int, tmp_path: Path
+) -> None:
+    """The last sample was taken a latency and up to a period before the fault, at 10 Hz and 0.1 s.
+
+    The nominal channel is in fault once that is older than 0.5 s, and says so after its delay; the
+    switch acts on it at once. An age of 0.5 s may round to one above it: then it is a tick earlier.
+    """
+    onsets = [round(1.5 + STEP * n, 2) for n in range(7)]
+    axes = {"faults.no_localisation.onset.at": [f"{onset} s" for onset in onsets]}
+    entry = [f"no_{name}" for name in SENSORS]
+    axes |= {f"faults.no_{name}.onset.at": ["1 s"] for name in SENSORS[:2]}
+    for case, times in swept(tmp_path, axes, entry, delay=f"{50 * delay} ms"):
+        onset = round(case.point["faults.no_localisation.onset.at"] / STEP)
+        # Delivered two ticks after it was taken, every second tick, and not at the fault any more.
+        newest = (onset - 1 - 2) // 2 * 2
+        lost = newest + round(MAX_AGE / STEP) + 1 + delay
+        assert round(times.detect_s / STEP) - lost in {-1, 0}, case.point
