@@ -16,6 +16,7 @@ import numpy as np
 from adeye.evaluation.metrics.scans import safe_from
 from adeye.evaluation.source import STANDSTILL_SPEED, road_limits
 from adeye.signals import EGO_SPEED, NO_CHANNEL, PLACE_D, REASON_STALENESS
+from adeye.spec.supervisor import MANOEUVRE_MONITORS
 from adeye.trace import COLUMNS, DRAWN
 
 if TYPE_CHECKING:
@@ -241,9 +242,11 @@ def violation_s(trace: Trace, run: int) -> float | None:
 
 def _alarms(view: _View, other: _View) -> Bools:
     """Tell at which rows something is detected that the twin does not have then."""
+    # What tells the manoeuvre detects nothing: a monitor has done so before.
+    detects = [name not in MANOEUVRE_MONITORS for name in view.trace.layout.monitors]
 
     def raised(of: _View) -> Bools:
-        confirmed = of.decided("monitors")[..., 1].astype(np.bool_)
+        confirmed = of.decided("monitors")[:, detects, 1].astype(np.bool_)
         stale = of.decided("reason") == REASON_STALENESS
         return np.concatenate([confirmed, stale[:, np.newaxis]], axis=1)
 
