@@ -36,36 +36,50 @@ def test_save_methods_commit(repository: Repository, example: Any) -> None:
         assert other.info().rows["odd"] == other.info().rows["concept"] == 1
 
 
-def work_slowly(path: Path, example: Any, campaign: str) -> None:
+MOST_BLOCKS = 6
+"""Blocks that a worker completes at most; then it claims another one and hangs."""
+
+
+def work_until_killed(path: Path, example: Any, campaign: str, done: Any) -> None:
     with Repository.open(path) as repository:
+        completed = 0
         while (block := repository.claim_block(lease_s=1e6, campaign=campaign)) is not None:
-            time.sleep(0.002)
+            while completed == MOST_BLOCKS:
+                time.sleep(60.0)
             repository.complete_block(block, example.runs(block), example.judged(block))
+            completed += 1
+            done.release()
 
 
 def test_killed_workers_leave_the_results_of_an_undisturbed_campaign(
     tmp_path: Path, example: Any
 ) -> None:
+    """They are killed some time after their first block, so each round gets on, on any machine."""
     with Repository.open(tmp_path / "undisturbed.db") as repository:
         expected = repository.result_table_hash(example.campaign(repository, 96, block_size=2))
     context = multiprocessing.get_context("fork")
     path = tmp_path / "killed.db"
     with Repository.open(path) as repository:
         plan = repository.plan_campaign(example.record(), example.cases(96), block_size=2)
-        kills = 0
+        rounds = kills = 0
         while repository.work_state(plan.campaign).text != "complete":
-            assert kills < 500, "no progress"
+            assert rounds < 48, "no progress"
+            done = context.Semaphore(0)
             workers = [
-                context.Process(target=work_slowly, args=(path, example, plan.campaign))
+                context.Process(target=work_until_killed, args=(path, example, plan.campaign, done))
                 for _ in range(2)
             ]
             for worker in workers:
                 worker.start()
-            workers[0].join(0.03 + 0.01 * (kills % 5))
+            assert done.acquire(timeout=120.0), "no progress"
+            # Anywhere in the work: before, in and after a transaction, or while it hangs.
+            time.sleep(0.003 * (rounds % 7))
             for worker in workers:
                 kills += worker.exitcode is None
                 worker.kill()
                 worker.join()
+            rounds += 1
+        # 48 blocks are no less than four rounds of two workers.
         assert kills >= 4
         assert repository.info().rows["run"] == 96
         assert repository.result_table_hash(plan.campaign) == expected

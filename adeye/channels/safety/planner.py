@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from adeye.channels.pose import (
     POSE_ACCELERATION,
     POSE_ALIGN,
@@ -21,8 +19,9 @@ from adeye.channels.pose import (
     POSE_S,
     POSE_SPEED,
 )
+from adeye.channels.safety.entering import cuts_up, strays
 from adeye.channels.trajectory.fan import LOST
-from adeye.channels.trajectory.obstacles import is_cut_up, overlap
+from adeye.channels.trajectory.obstacles import overlap
 from adeye.channels.trajectory.prediction import (
     OBJECT_BEHIND,
     OBJECT_GROWTH,
@@ -35,7 +34,6 @@ from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import (
     PATH_EXISTS,
-    PATH_LENGTH,
     PATH_START,
     PATH_TARGET,
     PROFILE_S,
@@ -59,6 +57,7 @@ from adeye.kernel.stops import (
     STOP_LEVELS,
     STOP_SAMPLES,
     STOPS,
+    STRAIGHT,
     fill_stop,
     fits_limits,
     lay_stops,
@@ -178,6 +177,7 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
             segments,
             refuges,
             pose,
+            center,
             row,
             path,
             profile,
@@ -218,6 +218,7 @@ def _judge(  # noqa: PLR0913, PLR0917 - a kernel
     segments: Floats,
     refuges: Floats,
     pose: Floats,
+    center: float,
     row: int,
     path: Floats,
     profile: Floats,
@@ -244,58 +245,16 @@ def _judge(  # noqa: PLR0913, PLR0917 - a kernel
         if kind == NO_REFUGE:
             return
         found[FOUND_PLACE] = ONLY_REST_AREA if kind == REST_AREA else ROADSIDE
-    if row in (RIGHT_LANE, SHOULDER, REFUGE) and _cuts_up(
+    if row in (RIGHT_LANE, SHOULDER, REFUGE) and cuts_up(
         record, pose, row, path, begun, profile, count, objects, ways
     ):
+        return
+    if row == STRAIGHT and strays(record, center, path, begun, profile, count, objects, ways):
         return
     found[FOUND_RATING] = rate_stop(record, rules, segments, refuges, pose[POSE_S], path, profile)
     is_near, impact = meet_objects(record, path, begun, profile, count, objects, ways, line)
     found[FOUND_FEASIBLE] = 0.0 if is_near or not fits else 1.0
     found[FOUND_IMPACT] = impact
-
-
-@inlined
-def _cuts_up(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    pose: Floats,
-    row: int,
-    path: Floats,
-    begun: float,
-    profile: Floats,
-    count: int,
-    objects: Floats,
-    ways: Floats,
-) -> bool:
-    """Tell whether a path to the right cuts up somebody in a lane that it enters or crosses."""
-    target, width = path[PATH_TARGET], record["lane_width"]
-    speed = 0.0
-    if np.isnan(target) or target < 0.0:
-        # Only those who come before the ego has left the lane count.
-        for sample in range(STOP_SAMPLES):
-            way = begun + profile[sample, PROFILE_S]
-            is_out = way >= path[PATH_LENGTH]
-            if row == REFUGE:
-                is_out = at_path(path, way)[0] <= -0.5 * record["width"]
-            if is_out:
-                speed = profile[sample, PROFILE_SPEED]
-                break
-        if is_cut_up(record, target, False, pose[POSE_D], 0.0, objects, ways, count):  # noqa: FBT003
-            return True
-    lane = 0.5 * width
-    while lane < pose[POSE_D] - 0.5 * width:
-        if lane >= target - 0.01 and is_cut_up(
-            record,
-            lane,
-            True,  # noqa: FBT003 - a kernel
-            pose[POSE_D],
-            speed,
-            objects,
-            ways,
-            count,
-        ):
-            return True
-        lane += width
-    return False
 
 
 @compiled
