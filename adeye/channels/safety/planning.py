@@ -107,7 +107,7 @@ def planned_step(  # noqa: PLR0913, PLR0917 - a kernel
         pose: (POSE_WIDTH,).
         tracks: (K, TRACK_STATE).
         heard: (N,) whether each linked channel has given a usable command yet; in and out.
-        states: (Q, 2) debounce of the monitors; in and out.
+        states: (Q, STATE_WIDTH) debounce of the monitors; in and out.
         memory: (MEMORY_WIDTH,) in and out.
         kept: (KEPT_ROW,) choice so far; in and out.
         driven: (PATH_ROW,) its path; in and out.

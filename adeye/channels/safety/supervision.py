@@ -76,7 +76,7 @@ def safety_step(  # noqa: PLR0913, PLR0917 - a kernel
         pose: (POSE_WIDTH,).
         tracks: (K, TRACK_STATE).
         heard: (N,) whether each linked channel has given a usable command yet; in and out.
-        states: (Q, 2) debounce of the monitors; in and out.
+        states: (Q, STATE_WIDTH) debounce of the monitors; in and out.
         memory: (MEMORY_WIDTH,) in and out.
         command: (2,) acceleration [m/s²] and steering angle [rad]; in and out.
         shown: (Q, 2) raw and confirmed state of the monitors, out.
