@@ -251,11 +251,7 @@ def source_files(name: str, base_dir: Path) -> list[tuple[str, Path]]:
 
 
 def source_digest(name: str, base_dir: Path) -> str:
-    """Hash the source of a plug-in as it is on disk now; nothing is executed.
-
-    Args:
-        name: As ``load_part`` took it.
-        base_dir: Folder of the file that names it.
+    """Hash the source of a plug-in as it is on disk now, see ``source_files``.
 
     Raises:
         OSError: A file is not there any more.

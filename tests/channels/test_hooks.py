@@ -27,9 +27,12 @@ LINKS = ("front", "pose")
 SENSORS = {"front": "radar", "pose": "localisation"}
 ONSET, END, TICKS = 8, 16, 30
 FIRST = np.array([True, False])
-BOTH = [(NominalChannel, NominalParameters()), (TrajectoryChannel, TrajectoryParameters())]
+BOTH: list[tuple[Any, Any]] = [
+    (NominalChannel, NominalParameters()),
+    (TrajectoryChannel, TrajectoryParameters()),
+]
 KINDS = pytest.mark.parametrize(("kind", "parameters"), BOTH, ids=["nominal", "trajectory"])
-STOPS = [
+STOPS: list[tuple[Any, Any]] = [
     (SafetyChannel, SafetyParameters()),
     (PlannedSafetyChannel, SafetyParameters(stop="planned")),
 ]
