@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -136,6 +136,15 @@ class IntegrityError(AdeyeError):
 
 class ChannelError(AdeyeError):
     """A channel failed; the run records it and goes on."""
+
+
+class Terminated(BaseException):
+    """The process was asked to end (SIGTERM)."""
+
+
+ASKED_TO_END: Final = (KeyboardInterrupt, Terminated)
+"""What ends a campaign wherever it is raised, also in code from outside, which else is contained:
+nobody can tell who raised it."""
 
 
 def suggest(word: str, allowed: Iterable[str]) -> str:

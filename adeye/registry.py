@@ -236,6 +236,32 @@ def _said(item: ErrorDetails, model: type[BaseModel]) -> str:
     return item["msg"].replace("Input should be", "must be")
 
 
+def source_files(name: str, base_dir: Path) -> list[tuple[str, Path]]:
+    """List the files whose content identifies a plug-in that has been loaded, with their labels.
+
+    Args:
+        name: As ``load_part`` took it.
+        base_dir: Folder of the file that names it.
+    """
+    source = name.rpartition(":")[0]
+    if source.endswith(".py"):
+        path = (base_dir / source).resolve()
+        return [(path.name, path)]
+    return _module_files(name, sys.modules[source])
+
+
+def source_digest(name: str, base_dir: Path) -> str:
+    """Hash the source of a plug-in as it is on disk now, see ``source_files``.
+
+    Raises:
+        OSError: A file is not there any more.
+    """
+    files = source_files(name, base_dir)
+    if name.rpartition(":")[0].endswith(".py"):
+        return hashlib.sha256(files[0][1].read_bytes()).hexdigest()
+    return _files_digest(files)
+
+
 def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str:
     """Hash names, sources and versions of plug-ins and the files they read, whatever their order.
 
@@ -298,29 +324,31 @@ def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) 
         ) from error
     except (Exception, SystemExit) as error:
         raise _import_error(name, source, error) from error
-    digest = _module_digest(name, module)
+    digest = _files_digest(_module_files(name, module))
     known = _CACHE.get((source, attribute, digest))
     return known or _remember((source, attribute, digest), name, module, is_nameable)
 
 
-def _module_digest(name: str, module: ModuleType) -> str:
-    """Hash the module's file, or every source file of the package that it belongs to."""
+def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:
+    """List the module's file, or every source file of the package that it belongs to."""
     top = sys.modules[module.__name__.partition(".")[0]]
     folders = [Path(folder) for folder in getattr(top, "__path__", [])]
     if folders:
-        files = sorted(
+        return sorted(
             (path.relative_to(folder).as_posix(), path)
             for folder in folders
             for path in folder.rglob("*.py")
         )
-    else:
-        origin = getattr(module, "__file__", None)
-        if origin is None or not Path(origin).is_file():
-            raise SpecError(
-                f"{name}: the module {module.__name__!r} has no source file",
-                remedy="A result names the code behind it; give a module that has a file.",
-            )
-        files = [(Path(origin).name, Path(origin))]
+    origin = getattr(module, "__file__", None)
+    if origin is None or not Path(origin).is_file():
+        raise SpecError(
+            f"{name}: the module {module.__name__!r} has no source file",
+            remedy="A result names the code behind it; give a module that has a file.",
+        )
+    return [(Path(origin).name, Path(origin))]
+
+
+def _files_digest(files: Iterable[tuple[str, Path]]) -> str:
     digest = hashlib.sha256()
     for label, path in files:
         content = path.read_bytes()

@@ -11,8 +11,10 @@ from adeye.campaign.parts import load_code, named_files
 from adeye.channels.factory import make_channel
 from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, suggest
 from adeye.identity import digest
+from adeye.spec.clock import ticks
 from adeye.spec.expression import to_program
 from adeye.spec.faults.sensing import SensorFault
+from adeye.spec.faults.switch import Late
 from adeye.spec.quantity import require_dimension
 from adeye.sweep.case import content_digest
 from adeye.units import Dimension
@@ -90,6 +92,8 @@ def check_fits(files: OddFiles) -> None:
         SpecError: The first that has none, with its place.
     """
     for number, fault in enumerate(files.odd.spec.faults):
+        where = files.odd.locate(("faults", number, "delay"))
+        _check_delay(fault, files.odd.spec.step, where)
         for item in files.architectures.values():
             for loc, text in _misfits(fault, item.spec):
                 raise SpecError(text, where=files.odd.locate(("faults", number, *loc)))
@@ -127,6 +131,7 @@ def check_cases(expansion: Expansion) -> None:
             _check_parts(loaded, shared, where)
         if _is_new((content_digest(shared.architecture), faults), seen):
             for fault in shared.faults:
+                _check_delay(fault, shared.step, where, "with the swept values, ")
                 for _, text in _misfits(fault, shared.architecture):
                     raise SpecError(f"with the swept values, {text}", where=where)
         if _is_new((shared.scenario_id, *_worlds_key(section, shared)), seen):
@@ -184,6 +189,16 @@ def _misfits(fault: Fault, architecture: Architecture) -> list[tuple[Loc, str]]:
         return []
     what = f"fault {fault.id}: {fault.target} of {architecture.architecture}"
     return [(loc, f"{what}: {text}") for loc, text in fault.misfits(sensor)]
+
+
+def _check_delay(fault: Fault, step: float, where: SourceLocation, said: str = "") -> None:
+    """Check that a late switch is late by whole ticks, as its handover is long."""
+    if not isinstance(fault, Late):
+        return
+    try:
+        ticks(fault.delay, step, f"fault {fault.id}: delay")
+    except SpecError as error:
+        raise SpecError(f"{said}{error.message}", where=where, remedy=error.remedy) from error
 
 
 def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:

@@ -8,6 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
+from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.channels.factory import PROCESS
 from adeye.channels.process import MOST_PROGRAMS
@@ -133,7 +134,7 @@ def run_campaign(
         progress: Called after each block, and now and then while a large plan is saved.
 
     Raises:
-        IntegrityError: A result contradicts one that exists.
+        IntegrityError: A result contradicts one that exists, or a plug-in was changed meanwhile.
         PlatformError: The database cannot be written.
     """
     report = progress or (lambda _: None)
@@ -227,6 +228,7 @@ class _Tasks(Iterator[BatchTask]):
         self._cases: Sequence[TestCase] = plan.cases
         self._held: dict[int, Block] = {}
         self.failures: list[str] = []
+        self.unchanged = Unchanged(plan)
 
     def __next__(self) -> BatchTask:
         block = self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign)
@@ -260,7 +262,9 @@ def _absorb(
     done: Done[BatchTask, BatchResult],
     state: Progress,
 ) -> Progress:
-    """Save what came back for a block."""
+    """Save what came back for a block, unless its code is not that of the plan."""
+    # Before it is taken: a block whose code is another one is given back.
+    tasks.unchanged.check()
     block = tasks.take(done.task)
     if done.result is None or done.result.failure:
         detail = done.lost if done.result is None else done.result.failure

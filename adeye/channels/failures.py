@@ -101,4 +101,10 @@ def describe(error: BaseException) -> str:
     if frames:
         name = frames[-1].filename.replace("\\", "/").rpartition("/")[2]
         place = f" ({name}:{frames[-1].lineno})"
-    return f"{type(error).__name__}: {error}{place}"
+    try:
+        said = str(error)[:MAX_DETAIL]
+    except Exception:  # noqa: BLE001 - it is described, not obeyed
+        said = "it cannot say what it is"
+    # A text that no encoding takes, or that ends early in the database, is shown escaped.
+    said = said.encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
+    return f"{type(error).__name__}: {said}{place}"

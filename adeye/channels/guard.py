@@ -9,7 +9,7 @@ import numpy as np
 
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
-from adeye.errors import SpecError
+from adeye.errors import ASKED_TO_END, SpecError
 from adeye.kernel.jit import compiled
 from adeye.signals import (
     FAULT,
@@ -114,8 +114,12 @@ class GuardedChannel:
         if self._trusted:
             return method(argument)
         try:
-            return method(argument)
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - recorded, and the run goes on
+            # How strict numpy is about overflow is not for a channel to decide for the others.
+            with np.errstate():
+                return method(argument)
+        except ASKED_TO_END:
+            raise
+        except BaseException as error:  # noqa: BLE001 - recorded, and the run goes on
             self._failures.add(runs, ERROR, time, describe(error))
             self._dead = True
             return None

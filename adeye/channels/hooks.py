@@ -1,4 +1,4 @@
-"""Faults inside the built-in channels: objects forgotten, the map shifted, the planner frozen."""
+"""Faults inside the built-in channels: objects forgotten, the map shifted, parts frozen."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 TRACKS_LOST: Final = "tracks_lost"
 PLANNER_FROZEN: Final = "planner_frozen"
 MAP_SHIFTED: Final = "map_shifted"
+MONITORS_FROZEN: Final = "monitors_frozen"
 HOOKS: Final = (TRACKS_LOST, PLANNER_FROZEN, MAP_SHIFTED)
+SAFETY_HOOKS: Final = (*HOOKS, MONITORS_FROZEN)
+"""Of the safety channel, which has monitors beside."""
 
 
 class Hooks:
@@ -69,7 +72,7 @@ class Hooks:
             last = self._last
             command.acceleration[frozen] = 0.0 if last is None else last.acceleration[frozen]
             command.steering_angle[frozen] = 0.0 if last is None else last.steering_angle[frozen]
-            command.status[frozen] = OK
+            self._set_status(command, frozen)
             for name in ("plan", "candidates", "candidate_costs", "chosen"):
                 rows, before = getattr(command, name), getattr(last, name, None)
                 if rows is not None:
@@ -77,3 +80,35 @@ class Hooks:
                     rows[frozen] = nothing if before is None else before[frozen]
         self._last = command
         return command
+
+    def _set_status(self, command: ControlCommand, frozen: Bools) -> None:
+        command.status[frozen] = OK
+
+
+class SafetyHooks(Hooks):
+    """The faults inside a safety channel: its monitors and its planner fail apart from each other.
+
+    While the planner is frozen, the monitors go on, and with them status and requests; while the
+    monitors are, the planner goes on.
+
+    Attributes:
+        monitors_frozen: (B,) where the monitors stay as they were.
+    """
+
+    def __init__(self, runs: int) -> None:
+        """Begin without a fault.
+
+        Args:
+            runs: B.
+        """
+        super().__init__()
+        self.monitors_frozen: Bools = np.zeros(runs, dtype=np.bool_)
+
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        """Take in where a fault is present from now on, see ``ports.HookedChannel``."""
+        super().inject(hook, active, size)
+        if hook == MONITORS_FROZEN:
+            self.monitors_frozen = active.copy()
+
+    def _set_status(self, command: ControlCommand, frozen: Bools) -> None:
+        """Leave the status: it is that of the monitors."""

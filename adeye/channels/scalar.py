@@ -19,6 +19,7 @@ import numpy as np
 
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
+from adeye.errors import ASKED_TO_END
 from adeye.signals import (
     OK,
     SILENT,
@@ -205,32 +206,38 @@ class ScalarChannel:
             try:
                 parameters = context.parameters[run]
                 self._objects[run] = self._factory(parameters, _context(context, run))
-            except (Exception, SystemExit) as error:  # noqa: BLE001 - recorded, and the run goes on
+            except ASKED_TO_END:
+                raise
+            except BaseException as error:  # noqa: BLE001 - recorded, and the run goes on
                 self._fail(run, ERROR, 0.0, describe(error))
 
     def act(self, observation: Observation) -> ControlCommand:
         """Ask the object of every run that has not ended."""
         command = self._previous.copy()
-        for run in np.flatnonzero(observation.running & ~self._failures.silent):
-            answer = self._ask(int(run), observation)
-            if answer is None:
-                continue
-            command.status[run] = answer.status
-            if answer.status != SILENT:
-                command.acceleration[run] = answer.acceleration
-                command.steering_angle[run] = answer.steering_angle
-                command.stamp[run] = observation.time
+        # How strict numpy is about overflow is not for a channel to decide for the others.
+        with np.errstate():
+            for run in np.flatnonzero(observation.running & ~self._failures.silent):
+                answer = self._ask(int(run), observation)
+                if answer is None:
+                    continue
+                command.status[run] = answer.status
+                if answer.status != SILENT:
+                    command.acceleration[run] = answer.acceleration
+                    command.steering_angle[run] = answer.steering_angle
+                    command.stamp[run] = observation.time
         self._previous = self._failures.hold(command, self._previous)
         return self._previous
 
     def _ask(self, run: int, observation: Observation) -> ScalarCommand | None:
         channel = self._objects[run]
         try:
-            answer: Any = channel.act(_observation(observation, run))
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - recorded, and the run goes on
+            # What it answers with may have code of its own, too.
+            command, wrong = _command(channel.act(_observation(observation, run)))
+        except ASKED_TO_END:
+            raise
+        except BaseException as error:  # noqa: BLE001 - recorded, and the run goes on
             self._fail(run, ERROR, observation.time, describe(error))
             return None
-        command, wrong = _command(answer)
         if command is None:
             self._fail(run, INVALID_OUTPUT, observation.time, wrong)
         return command
@@ -264,8 +271,12 @@ def _number(value: Any) -> float:
     """Return a real number as float, NaN for everything else."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    is_real = isinstance(value, Real) and not isinstance(value, bool)
-    return float(value) if is_real else math.nan
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:  # a whole number beyond every float
+        return math.nan
 
 
 def _context(context: ChannelContext, run: int) -> ScalarContext:

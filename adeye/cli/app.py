@@ -9,6 +9,7 @@ import typer
 
 from adeye.cli.compare import compare
 from adeye.cli.database import database_app
+from adeye.cli.dependencies import dependencies
 from adeye.cli.doctor import doctor
 from adeye.cli.forks import fork, forks
 from adeye.cli.new import new_app
@@ -94,6 +95,13 @@ add(
     sensors,
     "adeye sensors odd/architectures/camera_radar.yaml",
     "adeye sensors --odd odd/motorway_chauffeur.yaml --html suites.html",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    dependencies,
+    "adeye dependencies odd/motorway_chauffeur.yaml",
+    "adeye dependencies odd/motorway_chauffeur.yaml --architecture camera_radar --json",
     panel=CAMPAIGN,
 )
 add(app, show, "adeye show 3f2a91c04b", "adeye show 3f2a --json", panel=RESULTS)

@@ -12,8 +12,9 @@ from typing import Final
 import typer
 
 from adeye.cli.app import app
-from adeye.cli.interruption import Terminated, raising_on_sigterm
+from adeye.cli.interruption import raising_on_sigterm
 from adeye.cli.output import clean, talk
+from adeye.errors import Terminated
 
 DEBUG: Final = "ADEYE_DEBUG"
 """Environment variable that asks for tracebacks; ``--debug`` sets it, workers inherit it."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from adeye.cli.apart import results_apart
 from adeye.cli.completion import complete_campaigns, complete_runs
 
 OddFile = Annotated[
@@ -163,4 +165,15 @@ def add(
         epilog=examples(*commands),
         rich_help_panel=panel or None,
     )
-    register(verb)
+    register(_apart(verb))
+
+
+def _apart(verb: Callable[..., None]) -> Callable[..., None]:
+    """Let a verb run with standard output kept for its results."""
+
+    @functools.wraps(verb)
+    def run(*arguments: Any, **options: Any) -> None:
+        with results_apart():
+            verb(*arguments, **options)
+
+    return run

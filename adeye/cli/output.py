@@ -15,6 +15,8 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
+from adeye.cli.apart import results
+
 if TYPE_CHECKING:
     from rich.text import Text
 
@@ -50,7 +52,7 @@ def clean(text: object, *, lines: bool = False) -> str:
 
 def emit(text: str) -> None:
     """Write a result to standard output; a reader that has gone away is no error."""
-    _write(sys.stdout, text)
+    _write(results(), text)
 
 
 def talk(text: str) -> None:
@@ -247,7 +249,8 @@ def width() -> int:
     """Return how many columns a line may have; where nobody looks, nothing is wrapped or cut."""
     from rich.console import Console
 
-    is_seen = sys.stdout is not None and sys.stdout.isatty()
+    stream = results()
+    is_seen = stream is not None and stream.isatty()
     return Console().width if is_seen or "COLUMNS" in os.environ else _UNBOUNDED
 
 

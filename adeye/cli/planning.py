@@ -37,6 +37,10 @@ def plan(
     _print_axes(planned)
     emit(f"\n{_total(planned)}")
     emit(_engine(planned))
+    counts = _shared(planned)
+    if any(counts.values()):
+        told = listed(f"{name} {count}" for name, count in counts.items() if count)
+        emit(clean(f"Shared by channels (adeye dependencies): {told}"))
 
 
 def _print_factors(planned: CampaignPlan) -> None:
@@ -109,6 +113,13 @@ def _engine(planned: CampaignPlan) -> str:
     )
 
 
+def _shared(planned: CampaignPlan) -> dict[str, int]:
+    """Count what the channels of each architecture share, which may fail them together."""
+    from adeye.cli.dependencies import dependencies_of
+
+    return {item.architecture: item.count for item in dependencies_of(planned.files)}
+
+
 def _document(planned: CampaignPlan) -> dict[str, object]:
     odd = planned.files.odd
     return {
@@ -121,6 +132,7 @@ def _document(planned: CampaignPlan) -> dict[str, object]:
         "engine": planned.engine,
         "driver": planned.driver,
         "notices": planned.notices,
+        "shared": _shared(planned),
     }
 
 

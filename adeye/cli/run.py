@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from adeye.cli.interruption import Terminated
 from adeye.cli.options import (
     Backend,
     CampaignId,
@@ -29,6 +28,7 @@ from adeye.cli.options import (
 from adeye.cli.output import clean, emit, emit_json, talk, wrote
 from adeye.cli.progress import reporting
 from adeye.cli.verdicts import ordered, print_verdicts
+from adeye.errors import ASKED_TO_END
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -101,7 +101,7 @@ def run(
             talk(clean(f"note: {notice}", lines=True))
     try:
         summary = _execute(plan, db, lanes, quiet=quiet)
-    except (KeyboardInterrupt, Terminated):
+    except ASKED_TO_END:
         talk(hint)
         raise
     if json:

@@ -63,6 +63,7 @@ INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("links", "duplicate"): links.Duplicate,
     ("hooks", "tracks_lost"): Hook,
     ("hooks", "planner_frozen"): Hook,
+    ("hooks", "monitors_frozen"): Hook,
     ("hooks", "map_shifted"): Hook,
     ("actuators", "loss"): actuators.Loss,
     ("actuators", "fade"): actuators.Fade,

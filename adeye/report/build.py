@@ -16,6 +16,7 @@ from adeye.report.contents import (
     CampaignContent,
     architectures_of,
     assumptions_of,
+    dependencies_of,
     elements_of,
     factors_of,
     fsr_of,
@@ -178,6 +179,7 @@ class ReportBuilder:
             elements=tuple(elements_of(content)),
             assumptions=tuple(assumptions_of(content)),
             waivers=tuple(waivers_of(content, cells)),
+            dependencies=tuple(dependencies_of(content)),
             suites=tuple(suites_of(content)),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any
 
+from adeye.evaluation.dependence import dependencies
 from adeye.evaluation.suite.analysis import analyse
 from adeye.evaluation.suite.conditions import conditions_of
 from adeye.evaluation.verdict import Verdict
@@ -29,6 +30,7 @@ from adeye.spec.quantity import SI
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from adeye.evaluation.dependence import Dependencies
     from adeye.evaluation.suite.results import Suite
     from adeye.report.model import Cell
     from adeye.spec.concept import Concept, Requirement
@@ -86,6 +88,14 @@ def suites_of(content: CampaignContent) -> Iterable[Suite]:
             conditions_of(attributes.environment),
             odd_speed=None if limit is None else limit.max,
             resources=resources,
+        )
+
+
+def dependencies_of(content: CampaignContent) -> Iterable[Dependencies]:
+    """List what the channels of each architecture share, as the architectures are written."""
+    for part_of in content.odd["architectures"].values():
+        yield dependencies(
+            architecture.Architecture.model_validate(part_of, context=SI), content.concept.elements
         )
 
 

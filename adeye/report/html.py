@@ -12,6 +12,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Final
 
+from adeye.evaluation.dependence import WORDS
 from adeye.evaluation.verdict import Verdict
 from adeye.report.embed import pack_replay, script_text
 from adeye.report.files import write_atomically
@@ -104,6 +105,7 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
             page=page,
             views=suite_views(report.suites),
             speed_heads=SPEED_HEADS,
+            kind_words=WORDS,
             verdicts=list(Verdict),
             meanings=MEANINGS,
             serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],

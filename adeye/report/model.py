@@ -10,6 +10,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from adeye.evaluation.dependence import Dependencies
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
 from adeye.report.comparison import Comparison
@@ -259,6 +260,8 @@ class Report(Part):
     elements: tuple[Element, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
     waivers: tuple[Waiver, ...] = ()
+    dependencies: tuple[Dependencies, ...] = ()
+    """What the channels of each architecture share, read from the files."""
     suites: tuple[Suite, ...] = ()
     """What the sensors of each architecture see, without a simulation."""
     replays: tuple[Replay, ...] = ()

@@ -67,6 +67,7 @@ MODELS: Final[tuple[type[Fault], ...]] = (
     channels.Duplicate,
     channels.TracksLost,
     channels.PlannerFrozen,
+    channels.MonitorsFrozen,
     channels.MapShifted,
     signals.Delay,
     signals.Stuck,

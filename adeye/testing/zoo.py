@@ -1,8 +1,9 @@
 """The zoo: channels that misbehave, and the outcome that a run with each of them must have.
 
 A conformance test for what contains channels: whatever a channel does, its run gets the outcome
-that says so, and no bit of another run changes. All of them are one program, ``zoo_program.py``;
-``values.animal`` says which one it is.
+that says so, and no bit of another run changes. ``ANIMALS`` are one program, ``zoo_program.py``;
+``values.animal`` says which one it is. ``OBJECTS`` and ``HERDS`` are plug-ins in Python, the two
+classes of ``zoo_plugin.py``; they have a parameter ``animal``.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 COMPLETED: Final = "completed"
 PROGRAM: Final = Path(__file__).with_name("zoo_program.py")
+PLUGIN: Final = Path(__file__).with_name("zoo_plugin.py")
 STEP_DEADLINE_S: Final = 2.0
 """Long enough for an honest program on a busy machine, short enough to wait for."""
 
@@ -110,13 +112,101 @@ ANIMALS: Final[Mapping[str, Animal]] = {
 }
 """Every animal by its name."""
 
+_NOT_FINITE: Final = Animal(INVALID_OUTPUT, "not finite numbers")
+_HARMLESS: Final = Animal(COMPLETED)
+
+OBJECTS: Final[Mapping[str, Animal]] = {
+    # It ends, or tries to end what asks it.
+    "fails_at_once": Animal(ERROR, "RuntimeError: no licence"),
+    "leaves_at_once": Animal(ERROR, "SystemExit: 3"),
+    "raises": Animal(ERROR, "RuntimeError: no track"),
+    "leaves": Animal(ERROR, "SystemExit: 0"),
+    "is_cancelled": Animal(ERROR, "CancelledError"),
+    "ends_a_generator": Animal(ERROR, "GeneratorExit"),
+    "stops_an_iteration": Animal(ERROR, "StopIteration"),
+    "recurses": Animal(ERROR, "RecursionError"),
+    "asserts": Animal(ERROR, "AssertionError"),
+    "runs_out_of_memory": Animal(ERROR, "MemoryError"),
+    "raises_a_huge_text": Animal(ERROR, "RuntimeError: xxxx"),
+    "raises_what_no_text_is": Animal(ERROR, "RuntimeError: \\ud800\\0"),
+    "raises_what_cannot_be_said": Animal(ERROR, "it cannot say what it is"),
+    # It answers nonsense.
+    "returns_nothing": Animal(INVALID_OUTPUT, "act() returned NoneType"),
+    "returns_one_number": Animal(INVALID_OUTPUT, "act() returned float"),
+    "returns_three_numbers": Animal(INVALID_OUTPUT, "act() returned 3 values"),
+    "returns_a_text": Animal(INVALID_OUTPUT, "act() returned str"),
+    "returns_texts": _NOT_FINITE,
+    "returns_nan": _NOT_FINITE,
+    "returns_infinity": _NOT_FINITE,
+    "returns_a_huge_integer": _NOT_FINITE,
+    "returns_truth_values": _NOT_FINITE,
+    "returns_complex_numbers": _NOT_FINITE,
+    "returns_nested_lists": _NOT_FINITE,
+    "returns_an_endless_tuple": Animal(INVALID_OUTPUT, "act() returned 1000000000 values"),
+    "returns_what_cannot_be_shown": Animal(ERROR, "RuntimeError"),
+    "returns_an_unknown_status": Animal(INVALID_OUTPUT, "status 99 is none of"),
+    "returns_a_status_in_words": Animal(INVALID_OUTPUT, "status 'ok' is none of"),
+    "returns_too_much": _HARMLESS,
+    # It changes what is not its own.
+    "takes_over_its_observation": Animal(ERROR, "FrozenInstanceError"),
+    "writes_into_its_estimate": _HARMLESS,
+    "writes_into_it_later": _HARMLESS,
+    "writes_into_detections": _HARMLESS,
+    "forgets_its_links": _HARMLESS,
+    "prints": _HARMLESS,
+    "closes_its_streams": _HARMLESS,
+    "turns_warnings_into_errors": _HARMLESS,
+    "turns_numpy_strict": _HARMLESS,
+    "seeds_what_is_global": _HARMLESS,
+    "starts_a_thread": _HARMLESS,
+}
+"""Every animal that is a Python object for each run, by its name."""
+
+HERDS: Final[Mapping[str, Animal]] = {
+    "fails_at_once": Animal(ERROR, "RuntimeError: no licence"),
+    "raises": Animal(ERROR, "RuntimeError: no track"),
+    "leaves": Animal(ERROR, "SystemExit: 0"),
+    "is_cancelled": Animal(ERROR, "CancelledError"),
+    "returns_nothing": Animal(INVALID_OUTPUT, "act() returned NoneType, not ControlCommand"),
+    "returns_lists": Animal(INVALID_OUTPUT, "acceleration is list, not an array"),
+    "returns_none_for_a_status": Animal(INVALID_OUTPUT, "status is NoneType, not an array"),
+    "returns_too_few_runs": Animal(INVALID_OUTPUT, "acceleration is float64 of shape (1,)"),
+    "returns_columns": Animal(INVALID_OUTPUT, "acceleration is float64 of shape (2, 1)"),
+    "returns_texts": Animal(INVALID_OUTPUT, "steering_angle is <U"),
+    "returns_objects": Animal(INVALID_OUTPUT, "steering_angle is object"),
+    "returns_a_status_in_parts": Animal(INVALID_OUTPUT, "status is float64"),
+    "returns_nan": Animal(INVALID_OUTPUT, "is no finite number"),
+    "returns_an_unknown_status": Animal(INVALID_OUTPUT, "status is none of"),
+    "returns_a_ragged_plan": Animal(INVALID_OUTPUT, "plan is float64 of shape (1, 3)"),
+    "claims_monitors": Animal(INVALID_OUTPUT, "monitors is bool of shape (1, 1, 2)"),
+    "writes_into_its_estimate": Animal(ERROR, "read-only"),
+    "returns_too_much": _HARMLESS,
+    "returns_half_floats": _HARMLESS,
+    "answers_the_future": _HARMLESS,
+    "answers_for_another_channel": _HARMLESS,
+    "writes_into_it_by_force": _HARMLESS,
+    "ends_the_runs": _HARMLESS,
+    "writes_into_the_command_of_another": _HARMLESS,
+    "writes_into_its_answer_later": _HARMLESS,
+    "returns_one_array_for_all": _HARMLESS,
+    "prints": _HARMLESS,
+}
+"""Every animal that is a channel on a batch of two runs, by its name."""
+
 FROM_TICK: Final = 5
 """Observation from which they misbehave."""
 
 
 def settle(folder: Path) -> str:
-    """Put the program of the zoo into the folder of an architecture and return its name."""
+    """Put the program and the plug-ins of the zoo into the folder of an architecture.
+
+    The plug-ins are ``./zoo_plugin.py:One`` and ``./zoo_plugin.py:Herd``.
+
+    Returns:
+        Name of the program.
+    """
     shutil.copyfile(PROGRAM, folder / "zoo.py")
+    shutil.copyfile(PLUGIN, folder / "zoo_plugin.py")
     return "./zoo.py"
 
 

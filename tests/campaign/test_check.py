@@ -89,6 +89,43 @@ def test_what_is_shipped_passes(load: Callable[..., OddFiles]) -> None:
     check(files)
 
 
+def late(delay: str) -> dict[str, Any]:
+    return {
+        "id": "late",
+        "target": "switch",
+        "model": "late",
+        "delay": delay,
+        "onset": {"at": "1 s"},
+    }
+
+
+def test_delay_of_a_late_switch_in_whole_ticks_passes(load: Callable[..., OddFiles]) -> None:
+    check_fits(load(faults=[late("0.15 s")]))
+    check_fits(load(faults=[late("0 s")]))
+
+
+def test_delay_of_a_late_switch_between_two_ticks_names_both(
+    load: Callable[..., OddFiles],
+) -> None:
+    with pytest.raises(SpecError) as caught:
+        check_fits(load(faults=[late("0.12 s")]))
+    assert str(caught.value.where).endswith("example.yaml:5:10")
+    assert caught.value.message == (
+        "fault late: delay: 0.12 s is no whole number of steps of 0.05 s"
+    )
+    assert caught.value.remedy == "The nearest are 0.1 s and 0.15 s."
+
+
+def test_swept_delay_of_a_late_switch_between_two_ticks_is_refused(
+    load: Callable[..., OddFiles],
+) -> None:
+    sweep = {"parameters": {"faults.late.delay": ["0.1 s", "0.13 s"]}}
+    scenarios = [{"use": "cut_in", "sweep": sweep}]
+    files = load(faults=[late("0.1 s")], scenarios=scenarios)
+    with pytest.raises(SpecError, match=r"with the swept values, fault late: delay: 0.13 s is no"):
+        check(files)
+
+
 def hook(channel: str, model: str = "planner_frozen") -> dict[str, Any]:
     return {**onset("time > 1 s"), "target": f"hooks.{channel}", "model": model}
 
@@ -100,16 +137,16 @@ def test_hook_that_a_channel_offers_passes(load: Callable[..., OddFiles]) -> Non
 def test_hook_that_a_channel_does_not_offer_is_refused_in_its_line(
     load: Callable[..., OddFiles],
 ) -> None:
-    said = r"example.yaml:\d+:\d+: fault out: channel safety of .* has no hook planner_frozen"
+    said = r"example.yaml:\d+:\d+: fault out: channel nominal of .* has no hook monitors_frozen"
     with pytest.raises(SpecError, match=said):
-        check_hooks(load(faults=[hook("safety")]))
+        check_hooks(load(faults=[hook("nominal", "monitors_frozen")]))
 
 
 def test_hook_of_a_fault_that_no_scenario_uses_is_not_asked_for(
     load: Callable[..., OddFiles],
 ) -> None:
     scenarios = [{"use": "cut_in", "faults": []}]
-    check_hooks(load(faults=[hook("safety")], scenarios=scenarios))
+    check_hooks(load(faults=[hook("nominal", "monitors_frozen")], scenarios=scenarios))
 
 
 def test_hooks_that_a_plugin_lists_are_its_own(

@@ -249,6 +249,32 @@ def test_worker_that_dies_costs_nothing_but_its_batch(small: Project) -> None:
         assert repository.progress(summary.campaign).accounted == 6
 
 
+@pytest.mark.parametrize("workers", [1, 2])
+def test_plugin_that_is_changed_meanwhile_ends_the_campaign_and_spoils_no_result(
+    small: Project, workers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_plugin(small)
+    path = small.folder / "odd" / "architectures" / "steady.py"
+    original = path.read_text("utf-8")
+    monkeypatch.setattr(runner, "block_size", lambda _: 1)
+
+    def edit(state: Progress) -> None:
+        if state.phase == "run" and state.done == 1:
+            path.write_text(original.replace("0.0, 0.0", "-1.0, 0.0"), "utf-8")
+
+    with pytest.raises(
+        IntegrityError, match=r"\./steady\.py:Steady, which architecture own"
+    ) as told:
+        adeye.run(small.odd, db=small.db, progress=edit, workers=workers)
+    assert told.value.exit_code == ExitCode.INTEGRITY
+    assert str(path) in str(told.value)
+    assert count_rows(small.db, "run") == 1
+    path.write_text(original, "utf-8")
+    assert small.run().executed == 5
+    assert small.run(db="other.db").executed == 6
+    assert table_hash(small.db) == table_hash(small.folder / "other.db")
+
+
 def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
     small: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:

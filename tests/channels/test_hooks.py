@@ -9,14 +9,15 @@ import pytest
 
 from adeye.channels.factory import make_channel
 from adeye.channels.guard import GuardedChannel
-from adeye.channels.hooks import HOOKS
+from adeye.channels.hooks import HOOKS, SAFETY_HOOKS
 from adeye.channels.links import observe
 from adeye.channels.nominal import NominalChannel
+from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel
 from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
 from adeye.ports import HookedChannel
-from adeye.signals import OK, SILENT, Bools, ControlCommand, Floats
-from adeye.spec.channels import NominalParameters, TrajectoryParameters
+from adeye.signals import OK, REQUESTS_AUTHORITY, SILENT, Bools, ControlCommand, Floats
+from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
 from adeye.testing import ScriptedChannel, World, channel_context, drive
 from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
 from tests.project import ROOT
@@ -26,8 +27,19 @@ LINKS = ("front", "pose")
 SENSORS = {"front": "radar", "pose": "localisation"}
 ONSET, END, TICKS = 8, 16, 30
 FIRST = np.array([True, False])
-BOTH = [(NominalChannel, NominalParameters()), (TrajectoryChannel, TrajectoryParameters())]
+BOTH: list[tuple[Any, Any]] = [
+    (NominalChannel, NominalParameters()),
+    (TrajectoryChannel, TrajectoryParameters()),
+]
 KINDS = pytest.mark.parametrize(("kind", "parameters"), BOTH, ids=["nominal", "trajectory"])
+STOPS: list[tuple[Any, Any]] = [
+    (SafetyChannel, SafetyParameters()),
+    (PlannedSafetyChannel, SafetyParameters(stop="planned")),
+]
+SAFE = pytest.mark.parametrize(("kind", "parameters"), STOPS, ids=["in_lane", "planned"])
+ALL = pytest.mark.parametrize(
+    ("kind", "parameters"), BOTH + STOPS, ids=["nominal", "trajectory", "in_lane", "planned"]
+)
 
 
 def play(
@@ -52,12 +64,18 @@ def play(
 
 
 def bits(command: ControlCommand, run: int) -> bytes:
-    arrays = (command.acceleration, command.steering_angle, command.status, command.tracks)
+    arrays = (
+        command.acceleration,
+        command.steering_angle,
+        command.status,
+        command.tracks,
+        command.monitors,
+    )
     plan = b"" if command.plan is None else command.plan[run].tobytes()
     return b"|".join(item[run].tobytes() for item in arrays if item is not None) + plan
 
 
-@KINDS
+@ALL
 @pytest.mark.parametrize("hook", HOOKS)
 def test_fault_acts_from_its_onset_in_its_run_only(kind: Any, parameters: Any, hook: str) -> None:
     plain, faulty = play(kind, parameters), play(kind, parameters, hook, 0.5)
@@ -66,7 +84,7 @@ def test_fault_acts_from_its_onset_in_its_run_only(kind: Any, parameters: Any, h
     assert differ[0] == ONSET
 
 
-@KINDS
+@ALL
 def test_map_shifted_by_nothing_changes_no_bit(kind: Any, parameters: Any) -> None:
     plain, faulty = play(kind, parameters), play(kind, parameters, "map_shifted", 0.0)
     assert [bits(item, 0) for item in faulty] == [bits(item, 0) for item in plain]
@@ -111,6 +129,53 @@ def test_frozen_planner_repeats_its_command_with_fresh_stamps(kind: Any, paramet
             assert np.array_equal(item.plan[0], last.plan[0], equal_nan=True)
 
 
+def told(items: list[ControlCommand], run: int = 0) -> list[tuple[int, list[list[bool]]]]:
+    """Return the status and the monitors of each tick."""
+    return [
+        (int(item.status[run]), item.monitors[run].tolist())
+        for item in items
+        if item.monitors is not None
+    ]
+
+
+@SAFE
+def test_frozen_monitors_confirm_nothing_new_until_the_end(kind: Any, parameters: Any) -> None:
+    # Something stands so near that the monitors fire from the first tracks on.
+    plain = play(kind, parameters, gap=60.0)
+    first = next(tick for tick, (status, _) in enumerate(told(plain)) if status != OK)
+    assert ONSET <= first < END
+    faulty = play(kind, parameters, "monitors_frozen", gap=60.0)
+    expected, got = told(plain), told(faulty)
+    assert got[:ONSET] == expected[:ONSET]
+    assert got[ONSET:END] == [expected[ONSET - 1]] * (END - ONSET)
+    confirmed = [status for status, _ in got[END:]]
+    assert confirmed[-1] == REQUESTS_AUTHORITY
+    assert [bits(item, 1) for item in faulty] == [bits(item, 1) for item in plain]
+
+
+@SAFE
+def test_frozen_monitors_that_nothing_would_change_change_no_bit(
+    kind: Any, parameters: Any
+) -> None:
+    plain = play(kind, parameters, gap=900.0)
+    faulty = play(kind, parameters, "monitors_frozen", gap=900.0)
+    assert [bits(item, 0) for item in faulty] == [bits(item, 0) for item in plain]
+
+
+@SAFE
+def test_monitors_and_requests_go_on_while_the_planner_of_a_stop_is_frozen(
+    kind: Any, parameters: Any
+) -> None:
+    plain = play(kind, parameters, gap=60.0)
+    faulty = play(kind, parameters, "planner_frozen", gap=60.0)
+    assert told(faulty) == told(plain)
+    last = faulty[ONSET - 1].acceleration[0]
+    frozen = [item.acceleration[0] for item in faulty[ONSET:END]]
+    assert frozen == [last] * (END - ONSET)
+    assert plain[END - 1].acceleration[0] < last - 1.0
+    assert bits(faulty[END], 0) == bits(plain[END], 0)
+
+
 def test_ego_drives_beside_its_lane_by_what_the_map_is_shifted() -> None:
     channel = NominalChannel()
     channel.reset(channel_context(NominalParameters(), links=LINKS, sensors=SENSORS))
@@ -150,7 +215,7 @@ def test_hook_that_a_channel_does_not_offer_is_refused() -> None:
         guarded.inject("map_shifted", FIRST, np.ones(2))
 
 
-@pytest.mark.parametrize(("kind", "hooks"), [("nominal", HOOKS), ("safety", ())])
+@pytest.mark.parametrize(("kind", "hooks"), [("nominal", HOOKS), ("safety", SAFETY_HOOKS)])
 def test_factory_tells_the_hooks_of_a_channel(kind: str, hooks: tuple[str, ...]) -> None:
     made = make_channel(kind, ROOT)
     assert isinstance(made, GuardedChannel)

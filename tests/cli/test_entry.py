@@ -12,8 +12,7 @@ import pytest
 
 import adeye.campaign.plan
 from adeye import errors
-from adeye.cli.interruption import Terminated
-from adeye.errors import SourceLocation
+from adeye.errors import SourceLocation, Terminated
 
 ROOT = Path(__file__).parents[2]
 PLACE = SourceLocation("odd/first.yaml", 14, 9)

@@ -5,7 +5,8 @@ import threading
 
 import pytest
 
-from adeye.cli.interruption import Terminated, raising_on_sigterm
+from adeye.cli.interruption import raising_on_sigterm
+from adeye.errors import Terminated
 
 
 def test_sigterm_raises_inside_and_the_former_handler_comes_back() -> None:

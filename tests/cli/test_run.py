@@ -13,9 +13,8 @@ import adeye.cli.run as cli_run
 import adeye.reporting
 from adeye.campaign import warmup
 from adeye.campaign.runner import CampaignSummary, Progress, VerdictLine
-from adeye.cli.interruption import Terminated
 from adeye.cli.run import executed_text, usable_processors
-from adeye.errors import PlatformError
+from adeye.errors import PlatformError, Terminated
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.kernel import jit as adeye_jit
 from adeye.store import schema

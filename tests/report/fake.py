@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from adeye.evaluation.dependence import ChannelPair, Dependencies, Shared
 from adeye.evaluation.suite.analysis import analyse
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_runs
@@ -563,6 +564,20 @@ def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report
         commands=(
             Command(text="this report", command="adeye report odd/motorway_chauffeur.yaml"),
             Command(text=f"integrity of the database{text}", command="adeye db verify"),
+        ),
+        dependencies=(
+            Dependencies(
+                f"camera_radar{text}",
+                "",
+                (
+                    ChannelPair(
+                        f"safety{text}",
+                        f"nominal{text}",
+                        (Shared("code", f"planner.py{text}", text, (f"channels.a{text}",), text),),
+                        (f"sensors.truth{text}",),
+                    ),
+                ),
+            ),
         ),
         suites=(suite_of(text),),
         architectures=(

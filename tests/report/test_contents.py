@@ -14,6 +14,7 @@ from adeye.report.contents import (
     CampaignContent,
     architectures_of,
     assumptions_of,
+    dependencies_of,
     elements_of,
     factors_of,
     fsr_of,
@@ -177,3 +178,14 @@ def test_suites_are_analysed_in_the_conditions_of_the_odd(content: CampaignConte
 def test_shared_resource_of_the_concept_is_among_the_losses(content: CampaignContent) -> None:
     for suite in suites_of(content):
         assert "power_a" in {item.what for item in suite.removals if item.kind == "resource"}
+
+
+def test_what_channels_share_is_that_of_the_stored_files(content: CampaignContent) -> None:
+    found = {item.architecture: item for item in dependencies_of(content)}
+    assert set(found) == set(content.odd["architectures"])
+    (pair,) = found["camera_radar"].pairs
+    assert (pair.first, pair.second) == ("safety", "nominal")
+    assert [item.what for item in pair.shared if item.kind == "influence"] == [
+        "nominal → safety",
+        "switch → safety",
+    ]

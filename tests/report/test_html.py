@@ -8,6 +8,7 @@ import pytest
 from lxml import html as lxml_html
 
 from adeye.errors import PlatformError
+from adeye.evaluation.dependence import Dependencies
 from adeye.report.html import SCRIPTS, STYLES, assets, render, write_html
 from adeye.report.model import Report
 from tests.report.fake import build_report
@@ -189,3 +190,22 @@ def test_report_without_suites_has_no_section_for_them(report: Report) -> None:
     page = render(report.model_copy(update={"suites": ()}))
     assert 'id="sensors"' not in page
     assert 'href="#sensors"' not in page
+
+
+def test_what_channels_share_is_a_table_for_each_pair(tree: Any) -> None:
+    (table,) = tree.xpath("//*[@id='dependencies']//table")
+    (row,) = table.xpath(".//tbody/tr")
+    assert [cell.text_content().split() for cell in row.xpath("td")] == [
+        ["code"],
+        ["planner.py"],
+        [],
+        ["channels.a"],
+    ]
+    assert "no resources for sensors.truth" in table.getparent().getparent().text_content()
+
+
+def test_report_of_single_channels_has_no_section_for_what_they_share(report: Report) -> None:
+    alone = Dependencies("camera_radar", "", ())
+    page = render(report.model_copy(update={"dependencies": (alone,)}))
+    assert 'id="dependencies"' not in page
+    assert 'href="#dependencies"' not in page

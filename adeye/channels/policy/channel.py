@@ -22,7 +22,7 @@ from adeye.channels.driving import channel_records
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
 from adeye.channels.policy.observation import Kinematics, action_limits, to_command
-from adeye.errors import SpecError
+from adeye.errors import ASKED_TO_END, SpecError
 from adeye.registry import Part, load_part
 from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Observation, spec_columns
 from adeye.spec.channels import TrackingParameters
@@ -136,7 +136,9 @@ class PolicyChannel:
                 one = _row(shown, place)
                 try:
                     actions[place] = _actions(asked.policy(one, [run]), (2,))
-                except (Exception, SystemExit) as error:  # noqa: BLE001 - recorded, the run goes on
+                except ASKED_TO_END:
+                    raise
+                except BaseException as error:  # noqa: BLE001 - recorded, and the run goes on
                     self._fail(int(run), time, error)
         commands = to_command(
             actions, self._low[runs], self._high[runs], normalised=asked.parameters.normalised

@@ -9,9 +9,10 @@ import numpy as np
 
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import channel_records
+from adeye.channels.hooks import SAFETY_HOOKS, SafetyHooks
 from adeye.channels.links import SWITCH, linked_channels
 from adeye.channels.perception import Perception
-from adeye.channels.safety.monitors import EVIDENCE_WIDTH, MONITOR_IDS
+from adeye.channels.safety.monitors import EVIDENCE_WIDTH, MONITOR_IDS, STATE_FROZEN, STATE_WIDTH
 from adeye.channels.safety.supervision import (
     MEMORY_PATH,
     MEMORY_WIDTH,
@@ -21,7 +22,7 @@ from adeye.channels.safety.supervision import (
     tell,
 )
 from adeye.kernel.jit import compiled
-from adeye.signals import FAULT, ControlCommand, Observation, spec_columns
+from adeye.signals import FAULT, Bools, ControlCommand, Floats, Observation, spec_columns
 from adeye.spec.channels import BESIDE_NUMBERS, SafetyParameters
 
 if TYPE_CHECKING:
@@ -50,11 +51,13 @@ class SafetyChannel:
     """
 
     monitor_ids: tuple[str, ...] = MONITOR_IDS
+    hooks: tuple[str, ...] = SAFETY_HOOKS
 
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs = context.runs
         self._channel_id = context.channel_id
+        self._hooks = SafetyHooks(runs)
         fields = self._fields(context)
         self._perception = Perception(context, channel_records(context, fields))
         self._supervised = linked_channels(context.links)
@@ -63,7 +66,7 @@ class SafetyChannel:
         self._channel_status = np.zeros((runs, len(self._supervised)), dtype=np.int64)
         self._reason = np.full(runs, NO_SWITCH, dtype=np.int64)
         self._heard = np.zeros(self._channel_status.shape, dtype=np.bool_)
-        self._states = np.zeros((runs, len(self.monitor_ids), 2), dtype=np.int64)
+        self._states = np.zeros((runs, len(self.monitor_ids), STATE_WIDTH), dtype=np.int64)
         self._memory = np.zeros((runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
         self._command = np.zeros((runs, 2))
@@ -79,11 +82,18 @@ class SafetyChannel:
         )
         return numbers | PERCEPTION | SHADOW
 
+    def inject(self, hook: str, active: Bools, size: Floats) -> None:
+        """Take in where a fault inside the channel is present from now on."""
+        self._hooks.inject(hook, active, size)
+
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
+        self._hooks.before(self._perception)
         self._read(observation)
+        self._hooks.after(self._perception)
+        self._states[:, :, STATE_FROZEN] = self._hooks.monitors_frozen[:, np.newaxis]
         self._decide(observation.time)
-        return self._command_at(observation.time)
+        return self._hooks.answer(self._command_at(observation.time))
 
     def _read(self, observation: Observation) -> None:
         self._perception.update(observation)

@@ -349,7 +349,7 @@ def count(state: Ints, fires: bool, rule: Floats) -> bool:  # noqa: FBT001 - a k
     """Count one evaluation of a monitor between the ends of its counter.
 
     Args:
-        state: (2,) count and whether it is confirmed; in and out.
+        state: (STATE_WIDTH,) count and whether it is confirmed; in and out.
         fires: Whether the monitor fires.
         rule: (RULE_ROW,).
 

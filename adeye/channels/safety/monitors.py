@@ -34,7 +34,13 @@ OBJECT_DANGER: Final = 2
 EVIDENCE_WIDTH: Final = 11
 
 # Columns of a monitor's state.
-STATE_COUNT, STATE_CONFIRMED = range(2)
+(
+    STATE_COUNT,
+    STATE_CONFIRMED,
+    STATE_RAW,  # whether it fired when it was last asked
+    STATE_FROZEN,  # whether a fault keeps it from being asked
+) = range(4)
+STATE_WIDTH: Final = 4
 
 _TIME_TOLERANCE: Final = 1e-9
 
@@ -136,7 +142,7 @@ def run_monitors(record: Any, seen: Floats, states: Ints, shown: Bools) -> bool:
     Args:
         record: Parameters.
         seen: (EVIDENCE_WIDTH,) evidence.
-        states: (Q, 2) state of each monitor; in and out.
+        states: (Q, STATE_WIDTH) state of each monitor; in and out. A frozen one keeps it.
         shown: (Q, 2) raw and confirmed, out.
 
     Returns:
@@ -149,7 +155,11 @@ def run_monitors(record: Any, seen: Floats, states: Ints, shown: Bools) -> bool:
     confirm, heal = int(record["confirm_ticks"]), int(record["heal_ticks"])
     is_any = False
     for monitor in range(states.shape[0]):
-        debounce(states[monitor], shown[monitor, 0], confirm, heal)
+        if states[monitor, STATE_FROZEN]:
+            shown[monitor, 0] = states[monitor, STATE_RAW] > 0
+        else:
+            states[monitor, STATE_RAW] = shown[monitor, 0]
+            debounce(states[monitor], shown[monitor, 0], confirm, heal)
         shown[monitor, 1] = states[monitor, STATE_CONFIRMED] > 0
         is_any = is_any or states[monitor, STATE_CONFIRMED] > 0
     return is_any

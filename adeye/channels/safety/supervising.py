@@ -37,7 +37,7 @@ from adeye.channels.safety.manoeuvres import (
     look_ahead,
     show_manoeuvre,
 )
-from adeye.channels.safety.monitors import STATE_CONFIRMED
+from adeye.channels.safety.monitors import STATE_CONFIRMED, STATE_FROZEN, STATE_RAW
 from adeye.channels.safety.planner import NO_STOP
 from adeye.channels.safety.planning import (
     KEPT_STOP,
@@ -150,7 +150,13 @@ def _ask_monitors(  # noqa: PLR0913, PLR0917 - a kernel
             fires = is_last_stop(batch, plans, run, objects, wait)
         elif knows_pose:
             fires = of_scene(batch, plans.refuges[run], run, end, rule)
-        confirmed = count(batch.states[run, monitor], fires, rule)
+        counted = batch.states[run, monitor]
+        if counted[STATE_FROZEN]:
+            fires = counted[STATE_RAW] > 0
+        else:
+            counted[STATE_RAW] = fires
+            count(counted, fires, rule)
+        confirmed = counted[STATE_CONFIRMED] > 0
         batch.monitors[run, monitor, 0] = fires
         batch.monitors[run, monitor, 1] = confirmed
         if confirmed:

@@ -61,7 +61,7 @@ class Batch(NamedTuple):
         notes: (B, NOTE_WIDTH), see ``perception``.
         degraded: (B,) whether a linked sensor does not deliver.
         heard: (B, N) whether each linked channel has given a usable command yet; in and out.
-        states: (B, Q, 2) debounce of the monitors; in and out.
+        states: (B, Q, STATE_WIDTH) debounce of the monitors; in and out.
         memory: (B, MEMORY_WIDTH) in and out.
         command: (B, 2) acceleration [m/s²] and steering angle [rad]; in and out.
         status: (B,) out.

@@ -154,10 +154,20 @@ class TracksLost(Fault):
 
 
 class PlannerFrozen(Fault):
-    """A channel goes on sending its last command, with fresh stamps and status ok."""
+    """A channel goes on sending its last command, with fresh stamps and status ok.
+
+    The monitors of a safety channel go on, and its status with them.
+    """
 
     fits = ("hooks",)
     model: Literal["planner_frozen"]
+
+
+class MonitorsFrozen(Fault):
+    """The monitors of a safety channel stay as they were: what is not confirmed never will be."""
+
+    fits = ("hooks",)
+    model: Literal["monitors_frozen"]
 
 
 class MapShifted(Fault):

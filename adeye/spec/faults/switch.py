@@ -16,4 +16,4 @@ class Late(Fault):
     fits = ("switch",)
     model: Literal["late"]
     delay: Annotated[Duration, Field(ge=0.0)]
-    """How much later [s]."""
+    """How much later, in whole ticks [s]."""

@@ -15,6 +15,8 @@ from adeye.channels.safety.monitors import (
     SEEN_STATUS,
     SEEN_STEERING,
     SEEN_TIME,
+    STATE_FROZEN,
+    STATE_WIDTH,
     debounce,
     gather_commands,
     lane_departure,
@@ -155,7 +157,7 @@ def test_debounce_counts_and_saturates(pattern: str, confirm: int, heal: int, ma
 
 
 def test_confirmed_monitor_is_shown_beside_its_raw_state() -> None:
-    states = np.zeros((len(MONITOR_IDS), 2), dtype=np.int64)
+    states = np.zeros((len(MONITOR_IDS), STATE_WIDTH), dtype=np.int64)
     shown = np.zeros((len(MONITOR_IDS), 2), dtype=np.bool_)
     danger = MONITOR_IDS.index("object_danger")
     results = [run_monitors(RECORD, evidence(required=9.0), states, shown) for _ in range(3)]
@@ -163,6 +165,26 @@ def test_confirmed_monitor_is_shown_beside_its_raw_state() -> None:
     assert shown[danger].tolist() == [True, True]
     assert not run_monitors(RECORD, evidence(), np.zeros_like(states), shown)
     assert shown[danger].tolist() == [False, False]
+
+
+@pytest.mark.parametrize("before", [0, 2, 5])
+def test_frozen_monitors_show_what_they_showed_and_go_on_from_there(before: int) -> None:
+    states = np.zeros((len(MONITOR_IDS), STATE_WIDTH), dtype=np.int64)
+    shown = np.zeros((len(MONITOR_IDS), 2), dtype=np.bool_)
+    for _ in range(before):
+        run_monitors(RECORD, evidence(required=9.0), states, shown)
+    last = shown.copy()
+    states[:, STATE_FROZEN] = 1
+    kept = states.copy()
+    for required in (0.0, 9.0, 9.0, 9.0, 9.0, 0.0, 0.0):
+        confirmed = run_monitors(RECORD, evidence(required=required), states, shown)
+        assert confirmed == last[:, 1].any()
+        assert shown.tolist() == last.tolist()
+        assert states.tolist() == kept.tolist()
+    states[:, STATE_FROZEN] = 0
+    other = states.copy()
+    assert run_monitors(RECORD, evidence(required=9.0), states, shown) == (before >= 2)
+    assert not np.array_equal(states, other) or before == 5
 
 
 def gathered(*rows: tuple[float, float, float, int], heard: bool = True) -> Floats:

@@ -1,0 +1,350 @@
+"""What channels share: hand-made architectures, and the tables against the code of the package."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.channels.factory import make_channel
+from adeye.evaluation.dependence import (
+    BUILT_IN_CODE,
+    EGO_ESTIMATE,
+    HOOKED,
+    PLANNED,
+    WORDS,
+    ChannelPair,
+    dependencies,
+)
+from adeye.spec.architecture import Architecture, targets_of
+from adeye.spec.concept import Element
+from adeye.spec.load import load_odd
+from adeye.spec.quantity import SI
+from tests.project import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+MOUNT = {"x": 2.0, "y": 0.0, "z": 0.5}
+SENSORS: dict[str, dict[str, Any]] = {
+    "camera": {"kind": "camera", "mount": MOUNT, "field_of_view": 0.6, "range": 100.0},
+    "radar": {"kind": "radar", "mount": MOUNT, "field_of_view": 0.6, "range": 100.0},
+    "pose": {"kind": "localisation"},
+    "gnss": {"kind": "gnss"},
+    "truth": {"kind": "ground_truth"},
+}
+FILE = "./planner.py"
+
+
+def architecture(
+    realises: Mapping[str, str] | None = None,
+    switch: Mapping[str, Any] | None = None,
+    **channels: Mapping[str, Any],
+) -> Architecture:
+    """Make an architecture of channels; what they link that is a sensor is there."""
+    found = {link for item in channels.values() for link in item["links"]} & SENSORS.keys()
+    named = realises or {}
+    content = load_odd(ROOT / "odd/motorway_chauffeur.yaml").architectures["camera_radar"].spec
+    return Architecture.model_validate(
+        {
+            "architecture": "made",
+            "title": "made by hand",
+            "vehicle": content.vehicle.model_dump(),
+            "sensors": {
+                name: {**SENSORS[name], "rate": 20.0, "realises": named.get(name)}
+                for name in sorted(found or {"truth"})
+            },
+            "channels": {
+                name: {**item, "realises": named.get(name)} for name, item in channels.items()
+            },
+            "switch": {
+                "policy": "fixed_priority",
+                "priority": list(channels),
+                "default": list(channels)[-1],
+                **(switch or {}),
+            },
+        },
+        context=SI,
+    )
+
+
+def nominal(*links: str) -> dict[str, Any]:
+    return {"kind": "nominal", "links": links}
+
+
+def safety(*links: str, stop: str = "in_lane") -> dict[str, Any]:
+    return {"kind": "safety", "links": links, "parameters": {"stop": stop}}
+
+
+def plugin(*links: str, kind: str = f"{FILE}:Planner", **more: Any) -> dict[str, Any]:
+    return {"kind": kind, "links": links, **more}
+
+
+def process(*links: str, command: Sequence[str] = ("python3", "./drive.py")) -> dict[str, Any]:
+    return {"kind": "process", "links": links, "parameters": {"command": command}}
+
+
+def elements(**resources: Sequence[str]) -> list[Element]:
+    return [
+        Element(id=name, kind="other", text=name, asil_capability="D", resources=tuple(items))
+        for name, items in resources.items()
+    ]
+
+
+def only(made: Architecture, concept: Sequence[Element] = ()) -> ChannelPair:
+    (pair,) = dependencies(made, concept).pairs
+    return pair
+
+
+def named(pair: ChannelPair, kind: str) -> list[str]:
+    return [item.what for item in pair.shared if item.kind == kind]
+
+
+def test_channels_without_a_common_sensor_share_map_switch_and_vehicle() -> None:
+    pair = only(architecture(a=plugin("camera"), b=process("radar")))
+    assert [item.kind for item in pair.shared] == ["map", "switch", "vehicle"]
+    assert "who has own code may not read it" in pair.shared[0].how
+    assert pair.shared[0].targets == ()
+
+
+def test_single_channel_shares_nothing() -> None:
+    assert dependencies(architecture(a=nominal("camera", "pose")), ()).pairs == ()
+
+
+def test_common_sensor_is_told_apart_from_common_ego_estimate() -> None:
+    links = ("camera", "pose", "truth", "gnss")
+    pair = only(architecture(a=safety(*links), b=nominal("radar", *links)))
+    assert named(pair, "sensor") == ["camera"]
+    assert sorted(named(pair, "ego_estimate")) == ["gnss", "pose", "truth"]
+    hows = {item.what: item.how for item in pair.shared}
+    assert hows["truth"].endswith("know of objects and the ego")
+    assert hows["pose"].endswith("know of the ego")
+
+
+def test_sensor_behind_another_channel_is_shared_through_it() -> None:
+    made = architecture(
+        watch=plugin("channels.fusion", "pose"),
+        drive=nominal("camera"),
+        fusion=plugin("camera", kind="./fusion.py:Fusion"),
+        switch={"priority": ["watch", "drive"], "default": "drive"},
+    )
+    pair = only(made)
+    assert named(pair, "sensor") == ["camera"]
+    assert "what watch through fusion and drive know" in pair.shared[0].how
+
+
+def test_shortest_way_of_a_sensor_is_named() -> None:
+    made = architecture(
+        a=plugin("channels.far"),
+        b=nominal("camera"),
+        far=plugin("channels.near", "camera", kind="./far.py:Far"),
+        near=plugin("channels.far", "camera", kind="./near.py:Near"),
+        switch={"priority": ["a", "b"], "default": "b"},
+    )
+    assert "what a through far and b know" in only(made).shared[0].how
+
+
+def test_what_is_behind_the_other_channel_is_one_influence() -> None:
+    pair = only(architecture(a=safety("radar", "channels.b", "switch"), b=nominal("camera")))
+    assert named(pair, "sensor") == []
+    assert named(pair, "influence") == ["b → a", "switch → a"]
+    targets = [item.targets for item in pair.shared if item.kind == "influence"]
+    assert targets == [("links.a.channels.b",), ("links.a.switch",)]
+
+
+def test_resource_of_a_sensor_and_of_a_channel_is_shared_by_all_that_need_it() -> None:
+    made = architecture(
+        {"camera": "eyes", "a": "guard", "b": "pilot", "radar": "ears"},
+        a=safety("radar"),
+        b=nominal("camera"),
+    )
+    concept = elements(eyes=["power_a"], ears=["power_b"], guard=["power_a", "ecu"], pilot=["ecu"])
+    pair = only(made, concept)
+    found = {item.what: item for item in pair.shared if item.kind == "resource"}
+    assert found.keys() == {"power_a", "ecu"}
+    assert found["power_a"].targets == ("channels.a", "sensors.camera")
+    assert found["ecu"].targets == ("channels.a", "channels.b")
+    assert found["power_a"].how == "a for a, camera for b"
+    assert pair.unstated == ()
+
+
+def test_common_element_is_told_unless_it_is_the_common_sensor() -> None:
+    realises = {"camera": "front", "radar": "front", "pose": "pose"}
+    made = architecture(realises, a=safety("radar", "pose"), b=nominal("camera", "pose"))
+    pair = only(made, elements(front=["power"], pose=["power"]))
+    assert named(pair, "element") == ["front"]
+
+
+def test_parts_without_stated_resources_are_named() -> None:
+    made = architecture({"camera": "eyes", "b": "pilot"}, a=safety("radar"), b=nominal("camera"))
+    pair = only(made, elements(eyes=["power"], pilot=[]))
+    assert pair.unstated == ("channels.a", "sensors.radar", "channels.b")
+
+
+def test_resource_of_the_switch_is_told_with_who_has_it_too() -> None:
+    made = architecture(
+        {"a": "guard"}, {"realises": "arbiter"}, a=safety("radar"), b=nominal("camera")
+    )
+    pair = only(made, elements(guard=["ecu", "power"], arbiter=["power", "net"]))
+    (switch,) = [item for item in pair.shared if item.kind == "switch"]
+    assert switch.how.endswith("it has power in common with a")
+
+
+def test_three_channels_make_three_pairs_in_the_order_of_priority() -> None:
+    made = architecture(a=safety("radar"), b=nominal("camera"), c=plugin("pose"))
+    pairs = [(item.first, item.second) for item in dependencies(made, ()).pairs]
+    assert pairs == [("a", "b"), ("a", "c"), ("b", "c")]
+    without = architecture(
+        a=safety("radar"), b=nominal("camera"), c=plugin("pose"), switch={"priority": ["a", "b"],
+                                                                        "default": "b"},
+    )  # fmt: skip
+    assert len(dependencies(without, ()).pairs) == 1
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "code"),
+    [
+        (plugin(), plugin(kind="./sub/../planner.py:Other"), ["planner.py"]),
+        (plugin(), plugin(kind="./other.py:Planner"), []),
+        (plugin(kind="maker.a:A"), plugin(kind="maker.b:B"), ["maker"]),
+        (plugin(files=["net.bin"]), plugin(kind="./o.py:O", files=["./net.bin"]), ["net.bin"]),
+        (process(), process(), ["python3", "drive.py"]),
+        (process(), process(command=["./drive.py"]), ["drive.py"]),
+        (process(command=["./a"]), process(command=["./b"]), []),
+    ],
+)
+def test_code_from_outside_is_shared_if_it_is_one_file_or_package(
+    one: dict[str, Any], other: dict[str, Any], code: list[str]
+) -> None:
+    made = architecture(a={**one, "links": ["camera"]}, b={**other, "links": ["radar"]})
+    assert named(only(made), "code") == code
+
+
+def test_policies_of_one_file_share_it_and_what_tracks_for_them() -> None:
+    policy = {"kind": "policy", "parameters": {"policy": "./net.py:drive"}}
+    made = architecture(a={**policy, "links": ["camera"]}, b={**policy, "links": ["radar"]})
+    assert "net.py" in named(only(made), "code")
+    assert "channels/perception.py" in named(only(made), "code")
+
+
+def test_planned_stop_shares_more_code_with_the_trajectory_channel_than_the_one_in_the_lane() -> (
+    None
+):
+    def shared(stop: str) -> set[str]:
+        drive = {"kind": "trajectory", "links": ["camera"]}
+        return set(named(only(architecture(a=safety("radar", stop=stop), b=drive)), "code"))
+
+    assert shared("planned") - shared("in_lane") == {
+        "kernel/profiles.py",
+        "channels/trajectory/prediction.py",
+    }
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        architecture(a=safety("camera", "channels.b", "switch"), b=nominal("camera", "pose")),
+        architecture(a=plugin("camera"), b=process("camera")),
+        architecture({"a": "x", "b": "x"}, a=safety("truth"), b=plugin("truth", "channels.a")),
+    ],
+    ids=["built_in", "outside", "mixed"],
+)  # fmt: skip
+def test_every_target_exists_and_kinds_are_in_order(made: Architecture) -> None:
+    pair = only(made, elements(x=["power"]))
+    known = targets_of(made)
+    for item in pair.shared:
+        assert set(item.targets) <= set(known)
+    places = [list(WORDS).index(item.kind) for item in pair.shared]
+    assert places == sorted(places)
+    assert dependencies(made, elements(x=["power"])).count == len(pair.shared)
+
+
+def test_shipped_candidate_shares_no_sensor_ego_estimate_or_resource() -> None:
+    files = load_odd(ROOT / "odd/motorway_chauffeur.yaml")
+    pair = only(files.architectures["camera_radar"].spec, files.concept.spec.elements)
+    assert [pair.count(kind) for kind in ("sensor", "ego_estimate", "resource", "element")] == [
+        0
+    ] * 4
+    assert named(pair, "influence") == ["nominal → safety", "switch → safety"]
+    assert pair.unstated == ()
+
+
+# --- the tables against the code ------------------------------------------------------------------
+
+MODULES = {
+    "nominal": "adeye.channels.nominal.channel",
+    "safety": "adeye.channels.safety.channel",
+    PLANNED: "adeye.channels.safety.planned",
+    "trajectory": "adeye.channels.trajectory.channel",
+    "policy": "adeye.channels.policy.channel",
+    "process": "adeye.channels.process.channel",
+}
+NO_CAUSE = {
+    # Imported for its records, names or constants only.
+    ("policy", "channels/driving.py"),
+    ("trajectory", "channels/corridor.py"),
+    ("safety", "kernel/profiles.py"),
+}
+BESIDE = {"hooks", "links", "failures", "scalar"}
+"""Modules of channels that decide nothing: they contain, show and disturb."""
+
+
+@cache
+def imported(module: str) -> frozenset[str]:
+    """Follow the imports of a module within the package, but not what only types need."""
+    seen: set[str] = set()
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        path = ROOT / f"{name.replace('.', '/')}.py"
+        if name in seen or not path.is_file():
+            continue
+        seen.add(name)
+        waiting += [
+            str(node.module)
+            for node in ast.parse(path.read_text("utf-8")).body
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("adeye.")
+        ]
+    return frozenset(seen)
+
+
+@pytest.mark.parametrize("kind", MODULES)
+@pytest.mark.parametrize("code", BUILT_IN_CODE)
+def test_table_of_code_is_that_of_the_imports(kind: str, code: str) -> None:
+    module = f"adeye.{code.removesuffix('.py').replace('/', '.')}"
+    is_imported = module in imported(MODULES[kind]) and (kind, code) not in NO_CAUSE
+    assert is_imported == (kind in BUILT_IN_CODE[code][1])
+
+
+def test_every_module_of_several_channels_is_in_the_table_or_behind_one_that_is() -> None:
+    listed: set[str] = set()
+    for code in BUILT_IN_CODE:
+        listed |= imported(f"adeye.{code.removesuffix('.py').replace('/', '.')}")
+    # What plans is used with what predicts, by the same channels.
+    listed |= {f"adeye.channels.trajectory.{name}" for name in TRAJECTORY}
+    users: dict[str, list[str]] = {}
+    for kind, module in MODULES.items():
+        for name in imported(module):
+            if name.startswith("adeye.channels.") and not name.startswith("adeye.channels.safety"):
+                users.setdefault(name, []).append(kind)
+    unlisted = {
+        name.removeprefix("adeye.channels.")
+        for name, kinds in users.items()
+        if len(kinds) > 1 and name not in listed
+    }
+    assert unlisted == BESIDE & unlisted
+
+
+TRAJECTORY = ("candidates", "fan", "following", "obstacles", "scoring")
+
+
+def test_hooked_channels_are_those_that_offer_the_hooks() -> None:
+    for kind in ("nominal", "safety", "trajectory"):
+        hooks = getattr(make_channel(kind, ROOT), "hooks", ())
+        assert (kind in HOOKED) == {"map_shifted", "tracks_lost"}.issubset(hooks)
+
+
+def test_ego_estimate_is_of_the_sensors_that_have_no_body_of_their_own() -> None:
+    assert set(EGO_ESTIMATE) == {"localisation", "ground_truth", "gnss", "imu"}
