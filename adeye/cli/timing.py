@@ -9,7 +9,8 @@ from adeye.cli.options import CampaignId, Db, Json, RunId
 from adeye.cli.output import emit, emit_fields, emit_json, emit_table, plain, short
 
 if TYPE_CHECKING:
-    from adeye.campaign.timing import Injection, InjectionCount, InjectionTable
+    from adeye.campaign.timing import InjectionTable
+    from adeye.evaluation.injections import Injection, InjectionCount
     from adeye.evaluation.timeline import Timeline
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.project import Executed
 
 
@@ -41,11 +44,14 @@ def test_run_without_a_fault_is_a_usage_error(adeye: Any, mini: Executed) -> Non
     assert "no fault" in done.err
 
 
-def test_faults_count_by_scenario_fault_and_architecture(adeye: Any, mini: Executed) -> None:
-    done = adeye("faults", "--sample", "0", "--db", str(mini.db))
+def test_faults_count_by_scenario_fault_and_architecture(
+    adeye: Any, mini: Executed, tmp_path: Path
+) -> None:
+    db = shutil.copyfile(mini.db, tmp_path / "adeye.db")
+    done = adeye("faults", "--sample", "0", "--db", str(db))
     assert done.code == 0, done.err
     assert "16 runs with faults" in done.out
     assert "%" not in done.out
-    document = adeye("faults", "--sample", "0", "--db", str(mini.db), "--json").document
+    document = adeye("faults", "--sample", "0", "--db", str(db), "--json").document
     assert len(document["injections"]) == 16
     assert {row["coverage"] for row in document["rows"]} == {None}
