@@ -14,7 +14,7 @@ from adeye.report.designs import designs_of, is_sample
 from adeye.report.fault_parts import Rate, TradeCurve, TradePoint
 from adeye.store.repository import Repository
 from adeye.sweep.axes import quantity_or_text
-from adeye.sweep.present import axis_text
+from adeye.sweep.present import axis_text, quantity_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -93,7 +93,7 @@ def trade_curves(figures: Figures, odd: Mapping[str, Any], axis: str) -> tuple[T
                 points=tuple(
                     _point(
                         own.where(values.codes == at),
-                        axis_text(axis, value, odd, scenarios[0]),
+                        _shown(axis, value, odd, scenarios[0]),
                         sampled=sampled,
                     )
                     for value, at in sorted(levels, key=lambda level: _order(level[0]))
@@ -101,6 +101,18 @@ def trade_curves(figures: Figures, odd: Mapping[str, Any], axis: str) -> tuple[T
             )
         )
     return tuple(curves)
+
+
+def _shown(axis: str, value: float | str, odd: Mapping[str, Any], scenario: str) -> str:
+    """Write a value with the unit that the sweep has it in."""
+    uses = (use for use in odd["odd"]["scenarios"] if (use.get("as") or use["use"]) == scenario)
+    written = next(uses)["sweep"].get("parameters", {}).get(axis)
+    if isinstance(value, str) or not written:
+        return axis_text(axis, value, odd, scenario)
+    if isinstance(written, list):
+        same = (str(text) for text in written if quantity_or_text(text)[0] == value)
+        return next(same, axis_text(axis, value, odd, scenario))
+    return quantity_text(value, next(iter(written.values())))
 
 
 def _order(value: float | str) -> tuple[bool, float, str]:
