@@ -44,6 +44,7 @@ from adeye.report.replay import (
     Track,
 )
 from adeye.spec.load import load_architecture, shipped
+from tests.report.fake_faults import evidence
 
 STEP = 0.05
 SCENARIOS = ("cut_in", "cut_out_to_stopped", "lead_braking")
@@ -658,6 +659,7 @@ def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report
             for scenario in SCENARIOS
             for architecture in ARCHITECTURES
         ),
+        faults=evidence(text),
         hazards=(
             Hazard(
                 id="HE-01",
