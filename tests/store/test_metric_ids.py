@@ -6,7 +6,7 @@ from adeye.store.metric_ids import FIRST_METRIC_IDS, METRIC_IDS, TIMING_IDS
 
 
 def test_every_metric_stands_in_one_table() -> None:
-    assert METRIC_IDS == (*FIRST_METRIC_IDS, *TIMING_IDS)
+    assert (*FIRST_METRIC_IDS, *TIMING_IDS) == METRIC_IDS
     assert not set(FIRST_METRIC_IDS) & set(TIMING_IDS)
     for table, ids in ((tables.metric, FIRST_METRIC_IDS), (tables.timing, TIMING_IDS)):
         assert [column.name for column in table.columns][1:-1:4] == list(ids)
