@@ -26,4 +26,6 @@ def figures_of(rows: Sequence[Mapping[str, Any]]) -> Figures:
         metrics={
             name: np.array([row[name] for row in rows], dtype=np.float64) for name in METRIC_IDS
         },
+        duration_s=np.array([row.get("duration_s", 20.0) for row in rows], dtype=np.float64),
+        machine_dependent=np.array([row.get("machine_dependent", 0) == 1 for row in rows]),
     )

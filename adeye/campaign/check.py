@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.authorship import author
 from adeye.campaign.parts import load_code, named_files
@@ -23,7 +23,10 @@ from adeye.world.compile import compile_world
 from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from adeye.spec.architecture import Architecture
+    from adeye.spec.concept import Concept
     from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded, OddFiles
     from adeye.spec.misplaced import Loc
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
     from adeye.sweep.shared import Shared
 
 BATCH = 1_024
+_ROUNDING_S: Final = 1e-9
 
 
 def check_scenarios(files: OddFiles) -> None:
@@ -97,6 +101,32 @@ def check_fits(files: OddFiles) -> None:
         for item in files.architectures.values():
             for loc, text in _misfits(fault, item.spec):
                 raise SpecError(text, where=files.odd.locate(("faults", number, *loc)))
+
+
+def over_budget(concept: Concept) -> Iterator[str]:
+    """Say where the detection and reaction times of FSRs exceed the FTTI of their goal.
+
+    An FSR that has both stands for itself; of those with one of them only, the longest detection
+    and the longest reaction of a goal belong together.
+
+    Source:
+        ISO 26262-3:2018, 7.4.2.4: a fault is handled within its fault tolerant time interval.
+    """
+    for goal in concept.safety_goals:
+        own = [item for item in concept.requirements if goal.id in item.goals]
+        budgets = [
+            (item.id, item.fdti or 0.0, item.frti or 0.0) for item in own if item.fdti and item.frti
+        ]
+        detect = max(((i.fdti, i.id) for i in own if i.fdti and not i.frti), default=(0.0, ""))
+        react = max(((i.frti, i.id) for i in own if i.frti and not i.fdti), default=(0.0, ""))
+        names = " and ".join(name for name in (detect[1], react[1]) if name)
+        budgets.append((names, detect[0], react[0]))
+        for name, fdti, frti in budgets:
+            if fdti + frti > goal.ftti + _ROUNDING_S:
+                yield (
+                    f"{goal.id}: FDTI {fdti:g} s and FRTI {frti:g} s of {name} exceed its FTTI of "
+                    f"{goal.ftti:g} s"
+                )
 
 
 def check_cases(expansion: Expansion) -> None:

@@ -7,7 +7,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adeye.campaign.check import check_cases, check_fits, check_hooks, check_onsets, check_scenarios
+from adeye.campaign.check import (
+    check_cases,
+    check_fits,
+    check_hooks,
+    check_onsets,
+    check_scenarios,
+    over_budget,
+)
 from adeye.campaign.content import Contents
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
@@ -354,6 +361,7 @@ def signal_table(plan: CampaignPlan) -> list[SignalRow]:
 
 
 def _notices(files: OddFiles) -> Iterator[str]:
+    yield from over_budget(files.concept.spec)
     for name, item in files.architectures.items():
         for channel, spec in item.spec.channels.items():
             if not spec.links:

@@ -14,6 +14,7 @@ from adeye.evaluation.takeovers import (
     TakeoverClass,
     classify_takeover,
 )
+from adeye.store.hindsight import TakeoverLine
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
 
@@ -23,33 +24,6 @@ if TYPE_CHECKING:
 
     from adeye.campaign.forks import Forked
     from adeye.campaign.reproduce import Recalled
-
-
-@dataclass(frozen=True)
-class TakeoverLine:
-    """One run in hindsight.
-
-    Attributes:
-        run: Result digest.
-        fork: Result digest of the fork with the other decision.
-        scenario: Id in the ODD.
-        architecture: Id.
-        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
-        class_: What the decision was.
-        takeover_s: When another channel than the default first acted [s]; None if none did.
-        violation_s: When the run violates [s]; None if it does not.
-        fork_violation_s: When the fork does [s].
-    """
-
-    run: str
-    fork: str
-    scenario: str
-    architecture: str
-    fault_entry: str
-    class_: TakeoverClass
-    takeover_s: float | None
-    violation_s: float | None
-    fork_violation_s: float | None
 
 
 @dataclass(frozen=True)
@@ -85,6 +59,7 @@ def look_back(
 
     A run with a takeover is forked without it, from its tick on. A run without is forked with a
     takeover by the first other channel in order of priority, from its fault on or from the start.
+    What was found before is kept, and not executed again.
 
     Args:
         db: Database, by default ``.adeye/adeye.db``.
@@ -98,12 +73,16 @@ def look_back(
     with Repository.open(db, create=False) as repository:
         info = campaign_of(repository, campaign)
         executed = repository.progress(info.id).executed
-        runs = [recall(repository, run) for run in sampled(repository, info.id, most)]
+        chosen = sampled(repository, info.id, most)
+        known = {line.run: line for line in repository.hindsight.takeovers(info.id)}
+        lines = [known[run.result_digest] for run in chosen if run.result_digest in known]
+        runs = [recall(repository, run) for run in chosen if run.result_digest not in known]
         wanted = [(run, override) for run in runs if (override := _other(run)) is not None]
         origins = {run.run.result_digest: run for run, _ in wanted}
-        lines = [
-            _line(origins[forked.origin.run], forked) for forked in make_forks(repository, wanted)
-        ]
+        for forked in make_forks(repository, wanted):
+            line = _line(origins[forked.origin.run], forked)
+            repository.hindsight.save_takeovers([line])
+            lines.append(line)
     counted = Counter(line.class_ for line in lines)
     return TakeoverMatrix(
         campaign=info.id,

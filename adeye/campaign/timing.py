@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.forks import campaign_of, require_as_recorded, sampled
 from adeye.campaign.reproduce import recall
 from adeye.errors import InputError
-from adeye.evaluation.statistics import wilson
-from adeye.evaluation.timeline import (
-    CLASSES,
-    InjectionClass,
-    Timeline,
-    classify_injection,
-    timeline,
-    violation_s,
-)
+from adeye.evaluation.injections import Injection, InjectionCount, tabulate
+from adeye.evaluation.timeline import classify_injection, timeline, violation_s
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
 from adeye.sweep.groups import NO_FAULT
@@ -28,80 +21,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.reproduce import Recalled
-    from adeye.evaluation.statistics import Interval
     from adeye.sweep.case import TestCase
 
 MOST_TOGETHER: Final = 128
 """Runs that are executed together."""
-CONFIDENCE: Final = 0.95
-_DETECTED: Final = ("detected_in_time", "detected_late")
 _RANDOM: Final = "random"
-
-
-@dataclass(frozen=True)
-class Injection:
-    """What became of the faults of one run.
-
-    Attributes:
-        run: Result digest.
-        scenario: Id in the ODD.
-        architecture: Id.
-        fault_entry: A fault's id, or ids joined by ``+``.
-        times: Of the run.
-        without_mechanism: Of its twin in which the default channel acts throughout.
-        fault_free_violation_s: When that twin violates without faults too [s]: then the FTTI is not
-            the fault's doing; None if it does not.
-        class_: What became of the faults.
-    """
-
-    run: str
-    scenario: str
-    architecture: str
-    fault_entry: str
-    times: Timeline
-    without_mechanism: Timeline
-    fault_free_violation_s: float | None
-    class_: InjectionClass
-
-    @property
-    def ftti_s(self) -> float | None:
-        """Measured fault-tolerant time interval [s]; None where nothing is violated without."""
-        return self.without_mechanism.fault_to_violation_s
-
-    @property
-    def margin_s(self) -> float | None:
-        """FTTI minus FHTI [s]; None where one of them is not there."""
-        if self.ftti_s is None or self.times.fhti_s is None:
-            return None
-        return self.ftti_s - self.times.fhti_s
-
-
-@dataclass(frozen=True)
-class InjectionCount:
-    """Injections of one fault entry in one scenario and architecture.
-
-    Attributes:
-        scenario: Id in the ODD.
-        architecture: Id.
-        fault_entry: A fault's id, or ids joined by ``+``.
-        counts: Runs by class.
-        detected: Detected ones of the activated.
-        activated: All but those that were not activated.
-        coverage: Interval of the share that is detected; None unless the points of the scenario
-            are a random sample.
-        least_ftti_s: The least FTTI that was measured [s]; None where none was.
-        most_fhti_s: The largest FHTI [s]; None where none was.
-    """
-
-    scenario: str
-    architecture: str
-    fault_entry: str
-    counts: Mapping[InjectionClass, int]
-    detected: int
-    activated: int
-    coverage: Interval | None
-    least_ftti_s: float | None
-    most_fhti_s: float | None
 
 
 @dataclass(frozen=True)
@@ -110,7 +34,7 @@ class InjectionTable:
 
     Attributes:
         campaign: Id.
-        looked_at: Runs with a fault entry that were executed again.
+        looked_at: Runs with a fault entry, executed beside their twins now or before.
         rows: Counts by fault entry, scenario and architecture.
         injections: The runs.
     """
@@ -147,6 +71,8 @@ def campaign_injections(
 ) -> InjectionTable:
     """Read the timelines of the runs with faults of a campaign, and count their classes.
 
+    What was found before is kept, and not executed again.
+
     Args:
         db: Database, by default ``.adeye/adeye.db``.
         campaign: Id, its beginning or its number; None for the newest.
@@ -158,44 +84,27 @@ def campaign_injections(
     """
     with Repository.open(db, create=False) as repository:
         info = campaign_of(repository, campaign)
-        odd = repository.content("odd", info.odd_digest)
-        recalled = [recall(repository, run) for run in sampled(repository, info.id, most)]
-    designs = {
+        designs = _designs(repository.content("odd", info.odd_digest))
+        known = {item.run: item for item in repository.hindsight.injections(info.id)}
+        chosen = sampled(repository, info.id, most)
+        found = [known[run.result_digest] for run in chosen if run.result_digest in known]
+        others = [recall(repository, run) for run in chosen if run.result_digest not in known]
+        faulty = [item for item in others if item.case.fault_entry != NO_FAULT]
+        for part in _batches(faulty):
+            made = list(_injections(part))
+            # Batch by batch: whoever interrupts and asks again goes on from there.
+            repository.hindsight.save_injections(made)
+            found += made
+    found.sort(key=lambda item: item.run)
+    rows = tabulate(found, lambda scenario: designs.get(scenario) == _RANDOM)
+    return InjectionTable(info.id, len(found), rows, tuple(found))
+
+
+def _designs(odd: Mapping[str, Any]) -> dict[str, str]:
+    return {
         str(use.get("as") or use["use"]): str(use["sweep"]["design"])
         for use in odd["odd"]["scenarios"]
     }
-    found = sorted(
-        injections([item for item in recalled if item.case.fault_entry != NO_FAULT]),
-        key=lambda item: item.run,
-    )
-    groups: dict[tuple[str, str, str], list[Injection]] = defaultdict(list)
-    for item in found:
-        groups[item.scenario, item.fault_entry, item.architecture].append(item)
-    rows = [
-        _count(group, is_sample=designs.get(key[0]) == _RANDOM)
-        for key, group in sorted(groups.items())
-    ]
-    return InjectionTable(info.id, len(found), tuple(rows), tuple(found))
-
-
-def _count(group: Sequence[Injection], *, is_sample: bool) -> InjectionCount:
-    counted = Counter(item.class_ for item in group)
-    activated = len(group) - counted["not_activated"]
-    detected = sum(counted[name] for name in _DETECTED)
-    interval = wilson(detected, activated, CONFIDENCE) if is_sample and activated else None
-    measured = [item.ftti_s for item in group if item.ftti_s is not None]
-    handled = [item.times.fhti_s for item in group if item.times.fhti_s is not None]
-    return InjectionCount(
-        scenario=group[0].scenario,
-        architecture=group[0].architecture,
-        fault_entry=group[0].fault_entry,
-        counts={name: counted[name] for name in CLASSES},
-        detected=detected,
-        activated=activated,
-        coverage=interval,
-        least_ftti_s=min(measured, default=None),
-        most_fhti_s=max(handled, default=None),
-    )
 
 
 def injections(recalled: Sequence[Recalled]) -> Iterator[Injection]:
@@ -205,24 +114,31 @@ def injections(recalled: Sequence[Recalled]) -> Iterator[Injection]:
         IntegrityError: A run does not come out as it was recorded.
     """
     for part in _batches(recalled):
-        first, count = part[0], len(part)
-        cases = [item.case for item in part]
-        faulted = first.execute([*cases, *map(_without_mechanism, cases)])
-        twins = first.execute([*map(_fault_free, cases), *map(_both, cases)])
-        for run, item in enumerate(part):
-            require_as_recorded(item, faulted, run)
-            times = timeline(faulted, run, twins, run)
-            without = timeline(faulted, count + run, twins, count + run)
-            yield Injection(
-                run=item.run.result_digest,
-                scenario=item.run.scenario,
-                architecture=item.run.architecture,
-                fault_entry=item.case.fault_entry,
-                times=times,
-                without_mechanism=without,
-                fault_free_violation_s=violation_s(twins, count + run),
-                class_=classify_injection(times, without.fault_to_violation_s),
-            )
+        yield from _injections(part)
+
+
+def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
+    """Execute runs of one structure together with their twins."""
+    first, count = part[0], len(part)
+    cases = [item.case for item in part]
+    faulted = first.execute([*cases, *map(_without_mechanism, cases)])
+    twins = first.execute([*map(_fault_free, cases), *map(_both, cases)])
+    digests, of_twins = faulted.digests(), twins.digests()
+    for run, item in enumerate(part):
+        require_as_recorded(item, faulted, run)
+        times = timeline(faulted, run, twins, run)
+        without = timeline(faulted, count + run, twins, count + run)
+        yield Injection(
+            run=item.run.result_digest,
+            scenario=item.run.scenario,
+            architecture=item.run.architecture,
+            fault_entry=item.case.fault_entry,
+            times=times,
+            without_mechanism=without,
+            fault_free_violation_s=violation_s(twins, count + run),
+            class_=classify_injection(times, without.fault_to_violation_s),
+            twins=(of_twins[run], digests[count + run], of_twins[count + run]),
+        )
 
 
 def _batches(recalled: Iterable[Recalled]) -> Iterator[list[Recalled]]:

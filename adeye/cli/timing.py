@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from adeye.cli.forks import Sample
 from adeye.cli.options import CampaignId, Db, Json, RunId
 from adeye.cli.output import emit, emit_fields, emit_json, emit_table, plain, short
 
 if TYPE_CHECKING:
-    from adeye.campaign.timing import Injection, InjectionCount, InjectionTable
+    from adeye.campaign.timing import InjectionTable
+    from adeye.evaluation.injections import Injection, InjectionCount
     from adeye.evaluation.timeline import Timeline
+    from adeye.report.fault_parts import Rate
 
 
 def timeline(run: RunId, db: Db = None, json: Json = False) -> None:
@@ -90,17 +94,37 @@ def _time(value: float | None) -> str:
     return "none" if value is None else f"{value:.2f}"
 
 
+By = Annotated[
+    str | None,
+    typer.Option(
+        "--by",
+        metavar="AXIS",
+        envvar="ADEYE_BY",
+        help="Hold trips without a fault against detection with one, for each value of a swept "
+        "axis, such as safety.parameters.confirm. Nothing is executed.",
+    ),
+]
+
+
 def faults(
-    campaign: CampaignId = None, sample: Sample = 200, db: Db = None, json: Json = False
+    campaign: CampaignId = None,
+    sample: Sample = 200,
+    by: By = None,
+    db: Db = None,
+    json: Json = False,
 ) -> None:
     """Count what became of the faults of a campaign, by scenario, fault entry and architecture.
 
     Not activated: the fault never changed a bit. Masked: the ego does the same as without. Late:
     not handled within the FTTI that was measured, or at all. The share that is detected has an
-    interval only where the points of the scenario are a random sample.
+    interval only where the points of the scenario are a random sample. What is found is kept, and
+    not executed again.
     """
     from adeye.campaign.timing import campaign_injections
 
+    if by is not None:
+        _trade(db, campaign, by, json=json)
+        return
     found = campaign_injections(db, campaign, most=sample or None)
     if json:
         runs = [document(item) for item in found.injections]
@@ -145,3 +169,44 @@ def _coverage(row: InjectionCount) -> str:
     if row.coverage is None:
         return share
     return f"{share} ({row.coverage.low:.1%} to {row.coverage.high:.1%})"
+
+
+def _trade(db: str | None, campaign: str | None, axis: str, *, json: bool) -> None:
+    from adeye.report.trade import trades_by
+
+    found, curves = trades_by(db, campaign, axis)
+    if json:
+        documents = [curve.model_dump(mode="json") for curve in curves]
+        emit_json("trade", {"campaign": found, "curves": documents})
+        return
+    headers = (
+        "Value",
+        "Trips",
+        "Driving [h]",
+        "Trips per hour",
+        "Detected",
+        "Median FDTI [s]",
+        "Worst FDTI [s]",
+    )
+    for curve in curves:
+        emit(f"{curve.axis} of {curve.architecture} in {', '.join(curve.scenarios)}")
+        rows = [
+            [
+                point.value,
+                point.calm.trips,
+                f"{point.calm.hours:.3f}",
+                _rate(point.calm),
+                f"{point.detected} of {point.faulty}",
+                _time(point.median_fdti_s),
+                _time(point.worst_fdti_s),
+            ]
+            for point in curve.points
+        ]
+        emit_table(headers, rows, right=headers)
+
+
+def _rate(rate: Rate) -> str:
+    if rate.per_hour is None:
+        return "none"
+    text = f"{rate.per_hour:.1f}"
+    return text if rate.low is None else f"{text} ({rate.low:.1f} to {rate.high:.1f})"

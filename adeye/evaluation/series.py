@@ -91,6 +91,7 @@ class TraceSeries:
     Attributes:
         trace: The runs.
         step: Time between two rows [s].
+        kept: What metrics have read for each other, by name.
     """
 
     def __init__(self, trace: Trace, rss: RssParameters | None = None) -> None:
@@ -104,6 +105,7 @@ class TraceSeries:
         self.step = trace.layout.context.step
         self._rss = _DEFAULT_RSS if rss is None else np.array(astuple(rss))
         self._samples: dict[str, Samples] = {}
+        self.kept: dict[str, Any] = {}
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -15,6 +15,9 @@ TAKEOVER_CLASSES: Final[tuple[TakeoverClass, ...]] = (
 )
 """What a takeover, or doing without, was in hindsight."""
 
+TAKEOVERS_VERSION: Final = 1
+"""Raised whenever a class can change although the traces do not."""
+
 
 @dataclass(frozen=True, slots=True)
 class Takeover:

@@ -13,10 +13,17 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from adeye.evaluation.intervals import (
+    Intervals,
+    alarms,
+    brakes,
+    intervals,
+    operates_in_emergency,
+    others_act,
+)
 from adeye.evaluation.metrics.scans import safe_from
 from adeye.evaluation.source import STANDSTILL_SPEED, on_road
-from adeye.signals import EGO_SPEED, NO_CHANNEL, PLACE_D, REASON_STALENESS
-from adeye.spec.supervisor import MANOEUVRE_MONITORS
+from adeye.signals import EGO_SPEED, PLACE_D
 from adeye.trace import COLUMNS, DRAWN
 
 if TYPE_CHECKING:
@@ -43,8 +50,8 @@ CLASSES: Final[tuple[InjectionClass, ...]] = (
 )
 """What became of an injected fault, from harmless to violation."""
 
-BRAKES_FROM: Final = 0.5
-"""Commanded deceleration from which the ego brakes and does not only coast [m/s²]."""
+TIMELINE_VERSION: Final = 1
+"""Raised whenever a timeline or a class can change although the traces do not."""
 
 _BEHAVIOUR: Final = ("ego", "command", "contact")
 """Columns of what the ego does; the others are what it sees, believes and considers."""
@@ -91,38 +98,42 @@ class Timeline:
         return min(reached, default=None)
 
     @property
+    def intervals(self) -> Intervals:
+        """Intervals between the times, shape (1,), NaN for those that are not there."""
+        times = (self.fault_s, self.detect_s, self.emergency_s, self.safe_s)
+        known = np.array([math.nan if time is None else time for time in times])
+        return intervals(*known.reshape(4, 1))
+
+    @property
     def fdti_s(self) -> float | None:
         """Fault detection time interval: from the fault to its detection [s]."""
-        return _between(self.fault_s, self.detect_s)
+        return _number(self.intervals.fdti)
 
     @property
     def frti_s(self) -> float | None:
         """Fault reaction time interval: from detection to safe state or emergency operation [s]."""
-        reaction = _between(self.detect_s, self.handled_s)
-        # What handles the fault may act before it is told to: then nothing is left to react.
-        return None if reaction is None else max(0.0, reaction)
+        return _number(self.intervals.frti)
 
     @property
     def fhti_s(self) -> float | None:
         """Fault handling time interval, FDTI and FRTI together [s]; None without detection."""
-        if self.fdti_s is None or self.frti_s is None:
-            return None
-        return self.fdti_s + self.frti_s
+        return _number(self.intervals.fhti)
 
     @property
     def emergency_operation_s(self) -> float | None:
         """Emergency operation time interval: until the safe state [s]."""
-        interval = _between(self.emergency_s, self.safe_s)
-        return None if interval is None else max(0.0, interval)
+        return _number(self.intervals.eoti)
 
     @property
     def fault_to_violation_s(self) -> float | None:
         """Time from the fault to the violation [s]; of the mechanism-off twin it is the FTTI."""
-        return _between(self.fault_s, self.violation_s)
+        if self.fault_s is None or self.violation_s is None:
+            return None
+        return self.violation_s - self.fault_s
 
 
-def _between(first: float | None, last: float | None) -> float | None:
-    return None if first is None or last is None else last - first
+def _number(value: NDArray[np.float64]) -> float | None:
+    return None if math.isnan(value[0]) else float(value[0])
 
 
 def classify_injection(timeline: Timeline, ftti_s: float | None) -> InjectionClass:
@@ -174,18 +185,17 @@ def timeline(trace: Trace, run: int, twin: Trace, twin_run: int) -> Timeline:
     if onset is None:
         return Timeline(None, violation_s=_at(time, _first(view.violates(), 0)))
     default = trace.layout.channels.index(trace.layout.architecture.switch.default)
-    authority = view.decided("authority")
-    acts = (authority != default) & (authority != NO_CHANNEL)
-    brakes = view.brakes()
-    stands = np.abs(view.rows("ego")[:-1, EGO_SPEED]) <= STANDSTILL_SPEED
+    acts = others_act(view.decided("authority"), default)
+    own, theirs = view.acceleration(), brakes(other.acceleration())
+    emergency = operates_in_emergency(acts, own, view.rows("ego")[:-1, EGO_SPEED])
     safe = view.safe_from()
     rows = {
         "effect_s": _departure(view, other, tuple(COLUMNS), onset),
         "deviation_s": _departure(view, other, _BEHAVIOUR, onset),
-        "detect_s": _first(_alarms(view, other), onset),
+        "detect_s": _first(_own_alarms(view, other), onset),
         "switch_s": _first(acts, onset),
-        "brake_s": _first(brakes & ~_padded(other.brakes(), len(brakes)), onset),
-        "emergency_s": _first(acts & (brakes | stands), onset),
+        "brake_s": _first(brakes(own) & ~_padded(theirs, len(own)), onset),
+        "emergency_s": _first(emergency, onset),
         "safe_s": None if safe is None else max(safe, onset),
         "violation_s": _first(view.violates(), onset),
     }
@@ -207,9 +217,9 @@ class _View:
         """Give the rows at which something was decided: all but the last."""
         return self.rows(name)[:-1]
 
-    def brakes(self) -> Bools:
-        """Tell at which rows the acting command brakes."""
-        return np.asarray(self.decided("command")[:, 0] <= -BRAKES_FROM)
+    def acceleration(self) -> NDArray[np.float64]:
+        """Give the acceleration of the acting command, where something was decided [m/s²]."""
+        return np.asarray(self.decided("command")[:, 0])
 
     def violates(self) -> Bools:
         """Tell at which rows the ego touches something or is beside the road."""
@@ -244,18 +254,13 @@ def violation_s(trace: Trace, run: int) -> float | None:
     return _at(trace.time, _first(_View(trace, run).violates(), 0))
 
 
-def _alarms(view: _View, other: _View) -> Bools:
+def _own_alarms(view: _View, other: _View) -> Bools:
     """Tell at which rows something is detected that the twin does not have then."""
-    # What tells the manoeuvre detects nothing: a monitor has done so before.
-    detects = [name not in MANOEUVRE_MONITORS for name in view.trace.layout.monitors]
-
-    def raised(of: _View) -> Bools:
-        confirmed = of.decided("monitors")[:, detects, 1].astype(np.bool_)
-        stale = of.decided("reason") == REASON_STALENESS
-        return np.concatenate([confirmed, stale[:, np.newaxis]], axis=1)
-
-    own = raised(view)
-    return np.asarray((own & ~_padded(raised(other), len(own))).any(axis=1))
+    monitors = view.trace.layout.monitors
+    own, theirs = (
+        alarms(of.decided("monitors"), of.decided("reason"), monitors) for of in (view, other)
+    )
+    return np.asarray((own & ~_padded(theirs, len(own))).any(axis=1))
 
 
 def _padded(flags: Bools, rows: int) -> Bools:

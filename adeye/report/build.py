@@ -28,6 +28,7 @@ from adeye.report.contents import (
 )
 from adeye.report.dead import dead_axes
 from adeye.report.designs import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
+from adeye.report.faults import fault_evidence
 from adeye.report.model import (
     Cell,
     Report,
@@ -42,6 +43,7 @@ from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
 
 if TYPE_CHECKING:
+    from adeye.report.fault_parts import FaultEvidence
     from adeye.store.figures import Figures
     from adeye.store.repository import Repository
     from adeye.store.rows import EventRecord, VerdictRecord
@@ -164,6 +166,7 @@ class ReportBuilder:
             planned=progress.planned,
             accounted=progress.accounted,
             outcomes=self._outcomes(),
+            machine_dependent=int(self.figures.machine_dependent.sum()),
             command=self._command(f"adeye run {provenance.get('odd_path', self.campaign.odd)}"),
             architectures=tuple(architectures_of(content)),
             scenarios=tuple(scenarios_of(content)),
@@ -174,6 +177,7 @@ class ReportBuilder:
             worst_cases=worst,
             dead_axes=tuple(dead_axes(self.figures, self.odd, self._command)),
             metrics=tuple(summarise(self.figures, self._run_of, self.replay_command)),
+            faults=self._faults(),
             hazards=tuple(hazards_of(content)),
             goals=tuple(goals_of(content)),
             elements=tuple(elements_of(content)),
@@ -194,6 +198,18 @@ class ReportBuilder:
         counts = np.bincount(column.codes, minlength=len(column.words)).tolist()
         return Counter(
             {Outcome(word): count for word, count in zip(column.words, counts, strict=True)}
+        )
+
+    def _faults(self) -> FaultEvidence:
+        known, campaign = self.repository.hindsight, self.campaign.id
+        return fault_evidence(
+            self.figures,
+            self.odd,
+            (known.injections(campaign), known.takeovers(campaign)),
+            (
+                lambda verb: self._command(f"adeye {verb} {campaign[:10]} --sample 0"),
+                self.replay_command,
+            ),
         )
 
     # Commands

@@ -88,10 +88,10 @@ def draw_front(comparison: Comparison) -> Front | None:
     loss_ticks = ticks(0.0, max(losses), whole=True)
 
     def right(cost: float) -> float:
-        return _place(cost, cost_ticks, _LEFT, WIDTH - _RIGHT)
+        return place(cost, cost_ticks, _LEFT, WIDTH - _RIGHT)
 
     def down(loss: float) -> float:
-        return _place(loss, loss_ticks, HEIGHT - _BOTTOM, _TOP)
+        return place(loss, loss_ticks, HEIGHT - _BOTTOM, _TOP)
 
     places = [(right(cost), down(loss)) for cost, loss in zip(costs, losses, strict=True)]
     best = _staircase(list(zip(costs, losses, strict=True)))
@@ -131,7 +131,8 @@ def ticks(low: float, high: float, *, whole: bool = False) -> list[float]:
     return [step * (first + at) for at in range(math.ceil(high / step - first) + 1)]
 
 
-def _place(value: float, marks: Sequence[float], begin: float, end: float) -> float:
+def place(value: float, marks: Sequence[float], begin: float, end: float) -> float:
+    """Place a value between two ends of an axis with these marks."""
     return begin + (end - begin) * (value - marks[0]) / (marks[-1] - marks[0])
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 from adeye.evaluation.dependence import WORDS
 from adeye.evaluation.verdict import Verdict
 from adeye.report.embed import pack_replay, script_text
+from adeye.report.fault_drawing import draw_bars, draw_trade
 from adeye.report.files import write_atomically
 from adeye.report.front import draw_front
 from adeye.report.page import arrange, filters
@@ -43,7 +44,14 @@ SCRIPTS: Final = (
     "player.js",
     "page.js",
 )
-STYLES: Final = ("page.css", "tables.css", "compare.css", "player.css", "suites.css")
+STYLES: Final = (
+    "page.css",
+    "tables.css",
+    "compare.css",
+    "player.css",
+    "suites.css",
+    "faults.css",
+)
 
 
 def render(report: Report, *, max_bytes: int = MAX_BYTES) -> str:
@@ -116,6 +124,10 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
             style=style,
             details=script_text(page.details),
             front=None if report.comparison is None else draw_front(report.comparison),
+            bars=None if report.faults is None else draw_bars(report.faults),
+            trades=[]
+            if report.faults is None
+            else [(c, draw_trade(c)) for c in report.faults.curves],
             replays=list(zip(shown, packed, strict=True)),
             left_out=report.replays[len(packed) :],
         )

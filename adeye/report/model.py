@@ -14,6 +14,7 @@ from adeye.evaluation.dependence import Dependencies
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
 from adeye.report.comparison import Comparison
+from adeye.report.fault_parts import FaultEvidence
 from adeye.report.parts import Asil, Binding, Command, Count, Id, Label, Margin, Part
 from adeye.report.replay import Replay
 
@@ -241,6 +242,8 @@ class Report(Part):
     planned: Count
     accounted: Count
     outcomes: dict[Outcome, Count] = {}
+    machine_dependent: Count = 0
+    """Runs that hit a wall-clock deadline: another machine may get other results."""
     command: str
     """Reproduces the campaign."""
     commands: tuple[Command, ...] = ()
@@ -255,6 +258,7 @@ class Report(Part):
     """Worst first."""
     dead_axes: tuple[DeadAxis, ...] = ()
     metrics: tuple[MetricSummary, ...] = ()
+    faults: FaultEvidence | None = None
     hazards: tuple[Hazard, ...] = ()
     goals: tuple[SafetyGoal, ...] = ()
     elements: tuple[Element, ...] = ()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.store import tables
+from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
@@ -89,6 +89,8 @@ class Figures:
         outcome: (R,) name.
         points: (R,) swept value by axis; no word where a run does not have the axis.
         metrics: (R,) by id, NaN where a metric has no value.
+        duration_s: (R,) simulated time [s].
+        machine_dependent: (R,) whether it hit a wall-clock deadline.
     """
 
     ordinal: Ints
@@ -99,6 +101,8 @@ class Figures:
     outcome: Labels
     points: Mapping[str, Labels]
     metrics: Mapping[str, Floats]
+    duration_s: Floats
+    machine_dependent: Bools
 
     def __len__(self) -> int:
         """Return the number of runs R."""
@@ -160,13 +164,16 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
         connection, "test_case", "digest", ("fault_entry", "replicate"), tests, object
     )
     tests.clear()
-    outcome, number = read_columns(
-        connection, "run", "result_digest", ("outcome", "number"), digests, object
+    names_of_run = ("outcome", "number", "duration_s", "machine_dependent")
+    outcome, number, duration, dependent = read_columns(
+        connection, "run", "result_digest", names_of_run, digests, object
     )
     digests.clear()
-    metrics = read_columns(
-        connection, "metric", "run_number", tables.METRIC_IDS, number.tolist(), np.float64
-    )
+    numbers = number.tolist()
+    metrics: dict[str, Floats] = {}
+    for table, ids in (("metric", FIRST_METRIC_IDS), ("timing", TIMING_IDS)):
+        columns = read_columns(connection, table, "run_number", ids, numbers, np.float64)
+        metrics.update(zip(ids, columns, strict=True))
     everything = Figures(
         np.array(ordinal, dtype=np.int64),
         scenario.labels(),
@@ -175,7 +182,9 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
         replicate.astype(np.int64),
         Labels.of(outcome),
         points.columns(),
-        dict(zip(tables.METRIC_IDS, metrics, strict=True)),
+        metrics,
+        duration.astype(np.float64),
+        dependent == 1,
     )
     return everything.where(everything.outcome.codes >= 0)
 

@@ -36,16 +36,19 @@ _METRIC_ID: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")
 _STATUS: Final = "_status"
 
 
-def metric_columns(results: Texts, metrics: MetricBlock) -> list[Column]:
+def metric_columns(
+    results: Texts, metrics: MetricBlock, ids: Sequence[str] | None = None
+) -> list[Column]:
     """List the columns of a wide metric table, without the hash.
 
     Args:
         results: Result digests of the runs.
         metrics: Their metrics.
+        ids: Those of the table; None for all.
     """
     columns: list[Column] = [results]
     statuses = Dictionary(STATUSES)
-    for place in range(len(metrics.ids)):
+    for place in [metrics.ids.index(name) for name in metrics.ids if ids is None or name in ids]:
         columns += [
             metrics.value[:, place],
             Texts(metrics.status[:, place], statuses),

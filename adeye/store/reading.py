@@ -13,8 +13,9 @@ from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.forking import find_fork, fork_of_case
 from adeye.store.leasing import work_state
+from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
-from adeye.store.rows import Artifact, EventRecord, VerdictRecord
+from adeye.store.rows import Artifact, EventRecord, MetricValue, VerdictRecord
 from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
 
 if TYPE_CHECKING:
@@ -198,7 +199,10 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
     )
     return StoredRun(
         row=dict(found._mapping),
-        metrics=metric_values(metrics._mapping, tables.METRIC_IDS),
+        metrics={
+            **metric_values(metrics._mapping, FIRST_METRIC_IDS),
+            **_timing(connection, number),
+        },
         verdicts=tuple(verdict_record(item) for item in verdicts),
         events=tuple(
             EventRecord(item.time_s, item.kind, item.subject, item.text) for item in events
@@ -206,6 +210,13 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
         plugin_metrics=plugin_metrics(connection, number),
         links=_links(connection, number),
     )
+
+
+def _timing(connection: Connection, number: int) -> dict[str, MetricValue]:
+    """Read the metrics that a run of an older release lacks."""
+    table = tables.timing
+    found = connection.execute(table.select().where(table.c.run_number == number)).first()
+    return {} if found is None else metric_values(found._mapping, TIMING_IDS)
 
 
 def _links(connection: Connection, number: int) -> tuple[str, ...] | None:

@@ -10,8 +10,7 @@ Contract:
 - Plans, runs, metrics, verdicts, events and tallies are only ever added. A result belongs to its
   test case and engine; a campaign selects results. Adding the same result again changes nothing;
   adding a different one for the same identity is an ``IntegrityError``.
-- What the database or the disk refuses is a ``PlatformError``, what a person asked for wrongly an
-  ``InputError``.
+- What the database or the disk refuses is a ``PlatformError``, a wrong request an ``InputError``.
 """
 
 from __future__ import annotations
@@ -37,6 +36,7 @@ from adeye.store import (
 )
 from adeye.store.block import JudgedBlock, RunBlock, run_block
 from adeye.store.database import Database, create_parent, database_path
+from adeye.store.hindsight import Hindsight
 from adeye.store.owner import Owner
 from adeye.store.stored import (
     Block,
@@ -182,8 +182,7 @@ class Repository:
     ) -> Block | None:
         """Lease the next free block, also one whose owner is dead or late; None if there is none.
 
-        Its cases may be none: whatever it needed came in with another campaign since. Complete it
-        all the same.
+        Its cases may be none, if what it needed came in since; complete it as well.
         """
         with self._database.write() as connection:
             return leasing.claim_block(connection, owner or Owner.current(), lease_s, campaign)
@@ -264,7 +263,12 @@ class Repository:
         with self._database.write() as connection:
             return recording.record_verdicts(connection, JudgedBlock.of(verdicts))
 
-    # Forks
+    # Forks and hindsight
+
+    @property
+    def hindsight(self) -> Hindsight:
+        """What executing other runs beside stored ones told."""
+        return Hindsight(self._database)
 
     def save_forks(self, forks: Sequence[ForkRecord], runs: RunBlock) -> None:
         """Save forks with their results and verdicts, in the same order; known ones stay."""
@@ -330,7 +334,7 @@ class Repository:
             return reading.artifacts(connection, result_digest)
 
     def content(self, kind: str, digest: str) -> Any:
-        """Read an ``odd``, ``scenario``, ``architecture`` or ``concept`` by its digest."""
+        """Read an ``odd``, ``scenario``, ``architecture`` or ``concept``."""
         with self._database.read() as connection:
             return reading.content(connection, kind, digest)
 

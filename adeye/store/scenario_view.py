@@ -12,7 +12,7 @@ from string import Template
 from typing import TYPE_CHECKING, Final
 
 from adeye.identity import digest
-from adeye.store.tables import METRIC_IDS
+from adeye.store.metric_ids import METRIC_IDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.errors import InputError, PlatformError
 from adeye.store.database import Database, create_parent, database_path
+from adeye.store.scenario_view import ensure_scenario_views
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-_HEAD: Final = "0002"
+_HEAD: Final = "0003"
 _FOLDER: Final = Path(__file__).parent / "migrations"
 
 
@@ -69,6 +70,9 @@ def upgrade_database(database: Database) -> None:
         elif version not in known_versions():
             raise _newer(database.path, version)
         _migrate(connection)
+        if version is not None:
+            # These views are made of what the database holds, and v_runs has other columns now.
+            ensure_scenario_views(connection)
 
 
 def require_current(connection: Connection, path: Path) -> None:

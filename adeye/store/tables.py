@@ -23,34 +23,11 @@ from sqlalchemy import (
 )
 
 from adeye.store import column_kinds
+from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
+from adeye.store.metric_ids import METRIC_IDS as METRIC_IDS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-METRIC_IDS: Final = (
-    "contact",
-    "impact_speed_mps",
-    "min_distance_m",
-    "min_ttc_s",
-    "min_time_headway_s",
-    "max_drac_mps2",
-    "max_required_deceleration_mps2",
-    "rss_violation_s",
-    "fault_to_safe_state_s",
-    "max_jerk_mps3",
-    "max_deceleration_mps2",
-    "max_lane_offset_m",
-    "first_detection_distance_m",
-    "takeover_time_s",
-    "standstill_gap_m",
-    "detection_latency_s",
-    "missed_time_s",
-    "false_track_time_s",
-    "range_error_rms_m",
-    "position_error_p95_m",
-    "rear_detection_margin_m",
-)
-"""Built-in metrics, four columns each: value, status, time of the worst case, actor."""
 
 METRIC_STATUSES: Final = (
     "value", "no_conflict", "not_applicable", "undefined", "incomplete", "error"
@@ -58,6 +35,16 @@ METRIC_STATUSES: Final = (
 WORK_STATES: Final = ("pending", "leased", "done", "quarantined")
 RUN_VERDICTS: Final = ("PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "INVALID", "ERROR")
 """Verdicts that a row can have; NOT_RUN is the absence of a row."""
+
+INJECTION_CLASSES: Final = (
+    "not_activated", "masked", "detected_in_time", "detected_late", "undetected_no_violation",
+    "undetected_violation",
+)  # fmt: skip
+TAKEOVER_CLASSES: Final = ("needed_and_done", "late", "spurious", "missed", "not_needed")
+MOMENTS: Final = (
+    "fault", "effect", "deviation", "detect", "switch", "brake", "emergency", "safe", "violation"
+)  # fmt: skip
+"""Times of a timeline."""
 
 metadata = column_kinds.metadata
 _digest, _text = column_kinds.digest_column, column_kinds.text_column
@@ -284,7 +271,8 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
     return Table(name, into, _run(), *columns, _row_hash(), *checks)
 
 
-metric = make_metric_table("metric", metadata, METRIC_IDS)
+metric = make_metric_table("metric", metadata, FIRST_METRIC_IDS)
+timing = make_metric_table("timing", metadata, TIMING_IDS)
 verdict = Table(
     "verdict",
     metadata,
@@ -333,6 +321,32 @@ fork = Table(
     Index(None, "test_case_digest"),
     Index(None, "origin_digest"),
 )
+injection = Table(
+    "injection",
+    metadata,
+    _digest("result_digest", "run.result_digest", key=True),
+    _count("version", key=True),
+    *(_number(f"{name}_s") for name in MOMENTS),
+    *(_number(f"{name}_s") for name in ("fdti", "frti", "fhti", "eoti", "ftti")),
+    _number("fault_free_violation_s"),
+    _text("class"),
+    _text("without_mechanism"),
+    _text("twins"),
+    _row_hash(),
+    _one_of("class", INJECTION_CLASSES, "class"),
+)
+takeover = Table(
+    "takeover",
+    metadata,
+    _digest("fork_digest", "fork.result_digest", key=True),
+    _count("version", key=True),
+    _text("class"),
+    _number("takeover_s"),
+    _number("violation_s"),
+    _number("fork_violation_s"),
+    _row_hash(),
+    _one_of("class", TAKEOVER_CLASSES, "class"),
+)
 tally = Table(
     "tally",
     metadata,
@@ -368,7 +382,7 @@ artifact = Table(
 INSERT_ONLY: Final = tuple(item for item in metadata.sorted_tables if item not in {work, artifact})
 """Tables whose rows are never changed or deleted, in dependency order."""
 
-RESULTS: Final = (run, metric, verdict, event, chain)
+RESULTS: Final = (run, metric, timing, verdict, event, chain)
 """Tables written a block at a time; ``columns`` hashes their rows."""
 
 NONDETERMINISTIC: Final = {

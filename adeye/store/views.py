@@ -9,7 +9,8 @@ from __future__ import annotations
 from string import Template
 from typing import Final
 
-from adeye.store.tables import METRIC_IDS
+from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
+from adeye.store.tables import MOMENTS
 
 PAIR_METRICS: Final = (
     "contact",
@@ -67,7 +68,8 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
 FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
 JOIN run r ON r.result_digest = c.result_digest
-JOIN metric m ON m.run_number = r.number"""
+JOIN metric m ON m.run_number = r.number
+LEFT JOIN timing n ON n.run_number = r.number"""
 
 _FSR_STATUS = """CREATE VIEW v_fsr_status AS
 WITH counted AS (
@@ -161,6 +163,30 @@ JOIN test_case t ON t.digest = c.test_case_digest
 JOIN run r ON r.result_digest = c.result_digest
 JOIN event e ON e.run_number = r.number"""
 
+_FAULTS = """CREATE VIEW v_faults AS
+SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
+    c.result_digest AS run, i.class, i.fdti_s, i.frti_s, i.fhti_s, i.eoti_s, i.ftti_s,
+    i.ftti_s - i.fhti_s AS margin_s,
+    $moments,
+    i.fault_free_violation_s, i.without_mechanism, i.twins
+FROM campaign_case c
+JOIN test_case t ON t.digest = c.test_case_digest
+JOIN injection i ON i.result_digest = c.result_digest
+WHERE i.version = (SELECT MAX(x.version) FROM injection x
+    WHERE x.result_digest = i.result_digest)"""
+
+_FORKS = """CREATE VIEW v_forks AS
+SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
+    f.origin_digest AS run, f.result_digest AS fork, f.authority, f.from_tick,
+    f.from_tick * t.step_s AS from_time_s, o.class, o.takeover_s, o.violation_s,
+    o.fork_violation_s, r.outcome, r.end_reason, r.duration_s
+FROM fork f
+JOIN run r ON r.result_digest = f.result_digest
+JOIN campaign_case c ON c.result_digest = f.origin_digest
+JOIN test_case t ON t.digest = c.test_case_digest
+LEFT JOIN takeover o ON o.fork_digest = f.result_digest AND o.version = (
+    SELECT MAX(x.version) FROM takeover x WHERE x.fork_digest = f.result_digest)"""
+
 # A failed run first; there an infinite robustness, NULL, is the worst, elsewhere the best.
 WORST_FIRST: Final = (
     "verdict = 'FAIL' DESC, (worst_robustness IS NULL) = (verdict <> 'FAIL'), "
@@ -201,7 +227,11 @@ def view_ddl() -> dict[str, str]:
         f"a.{name} AS {name}_a, b.{name} AS {name}_b, b.{name} - a.{name} AS {name}_difference"
         for name in PAIR_METRICS
     ]
-    metrics = [f"m.{name}, m.{name}_status, m.{name}_time_s, m.{name}_actor" for name in METRIC_IDS]
+    metrics = [
+        f"{table}.{name}, {table}.{name}_status, {table}.{name}_time_s, {table}.{name}_actor"
+        for table, names in (("m", FIRST_METRIC_IDS), ("n", TIMING_IDS))
+        for name in names
+    ]
     return {
         "v_verdicts": Template(_VERDICTS).substitute(judged=_JUDGED),
         "v_runs": Template(_RUNS).substitute(metrics=_lines(metrics)),
@@ -219,4 +249,8 @@ def view_ddl() -> dict[str, str]:
         "v_architecture_pairs": Template(_PAIRS).substitute(differences=_lines(pairs)),
         "v_coverage": _COVERAGE,
         "v_timeline": _TIMELINE,
+        "v_faults": Template(_FAULTS).substitute(
+            moments=", ".join(f"i.{name}_s" for name in MOMENTS)
+        ),
+        "v_forks": _FORKS,
     }

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import yaml
 
-from adeye.campaign.check import check_cases, check_fits, check_hooks, check_onsets, check_scenarios
+from adeye.campaign.check import (
+    check_cases,
+    check_fits,
+    check_hooks,
+    check_onsets,
+    check_scenarios,
+    over_budget,
+)
 from adeye.errors import SpecError
 from adeye.spec.load import load_odd
 from adeye.sweep.expand import expand
@@ -324,3 +331,42 @@ def test_fault_of_what_an_architecture_does_not_have_is_none_of_it(
     load: Callable[..., OddFiles],
 ) -> None:
     check_fits(load(faults=[{**onset("time >= 1 s"), "target": "sensors.sonar"}]))
+
+
+def budgets(load: Callable[..., OddFiles], **times: dict[str, float]) -> list[str]:
+    """Give FSRs detection and reaction times, and say which goals they exceed."""
+    concept = load().concept.spec
+    requirements = [
+        item.model_copy(
+            update={"fdti": None, "frti": None, **times.get(item.id.replace("-", ""), {})}
+        )
+        for item in concept.requirements
+    ]
+    return list(over_budget(concept.model_copy(update={"requirements": tuple(requirements)})))
+
+
+def test_detection_and_reaction_within_the_ftti_are_in_budget(
+    load: Callable[..., OddFiles],
+) -> None:
+    # SG-02 has an FTTI of 1 s; FSR-03 and FSR-04 serve it.
+    assert budgets(load, FSR03={"fdti": 0.4, "frti": 0.6}) == []
+    assert budgets(load, FSR03={"fdti": 0.4}, FSR04={"frti": 0.6}) == []
+
+
+def test_requirement_that_takes_longer_than_the_ftti_is_named(
+    load: Callable[..., OddFiles],
+) -> None:
+    [notice] = budgets(load, FSR03={"fdti": 0.4, "frti": 0.7})
+    assert notice == "SG-02: FDTI 0.4 s and FRTI 0.7 s of FSR-03 exceed its FTTI of 1 s"
+
+
+def test_detection_of_one_and_reaction_of_another_belong_together(
+    load: Callable[..., OddFiles],
+) -> None:
+    [notice] = budgets(load, FSR03={"fdti": 0.4}, FSR04={"frti": 0.7})
+    assert "of FSR-03 and FSR-04 exceed its FTTI of 1 s" in notice
+
+
+def test_requirement_with_both_times_stands_for_itself(load: Callable[..., OddFiles]) -> None:
+    times = {"FSR03": {"fdti": 0.1, "frti": 0.8}, "FSR04": {"fdti": 0.8, "frti": 0.1}}
+    assert budgets(load, **times) == []

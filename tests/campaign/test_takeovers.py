@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from adeye.campaign import takeovers
 from adeye.campaign.takeovers import look_back
 from adeye.evaluation.takeovers import TAKEOVER_CLASSES
+from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,10 +20,28 @@ if TYPE_CHECKING:
 
 
 @pytest.fixture(scope="module")
-def matrix(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> TakeoverMatrix:
+def db(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy = tmp_path_factory.mktemp("takeovers") / "adeye.db"
     shutil.copyfile(mini.db, copy)
-    return look_back(copy)
+    return copy
+
+
+@pytest.fixture(scope="module")
+def matrix(db: Path) -> TakeoverMatrix:
+    return look_back(db)
+
+
+def test_what_was_found_is_kept_and_not_executed_again(
+    db: Path, matrix: TakeoverMatrix, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def only_nothing(_: object, wanted: list[object]) -> list[object]:
+        assert wanted == []
+        return wanted
+
+    monkeypatch.setattr(takeovers, "make_forks", only_nothing)
+    assert look_back(db) == matrix
+    with Repository.open(db, create=False) as repository:
+        assert repository.verify() == ()
 
 
 def test_every_run_has_one_class(matrix: TakeoverMatrix) -> None:

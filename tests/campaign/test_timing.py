@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+import shutil
 from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign.timing import Injection, campaign_injections, run_timeline
-from adeye.campaign.timing import _count as count
+from adeye.campaign import timing
+from adeye.campaign.timing import campaign_injections, run_timeline
 from adeye.errors import InputError
-from adeye.evaluation.timeline import CLASSES, Timeline
+from adeye.evaluation.timeline import CLASSES
+from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from adeye.campaign.timing import InjectionTable
     from tests.project import Executed
 
 
 @pytest.fixture(scope="module")
-def table(mini: Executed) -> InjectionTable:
-    return campaign_injections(mini.db)
+def db(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy: what is found is kept, and other tests share the campaign."""
+    copy = tmp_path_factory.mktemp("timing") / "adeye.db"
+    shutil.copyfile(mini.db, copy)
+    return copy
+
+
+@pytest.fixture(scope="module")
+def table(db: Path) -> InjectionTable:
+    return campaign_injections(db)
 
 
 def test_every_run_with_a_fault_has_a_class(table: InjectionTable) -> None:
@@ -63,20 +75,20 @@ def test_grid_has_no_interval(table: InjectionTable) -> None:
     assert all(row.coverage is None for row in table.rows)
 
 
-def injection(class_: str, violation: float | None = None) -> Injection:
-    off = Timeline(1.0, violation_s=violation)
-    return Injection("ab", "cut_in", "new", "out", off, off, None, class_)  # type: ignore[arg-type]
+def test_what_was_found_is_kept_and_not_executed_again(
+    db: Path, table: InjectionTable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("nothing is to be executed")
+
+    monkeypatch.setattr(timing, "_injections", refuse)
+    assert campaign_injections(db) == table
+    with Repository.open(db, create=False) as repository:
+        assert repository.hindsight.injections(table.campaign) == table.injections
+        assert repository.verify() == ()
 
 
-def test_random_sample_has_an_interval_without_what_was_not_activated() -> None:
-    group = [injection("detected_in_time")] * 3 + [injection("masked"), injection("not_activated")]
-    found = count(group, is_sample=True)
-    assert (found.detected, found.activated) == (3, 4)
-    assert found.coverage is not None
-    assert found.coverage.low < 0.75 < found.coverage.high
-    assert count([injection("not_activated")], is_sample=True).coverage is None
-
-
-def test_least_ftti_is_that_of_the_worst_run() -> None:
-    group = [injection("masked", 4.0), injection("masked", 2.5), injection("masked")]
-    assert count(group, is_sample=False).least_ftti_s == pytest.approx(1.5)
+def test_twins_are_named_by_their_traces(table: InjectionTable) -> None:
+    for item in table.injections:
+        assert len(item.twins) == 3
+        assert all(len(digest) == 32 for digest in item.twins)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.noisy import CONFIRM, noisy_project
+
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.project import Executed
 
 
@@ -41,11 +46,34 @@ def test_run_without_a_fault_is_a_usage_error(adeye: Any, mini: Executed) -> Non
     assert "no fault" in done.err
 
 
-def test_faults_count_by_scenario_fault_and_architecture(adeye: Any, mini: Executed) -> None:
-    done = adeye("faults", "--sample", "0", "--db", str(mini.db))
+def test_faults_count_by_scenario_fault_and_architecture(
+    adeye: Any, mini: Executed, tmp_path: Path
+) -> None:
+    db = shutil.copyfile(mini.db, tmp_path / "adeye.db")
+    done = adeye("faults", "--sample", "0", "--db", str(db))
     assert done.code == 0, done.err
     assert "16 runs with faults" in done.out
     assert "%" not in done.out
-    document = adeye("faults", "--sample", "0", "--db", str(mini.db), "--json").document
+    document = adeye("faults", "--sample", "0", "--db", str(db), "--json").document
     assert len(document["injections"]) == 16
     assert {row["coverage"] for row in document["rows"]} == {None}
+
+
+def test_trade_of_an_axis_is_a_table_and_json(
+    adeye: Any, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    project = noisy_project(tmp_path_factory.mktemp("noisy"))
+    project.run()
+    done = adeye("faults", "--by", "safety.parameters.confirm", "--db", str(project.db))
+    assert done.code == 0, done.err
+    assert CONFIRM in done.out
+    assert "8 of 8" in done.out
+    document = adeye("faults", "--by", CONFIRM, "--db", str(project.db), "--json").document
+    [curve] = document["curves"]
+    assert [point["value"] for point in curve["points"]] == ["0 s", "0.1 s", "0.2 s"]
+
+
+def test_axis_that_is_not_swept_is_a_usage_error(adeye: Any, mini: Executed) -> None:
+    done = adeye("faults", "--by", "confirm", "--db", str(mini.db))
+    assert done.code == 2
+    assert "does not sweep" in done.err

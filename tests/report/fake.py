@@ -45,6 +45,7 @@ from adeye.report.replay import (
     Track,
 )
 from adeye.spec.load import load_architecture, shipped
+from tests.report.fake_faults import evidence
 
 STEP = 0.05
 SCENARIOS = ("cut_in", "cut_out_to_stopped", "lead_braking")
@@ -673,6 +674,7 @@ def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report
             for scenario in SCENARIOS
             for architecture in ARCHITECTURES
         ),
+        faults=evidence(text),
         hazards=(
             Hazard(
                 id="HE-01",

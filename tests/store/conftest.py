@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from adeye.evaluation.injections import Injection
+from adeye.evaluation.timeline import Timeline
 from adeye.evaluation.verdict import Outcome, Verdict
 from adeye.spec.concept import (
     Assumption,
@@ -22,6 +24,7 @@ from adeye.spec.concept import (
     Waiver,
 )
 from adeye.store.block import run_block
+from adeye.store.hindsight import TakeoverLine
 from adeye.store.repository import Repository
 from adeye.store.rows import (
     CampaignFsr,
@@ -245,6 +248,23 @@ class Example:
         record = ForkRecord(case.result_digest, case.test_case, origin.result_digest, 40, "safety")
         repository.save_forks([record], run_block([self.run(case)], METRIC_IDS))
         return record
+
+    def hindsight(self, repository: Repository, campaign: str) -> tuple[Injection, TakeoverLine]:
+        """Keep what became of a fault of the first run, and what its fork told."""
+        run = repository.find_run("0", campaign=campaign)
+        fork = self.fork(repository, campaign)
+        place = (run.scenario, run.architecture, "none")
+        times = Timeline(1.0, 1.0, 1.1, 1.25, 1.3, 1.35, 1.5, 6.0)
+        off = Timeline(1.0, 1.0, 1.1, violation_s=4.0)
+        found = Injection(
+            run.result_digest, *place, times, off, None, "detected_in_time", ("a" * 32,) * 3
+        )
+        line = TakeoverLine(
+            run.result_digest, fork.result_digest, *place, "needed_and_done", 1.3, None, 4.0
+        )
+        repository.hindsight.save_injections([found])
+        repository.hindsight.save_takeovers([line])
+        return found, line
 
     def with_odd(self, version: str) -> None:
         self.odd = replace(self.odd, version=version, content={"odd": "motorway", "v": version})

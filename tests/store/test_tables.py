@@ -6,13 +6,14 @@ from sqlalchemy import CheckConstraint
 
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
+from adeye.store.metric_ids import FIRST_METRIC_IDS
 
 
 def test_tables_are_those_of_the_design() -> None:
     expected = (
         "odd scenario architecture concept hazardous_event safety_goal fsr element allocation "
         "assumption test_case campaign campaign_case campaign_fsr work run metric verdict event "
-        "chain fork tally artifact"
+        "chain fork timing injection takeover tally artifact"
     )
     assert set(tables.metadata.tables) == set(expected.split())
 
@@ -53,7 +54,7 @@ def test_metric_value_and_status_must_agree(
 ) -> None:
     columns = ["run_number", "row_hash"]
     values = ["1", "'x'"]
-    for name in tables.METRIC_IDS:
+    for name in FIRST_METRIC_IDS:
         columns += [name, f"{name}_status"]
         values += [value or "NULL", status]
     sql = f"INSERT INTO metric ({', '.join(columns)}) VALUES ({', '.join(values)})"  # noqa: S608

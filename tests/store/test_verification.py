@@ -16,7 +16,7 @@ from adeye.store.stored import Finding
 @pytest.fixture
 def campaign(repository: Repository, example: Any) -> str:
     planned = str(example.campaign(repository, 8))
-    example.fork(repository, planned)
+    example.hindsight(repository, planned)
     return planned
 
 

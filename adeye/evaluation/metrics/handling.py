@@ -1,6 +1,8 @@
-"""Metrics of how a fault is handled: how soon another channel acts, how soon the ego is safe.
+"""Metrics of how a fault is handled, and of how often another channel acts.
 
-They count from the first row at which a fault is present, and are not applicable without one.
+Times count from the first row at which a fault is present, and do not apply without one. A fault
+that nobody detects, and one that is not handled before the run ends, leaves them incomplete: a
+bound on them is then undecided, never kept and never without a case.
 """
 
 from __future__ import annotations
@@ -9,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adeye.evaluation.intervals import alarms, others_act
+from adeye.evaluation.metrics.handled import Handled, decided_rows, default_channel, handled
 from adeye.evaluation.metrics.registry import column_of, metric_entry
 from adeye.evaluation.metrics.scans import (
     ERROR,
@@ -19,14 +23,14 @@ from adeye.evaluation.metrics.scans import (
     first_takeovers,
     safe_from,
 )
-from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE
+from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE, UNDEFINED
 from adeye.evaluation.source import STANDSTILL_SPEED, on_road
-from adeye.signals import EGO_SPEED, PLACE_D
+from adeye.signals import EGO_SPEED, NO_CHANNEL, PLACE_D
 
 if TYPE_CHECKING:
     from adeye.evaluation.series import TraceSeries
     from adeye.ports import MetricColumn
-    from adeye.signals import Bools, Ints
+    from adeye.signals import Bools, Floats, Ints
 
 
 @metric_entry(
@@ -71,9 +75,184 @@ def takeover_time(series: TraceSeries) -> MetricColumn:
     """
     trace = series.trace
     onset = _onset(series)
-    default = trace.layout.channels.index(trace.layout.architecture.switch.default)
+    default = default_channel(trace)
     row = first_takeovers(trace.length, onset, series.column("authority"), default)
     return _since_fault(series, onset, row, row >= 0, np.zeros(trace.runs, dtype=np.bool_))
+
+
+@metric_entry(
+    "adeye:handling.fault_detection_time@1",
+    "fault_detection_time_s",
+    "s",
+    "higher",
+    "ISO 26262-1:2018, 3.55 (fault detection time interval), measured",
+    scale=1.0,
+    settles=True,
+)
+def fault_detection_time(series: TraceSeries) -> MetricColumn:
+    """Time from the first fault until a monitor is confirmed or the acting channel is unusable.
+
+    What has been so since before the fault, without a break, detects nothing.
+    """
+    found = _handled(series)
+    return _interval(series, found.fault, found.intervals.fdti, found.detect)
+
+
+@metric_entry(
+    "adeye:handling.fault_reaction_time@1",
+    "fault_reaction_time_s",
+    "s",
+    "higher",
+    "ISO 26262-1:2018, 3.59 (fault reaction time interval), measured",
+    scale=1.0,
+    settles=True,
+)
+def fault_reaction_time(series: TraceSeries) -> MetricColumn:
+    """Time from the detection of the first fault to the safe state or to emergency operation."""
+    found = _handled(series)
+    frti = found.intervals.frti
+    row = found.detect + np.rint(np.nan_to_num(frti) / series.step).astype(np.int64)
+    return _interval(series, found.fault, frti, row, is_unknown=found.is_unknown)
+
+
+@metric_entry(
+    "adeye:handling.fault_handling_time@1",
+    "fault_handling_time_s",
+    "s",
+    "higher",
+    "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
+    scale=1.0,
+    settles=True,
+)
+def fault_handling_time(series: TraceSeries) -> MetricColumn:
+    """Time from the first fault to the safe state or to emergency operation, if it is detected."""
+    found = _handled(series)
+    fhti = found.intervals.fhti
+    row = found.fault + np.rint(np.nan_to_num(fhti) / series.step).astype(np.int64)
+    return _interval(series, found.fault, fhti, row, is_unknown=found.is_unknown)
+
+
+@metric_entry(
+    "adeye:handling.emergency_operation_time@1",
+    "emergency_operation_time_s",
+    "s",
+    "higher",
+    "ISO 26262-1:2018, 3.44 (emergency operation time interval), measured",
+    scale=1.0,
+    settles=True,
+)
+def emergency_operation_time(series: TraceSeries) -> MetricColumn:
+    """Time from emergency operation after the first fault to the safe state.
+
+    It does not apply where the safe state needs no emergency operation.
+    """
+    found = _handled(series)
+    needs_none = (found.emergency < 0) & (found.safe >= 0)
+    fault = np.where(needs_none, -1, found.fault)
+    return _interval(series, fault, found.intervals.eoti, found.safe, is_unknown=found.is_unknown)
+
+
+@metric_entry(
+    "adeye:handling.nominal_availability@1",
+    "nominal_availability",
+    "1",
+    "lower",
+    "own definition: share of time",
+    scale=1.0,
+    cap=1.0,
+)
+def nominal_availability(series: TraceSeries) -> MetricColumn:
+    """Share of the time of the run at which the default channel acts."""
+    trace = series.trace
+    decided = decided_rows(trace)
+    away = decided & (series.column("authority") != default_channel(trace))
+    rows = decided.sum(axis=1)
+    codes = np.where(rows > 0, VALUE, CODES[UNDEFINED])
+    share = 1.0 - away.sum(axis=1) / np.maximum(rows, 1)
+    return column_of(series, codes, away.argmax(axis=1), share)
+
+
+@metric_entry(
+    "adeye:handling.takeovers@1",
+    "takeovers",
+    "1",
+    "higher",
+    "own definition: count of handovers",
+    scale=1.0,
+)
+def takeovers(series: TraceSeries) -> MetricColumn:
+    """How often authority passes from the default channel to another."""
+    return _counted(series, _away(series))
+
+
+@metric_entry(
+    "adeye:handling.trips@1",
+    "trips",
+    "1",
+    "higher",
+    "own definition: count of alarms and handovers",
+    scale=1.0,
+)
+def trips(series: TraceSeries) -> MetricColumn:
+    """How often a monitor is confirmed, the acting channel unusable, or another channel acts.
+
+    What goes on at the same time is one.
+    """
+    on = alarms(
+        series.column("monitors"), series.column("reason"), series.trace.layout.monitors
+    ).any(axis=2)
+    return _counted(series, on | _away(series))
+
+
+def _handled(series: TraceSeries) -> Handled:
+    """Read how faults are handled, once for all metrics."""
+    found: Handled = series.kept.get("handled") or handled(series.trace)
+    series.kept["handled"] = found
+    return found
+
+
+def _away(series: TraceSeries) -> Bools:
+    """Tell at which rows (B, T) another channel than the default acts, or acted last."""
+    authority = series.column("authority")
+    rows = np.arange(authority.shape[1])
+    last = np.maximum.accumulate(np.where(authority != NO_CHANNEL, rows, -1), axis=1)
+    default = default_channel(series.trace)
+    acting = np.take_along_axis(np.asarray(authority), np.maximum(last, 0), axis=1)
+    return others_act(np.where(last < 0, default, acting), default)
+
+
+def _counted(series: TraceSeries, on: Bools) -> MetricColumn:
+    """Count the rows (B, T) at which something begins."""
+    begins = on & decided_rows(series.trace)
+    begins[:, 1:] &= ~on[:, :-1]
+    codes = np.full(len(on), VALUE)
+    return column_of(series, codes, begins.argmax(axis=1), begins.sum(axis=1).astype(np.float64))
+
+
+def _interval(
+    series: TraceSeries,
+    fault: Ints,
+    value: Floats,
+    row: Ints,
+    *,
+    is_unknown: Bools | None = None,
+) -> MetricColumn:
+    """Give an interval of fault handling.
+
+    Args:
+        series: Series of the trace.
+        fault: (B,) first row with a fault, -1 where the interval does not apply.
+        value: (B,) [s], NaN where it did not come to its end.
+        row: (B,) its end.
+        is_unknown: (B,) whether that cannot be told.
+    """
+    unknown = np.zeros(len(fault), dtype=np.bool_) if is_unknown is None else is_unknown
+    codes = np.select(
+        [unknown & (fault >= 0), fault < 0, np.isfinite(value)],
+        [ERROR, NOT_APPLICABLE, VALUE],
+        CODES[INCOMPLETE],
+    )
+    return column_of(series, codes, np.maximum(row, 0), value)
 
 
 def _onset(series: TraceSeries) -> Ints:

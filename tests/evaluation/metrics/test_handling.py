@@ -7,7 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye.evaluation.judge import judge
 from adeye.evaluation.metrics import METRICS
+from adeye.evaluation.requirements import compile_requirement
+from adeye.evaluation.timeline import timeline
+from adeye.signals import REASON_STALENESS
+from adeye.spec.concept import MetricBound, Requirement
 
 
 def measure(made: Any, column: str) -> Any:
@@ -118,3 +123,172 @@ def test_handover_before_the_fault_does_not_count(hand_made: Any) -> None:
 def test_fault_in_the_last_row_decides_nothing(hand_made: Any) -> None:
     made = faulty(hand_made(), rows=20)
     assert measure(made, "takeover_time_s")[1] == "not_applicable"
+
+
+INTERVALS = (
+    "fault_detection_time_s",
+    "fault_reaction_time_s",
+    "fault_handling_time_s",
+    "emergency_operation_time_s",
+)
+
+
+def confirmed(made: Any, rows: slice) -> Any:
+    made.columns["monitors"][:, rows, 0, 1] = True
+    return made
+
+
+def mastered(hand_made: Any) -> Any:
+    """Fault at 0.5 s, detected at 0.7 s, emergency operation at 1.0 s, safe at 1.5 s."""
+    made = confirmed(stopping(faulty(hand_made()), 15), slice(7, None))
+    made.set("authority", 1, rows=slice(8, None))
+    return made.set("command", -4.0, rows=slice(10, None), at=0)
+
+
+def statuses(made: Any) -> list[str]:
+    return [measure(made, column)[1] for column in INTERVALS]
+
+
+def test_intervals_are_those_of_the_timeline(hand_made: Any) -> None:
+    made = mastered(hand_made)
+    found = [measure(made, column) for column in INTERVALS]
+    assert [value for value, _, _ in found] == pytest.approx([0.2, 0.3, 0.5, 0.5])
+    assert [time for _, _, time in found] == pytest.approx([0.7, 1.0, 1.0, 1.5])
+    read = timeline(made.trace(), 0, hand_made().trace(), 0)
+    shown = [read.fdti_s, read.frti_s, read.fhti_s, read.emergency_operation_s]
+    assert [value for value, _, _ in found] == shown
+
+
+def test_without_a_fault_no_interval_applies(hand_made: Any) -> None:
+    made = confirmed(stopping(hand_made(), 15), slice(7, None))
+    assert statuses(made) == ["not_applicable"] * 4
+
+
+def test_undetected_fault_leaves_every_interval_open(hand_made: Any) -> None:
+    assert statuses(faulty(hand_made())) == ["incomplete"] * 4
+
+
+def test_detected_fault_that_nobody_handles_leaves_the_reaction_open(hand_made: Any) -> None:
+    made = confirmed(faulty(hand_made()), slice(7, None))
+    assert statuses(made) == ["value", "incomplete", "incomplete", "incomplete"]
+
+
+def test_safe_state_without_detection_handles_nothing(hand_made: Any) -> None:
+    found = statuses(stopping(faulty(hand_made()), 15))
+    assert found == ["incomplete", "incomplete", "incomplete", "not_applicable"]
+
+
+def test_emergency_operation_that_never_ends_is_incomplete(hand_made: Any) -> None:
+    made = mastered(hand_made).ego(speed=8.0)
+    assert statuses(made) == ["value", "value", "value", "incomplete"]
+
+
+def test_alarm_from_before_the_fault_detects_nothing(hand_made: Any) -> None:
+    made = confirmed(faulty(hand_made()), slice(4, None))
+    assert measure(made, "fault_detection_time_s")[1] == "incomplete"
+
+
+def test_alarm_from_before_that_ends_and_comes_again_detects(hand_made: Any) -> None:
+    made = confirmed(confirmed(faulty(hand_made()), slice(3, 7)), slice(9, None))
+    assert measure(made, "fault_detection_time_s")[0] == pytest.approx(0.4)
+
+
+def test_second_monitor_detects_while_the_first_is_held(hand_made: Any) -> None:
+    made = confirmed(faulty(hand_made()), slice(3, None))
+    made.set("reason", REASON_STALENESS, rows=slice(8, None))
+    assert measure(made, "fault_detection_time_s")[0] == pytest.approx(0.3)
+
+
+def test_alarm_that_the_twin_has_too_detects_here_and_not_in_the_timeline(hand_made: Any) -> None:
+    made, twin = (confirmed(item, slice(8, None)) for item in (faulty(hand_made()), hand_made()))
+    assert measure(made, "fault_detection_time_s")[0] == pytest.approx(0.3)
+    assert timeline(made.trace(), 0, twin.trace(), 0).detect_s is None
+
+
+def test_unknown_speed_is_an_error_of_what_needs_the_safe_state(hand_made: Any) -> None:
+    made = mastered(hand_made)
+    made.columns["ego"][0, 2, 3] = np.nan
+    assert statuses(made) == ["value", "error", "error", "error"]
+
+
+def test_every_run_of_a_batch_is_as_it_is_alone(hand_made: Any) -> None:
+    made = hand_made(runs=3)
+    made.columns["fault_active"][1:, 5:, 0] = True
+    made.columns["monitors"][2, 7:, 0, 1] = True
+    found = METRICS["fault_detection_time_s"].compute(made.trace())
+    assert tuple(found.status) == ("not_applicable", "incomplete", "value")
+    assert found.value[2] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("status", "verdict"),
+    [("none", "VACUOUS"), ("undetected", "INCONCLUSIVE"), ("slow", "FAIL"), ("fast", "PASS")],
+)
+def test_bound_is_kept_only_by_a_fault_that_is_handled_in_time(
+    hand_made: Any, status: str, verdict: str
+) -> None:
+    made = {
+        "none": hand_made(),
+        "undetected": faulty(hand_made()),
+        "slow": mastered(hand_made),
+        "fast": mastered(hand_made).set("command", -4.0, rows=slice(8, None), at=0),
+    }[status]
+    bound = MetricBound(metric="fault_handling_time_s", at_most=0.4)
+    [[judged]] = judge(made.trace(), [compiled(bound)], np.array([True])).judgements
+    assert judged.verdict == verdict
+
+
+def test_contact_does_not_reopen_a_handling_time_that_is_there(hand_made: Any) -> None:
+    made = mastered(hand_made).touch(12, "lead")
+    bound = MetricBound(metric="fault_handling_time_s", at_most=0.6)
+    [[judged]] = judge(made.trace(), [compiled(bound)], np.array([True])).judgements
+    assert judged.verdict == "PASS"
+
+
+def compiled(bound: MetricBound) -> Any:
+    return compile_requirement(
+        Requirement(
+            id="FSR-1",
+            goals=("SG-1",),
+            text="Faults are handled in time.",
+            bound=bound,
+            threshold_source="test",
+            asil="B",
+            allocation=("safety",),
+        )
+    )
+
+
+def test_availability_is_the_share_of_time_of_the_default_channel(hand_made: Any) -> None:
+    made = hand_made().set("authority", 1, rows=slice(15, None))
+    assert measure(made, "nominal_availability")[:2] == (pytest.approx(0.75), "value")
+    assert measure(hand_made(), "nominal_availability")[:2] == (1.0, "value")
+
+
+def test_time_in_which_nobody_acts_is_not_available(hand_made: Any) -> None:
+    made = hand_made().set("authority", -1, rows=slice(0, 5))
+    assert measure(made, "nominal_availability")[0] == pytest.approx(0.75)
+
+
+def test_takeovers_are_counted_and_a_gap_in_between_is_none(hand_made: Any) -> None:
+    made = hand_made().set("authority", 1, rows=slice(3, 6))
+    made.set("authority", 1, rows=slice(9, 15)).set("authority", -1, rows=slice(11, 12))
+    assert measure(made, "takeovers") == (2.0, "value", pytest.approx(0.3))
+    assert measure(hand_made(), "takeovers")[:2] == (0.0, "value")
+
+
+def test_authority_from_the_first_row_is_a_takeover(hand_made: Any) -> None:
+    assert measure(hand_made().set("authority", 1), "takeovers")[:2] == (1.0, "value")
+
+
+def test_alarm_and_the_takeover_that_follows_it_are_one_trip(hand_made: Any) -> None:
+    made = confirmed(hand_made(), slice(4, 8)).set("authority", 1, rows=slice(6, 12))
+    assert measure(made, "trips") == (1.0, "value", pytest.approx(0.4))
+    assert measure(confirmed(made, slice(15, 17)), "trips")[0] == 2.0
+    assert measure(hand_made(), "trips")[:2] == (0.0, "value")
+
+
+def test_last_row_decides_nothing(hand_made: Any) -> None:
+    made = confirmed(hand_made(), slice(20, None)).set("authority", 1, rows=slice(20, None))
+    for column, value in (("trips", 0.0), ("takeovers", 0.0), ("nominal_availability", 1.0)):
+        assert measure(made, column)[0] == value

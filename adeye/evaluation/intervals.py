@@ -1,0 +1,131 @@
+"""Intervals of fault handling: what detects, what handles, and the times between, in one place.
+
+Timelines (a run against its twins) and the metrics of a single run share all of it; they differ in
+which alarms do not count: for a timeline those that the fault-free twin has as well, for a metric
+those that have been on since before the fault.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.evaluation.source import STANDSTILL_SPEED
+from adeye.signals import NO_CHANNEL, REASON_STALENESS
+from adeye.spec.supervisor import MANOEUVRE_MONITORS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from adeye.signals import Bools, Floats, Ints
+
+BRAKES_FROM: Final = 0.5
+"""Commanded deceleration from which the ego brakes and does not only coast [m/s²]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Intervals:
+    """Intervals of fault handling [s], shape (...), NaN for what did not come to its end.
+
+    Attributes:
+        fdti: Fault detection time interval: from the fault to its detection.
+        frti: Fault reaction time interval: from there to safe state or emergency operation.
+        fhti: Fault handling time interval, both together.
+        eoti: Emergency operation time interval: from emergency operation to the safe state.
+    """
+
+    fdti: Floats
+    frti: Floats
+    fhti: Floats
+    eoti: Floats
+
+
+def intervals(fault: Floats, detect: Floats, emergency: Floats, safe: Floats) -> Intervals:
+    """Give the intervals between four times of a run.
+
+    Args:
+        fault: (...) when a fault is first present [s]; NaN for what never happens, here and below.
+        detect: (...) when it is detected [s].
+        emergency: (...) when emergency operation begins [s].
+        safe: (...) when the safe state is reached for good [s].
+
+    Source:
+        ISO 26262-1:2018, 3.43, 3.44 (emergency operation) and 3.54 to 3.61.
+
+    >>> found = intervals(*np.array([1.0, 1.2, 1.5, 4.0]))
+    >>> [round(float(value), 6) for value in (found.fdti, found.frti, found.fhti, found.eoti)]
+    [0.2, 0.3, 0.5, 2.5]
+    """
+    fdti = np.asarray(detect - fault)
+    # What handles the fault may act before it is told to: then nothing is left to react.
+    frti = np.maximum(0.0, np.fmin(safe, emergency) - detect)
+    return Intervals(fdti, frti, np.asarray(fdti + frti), np.maximum(0.0, safe - emergency))
+
+
+def alarms(monitors: NDArray[Any], reason: NDArray[Any], names: Sequence[str]) -> Bools:
+    """Tell at which rows something is found to be wrong.
+
+    Args:
+        monitors: (..., T, Q, 2) raw and confirmed state of the monitors.
+        reason: (..., T) why the acting channel acts.
+        names: (Q,) of the monitors. What tells the manoeuvre detects nothing: a monitor has done
+            so before.
+
+    Returns:
+        (..., T, A): each monitor that detects is confirmed; the switch finds the acting channel
+        unusable.
+    """
+    detects = np.array([name not in MANOEUVRE_MONITORS for name in names], dtype=np.bool_)
+    confirmed = np.asarray(monitors[..., detects, 1], dtype=np.bool_)
+    stale = np.asarray(reason == REASON_STALENESS)
+    return np.concatenate([confirmed, stale[..., np.newaxis]], axis=-1)
+
+
+def held_since_before(on: Bools, onset: Ints) -> Bools:
+    """Tell at which rows an alarm is on that has been on since before a row, without a break.
+
+    Args:
+        on: (R, T, A) alarms.
+        onset: (R,) rows.
+    """
+    rows = np.arange(on.shape[1])[:, np.newaxis]
+    first = onset[:, np.newaxis, np.newaxis]
+    before = on[np.arange(len(onset)), np.maximum(onset - 1, 0)] & (onset > 0)[:, np.newaxis]
+    is_on = on | (rows < first)
+    return np.asarray(on & before[:, np.newaxis] & np.logical_and.accumulate(is_on, axis=1))
+
+
+def others_act(authority: NDArray[Any], default: int) -> Bools:
+    """Tell at which rows (...) another channel than the default acts."""
+    return np.asarray((authority != default) & (authority != NO_CHANNEL))
+
+
+def brakes(acceleration: Floats) -> Bools:
+    """Tell at which rows (...) the acting command [m/s²] brakes."""
+    return np.asarray(acceleration <= -BRAKES_FROM)
+
+
+def operates_in_emergency(acts: Bools, acceleration: Floats, speed: Floats) -> Bools:
+    """Tell at which rows (...) there is emergency operation: another channel brakes or stands.
+
+    Args:
+        acts: (...) whether another channel than the default acts.
+        acceleration: (...) of the acting command [m/s²].
+        speed: (...) of the ego [m/s].
+    """
+    return np.asarray(acts & (brakes(acceleration) | (np.abs(speed) <= STANDSTILL_SPEED)))
+
+
+def first_from(flags: Bools, onset: Ints) -> Ints:
+    """Find the first row from another on, -1 for none.
+
+    Args:
+        flags: (R, T).
+        onset: (R,) rows to begin with.
+    """
+    later = flags & (np.arange(flags.shape[1]) >= onset[:, np.newaxis])
+    return np.where(later.any(axis=1), later.argmax(axis=1), -1)

@@ -1,0 +1,180 @@
+"""What executing other runs beside stored ones told: faults and takeovers in hindsight.
+
+Both follow from the stored run and the version of what reads it, so that they are kept: whoever
+asks again executes nothing. They belong to a run and change no count, verdict or gate.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from adeye.errors import IntegrityError
+from adeye.evaluation.injections import Injection
+from adeye.evaluation.takeovers import TAKEOVERS_VERSION, TakeoverClass
+from adeye.evaluation.timeline import TIMELINE_VERSION, Timeline
+from adeye.store import tables
+from adeye.store.encoding import Row, insert_rows, json_text, row
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from sqlalchemy import Connection
+
+    from adeye.store.database import Database
+
+_TIMES = tuple(f"{name}_s" for name in tables.MOMENTS)
+
+
+@dataclass(frozen=True)
+class TakeoverLine:
+    """One run in hindsight.
+
+    Attributes:
+        run: Result digest.
+        fork: Result digest of the fork with the other decision.
+        scenario: Id in the ODD.
+        architecture: Id.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        class_: What the decision was.
+        takeover_s: When another channel than the default first acted [s]; None if none did.
+        violation_s: When the run violates [s]; None if it does not.
+        fork_violation_s: When the fork does [s].
+    """
+
+    run: str
+    fork: str
+    scenario: str
+    architecture: str
+    fault_entry: str
+    class_: TakeoverClass
+    takeover_s: float | None
+    violation_s: float | None
+    fork_violation_s: float | None
+
+
+class Hindsight:
+    """Reads and keeps what was found out about runs, each method in one transaction."""
+
+    def __init__(self, database: Database) -> None:
+        """Use an open database of the current schema."""
+        self._database = database
+
+    def save_injections(self, found: Sequence[Injection]) -> None:
+        """Keep what became of the faults of runs; what is known stays.
+
+        Raises:
+            IntegrityError: Something else was found before.
+        """
+        rows = [_injection_row(item) for item in found]
+        with self._database.write() as connection:
+            _insert_new(connection, tables.injection.name, rows)
+
+    def injections(self, campaign: str) -> tuple[Injection, ...]:
+        """Give what is known of the faults of a campaign's runs, by run."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT c.scenario, c.architecture, t.fault_entry, i.* FROM injection i "
+                "JOIN campaign_case c ON c.result_digest = i.result_digest "
+                "JOIN test_case t ON t.digest = c.test_case_digest "
+                "WHERE c.campaign_id = ? AND i.version = ? ORDER BY i.result_digest",
+                (campaign, TIMELINE_VERSION),
+            ).mappings()
+            # Two cases of a campaign may be one test case.
+            known = {item["result_digest"]: _injection(item) for item in found}
+        return tuple(known.values())
+
+    def save_takeovers(self, found: Sequence[TakeoverLine]) -> None:
+        """Keep what the decisions of runs were, beside their forks; what is known stays.
+
+        Raises:
+            IntegrityError: Something else was found before.
+        """
+        rows = [
+            row(
+                tables.takeover,
+                (
+                    item.fork,
+                    TAKEOVERS_VERSION,
+                    item.class_,
+                    item.takeover_s,
+                    item.violation_s,
+                    item.fork_violation_s,
+                ),
+            )
+            for item in found
+        ]
+        with self._database.write() as connection:
+            _insert_new(connection, tables.takeover.name, rows)
+
+    def takeovers(self, campaign: str) -> tuple[TakeoverLine, ...]:
+        """Give what is known of the decisions of a campaign's runs, by run."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT f.origin_digest, o.fork_digest, c.scenario, c.architecture, t.fault_entry, "
+                "o.class, o.takeover_s, o.violation_s, o.fork_violation_s FROM takeover o "
+                "JOIN fork f ON f.result_digest = o.fork_digest "
+                "JOIN campaign_case c ON c.result_digest = f.origin_digest "
+                "JOIN test_case t ON t.digest = c.test_case_digest "
+                "WHERE c.campaign_id = ? AND o.version = ? ORDER BY f.origin_digest",
+                (campaign, TAKEOVERS_VERSION),
+            )
+            known = {item[0]: TakeoverLine(*item) for item in found}
+        return tuple(known.values())
+
+
+def _injection_row(item: Injection) -> Row:
+    times = item.times
+    return row(
+        tables.injection,
+        (
+            item.run,
+            TIMELINE_VERSION,
+            *(getattr(times, name) for name in _TIMES),
+            times.fdti_s,
+            times.frti_s,
+            times.fhti_s,
+            times.emergency_operation_s,
+            item.ftti_s,
+            item.fault_free_violation_s,
+            item.class_,
+            json_text(asdict(item.without_mechanism)),
+            json_text(list(item.twins)),
+        ),
+    )
+
+
+def _injection(item: Any) -> Injection:
+    return Injection(
+        run=item["result_digest"],
+        scenario=item["scenario"],
+        architecture=item["architecture"],
+        fault_entry=item["fault_entry"],
+        times=Timeline(**{name: item[name] for name in _TIMES}),
+        without_mechanism=Timeline(**json.loads(item["without_mechanism"])),
+        fault_free_violation_s=item["fault_free_violation_s"],
+        class_=item["class"],
+        twins=tuple(json.loads(item["twins"])),
+    )
+
+
+def _insert_new(connection: Connection, name: str, rows: Iterable[Row]) -> None:
+    """Insert rows whose key, the digest and the version, is not there yet."""
+    table = tables.metadata.tables[name]
+    key = next(iter(table.primary_key.columns)).name
+    new: dict[tuple[str, int], Row] = {}
+    for item in rows:
+        known = connection.exec_driver_sql(
+            f"SELECT row_hash FROM {name} WHERE {key} = ? AND version = ?",  # noqa: S608 - own names
+            (item[0], item[1]),
+        ).scalar()
+        known = new.get((item[0], item[1]), (known,))[-1]
+        if known is None:
+            new[item[0], item[1]] = item
+        elif known != item[-1]:
+            raise IntegrityError(
+                f"{name} of run {item[0][:12]}: something else was found before. Its twins or its "
+                "fork do not come out as they did; `adeye replay` tells whether the run does."
+            )
+    insert_rows(connection, table, list(new.values()))

@@ -1,0 +1,48 @@
+"""Built-in metrics by the table that holds them.
+
+The rows of ``metric`` are part of the hash of a result. A metric that came later must not change
+what was hashed: it stands in a table of its own, and a result that is older lacks it.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+FIRST_METRIC_IDS: Final = (
+    "contact",
+    "impact_speed_mps",
+    "min_distance_m",
+    "min_ttc_s",
+    "min_time_headway_s",
+    "max_drac_mps2",
+    "max_required_deceleration_mps2",
+    "rss_violation_s",
+    "fault_to_safe_state_s",
+    "max_jerk_mps3",
+    "max_deceleration_mps2",
+    "max_lane_offset_m",
+    "first_detection_distance_m",
+    "takeover_time_s",
+    "standstill_gap_m",
+    "detection_latency_s",
+    "missed_time_s",
+    "false_track_time_s",
+    "range_error_rms_m",
+    "position_error_p95_m",
+    "rear_detection_margin_m",
+)
+"""Of the first schema, in ``metric``."""
+
+TIMING_IDS: Final = (
+    "fault_detection_time_s",
+    "fault_reaction_time_s",
+    "fault_handling_time_s",
+    "emergency_operation_time_s",
+    "nominal_availability",
+    "takeovers",
+    "trips",
+)
+"""Since schema 0003, in ``timing``."""
+
+METRIC_IDS: Final = (*FIRST_METRIC_IDS, *TIMING_IDS)
+"""All of them, four columns each: value, status, time of the worst case, actor."""
