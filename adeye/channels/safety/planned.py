@@ -13,9 +13,9 @@ from adeye.channels.safety.monitors import MONITOR_IDS
 from adeye.channels.safety.planner import FOUND_ROW, NO_STOP
 from adeye.channels.safety.planning import KEPT_ROW, KEPT_STOP, POINTS, planned_step, show_stops
 from adeye.channels.tracks import TRACKS
-from adeye.channels.trajectory.prediction import OBJECT_ROW, WAY_ROW
 from adeye.kernel.elementary import tan
 from adeye.kernel.jit import compiled
+from adeye.kernel.prediction import OBJECT_ROW, WAY_ROW
 from adeye.kernel.profiles import (
     PATH_ROW,
     PATH_TARGET,

@@ -23,16 +23,9 @@ from adeye.channels.pose import (
 )
 from adeye.channels.trajectory.fan import LOST
 from adeye.channels.trajectory.obstacles import is_cut_up, overlap
-from adeye.channels.trajectory.prediction import (
-    OBJECT_BEHIND,
-    OBJECT_GROWTH,
-    WAY_D,
-    WAY_S,
-    WAY_SPEED,
-    margin_at,
-)
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.prediction import OBJECT_BEHIND, OBJECT_GROWTH, WAY_D, WAY_S, WAY_SPEED, margin_at
 from adeye.kernel.profiles import (
     PATH_EXISTS,
     PATH_LENGTH,

@@ -17,14 +17,14 @@ from adeye.channels.tracks import (
     TRACK_X,
     TRACK_Y,
 )
-from adeye.channels.trajectory.prediction import (
+from adeye.channels.trajectory.prediction import SAMPLES, predict_objects
+from adeye.kernel.prediction import (
     FREE_GROWTH,
     OBJECT_BEHIND,
     OBJECT_GROWTH,
     OBJECT_ROW,
     OBJECT_S,
     OBJECT_SINE,
-    SAMPLES,
     WAY_D,
     WAY_ROW,
     WAY_S,
@@ -32,7 +32,6 @@ from adeye.channels.trajectory.prediction import (
     believed_braking,
     lane_ahead,
     margin_at,
-    predict_objects,
 )
 from adeye.signals import OBJECT_CLASSES, Floats
 from tests.channels.trajectory.record import LANE, pose
