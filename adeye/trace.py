@@ -256,19 +256,12 @@ def _hex(lanes: NDArray[np.uint64]) -> list[str]:
 
 def _context_of(context: SceneContext, runs: Ints) -> SceneContext:
     """Keep the sizes, roads, surroundings and seeds of some runs."""
-    road = context.road
     return replace(
         context,
         object_sizes=context.object_sizes[runs],
         object_reflectivity=context.object_reflectivity[runs],
         ego_size=context.ego_size[runs],
         stream_seeds=context.stream_seeds[runs],
-        road=replace(
-            road,
-            segments=road.segments[runs],
-            lane_width=road.lane_width[runs],
-            shoulder=road.shoulder[runs],
-            speed_limit=road.speed_limit[runs],
-        ),
+        road=context.road.of(runs),
         surroundings=context.surroundings.of(runs),
     )

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.safety import SafetyChannel
 from adeye.ports import ChannelContext, ControlChannel, MetricColumn, Parameters
-from adeye.signals import RoadMap
+from adeye.testing.scenes import straight_road
 
 
 class Gains(Parameters):
@@ -45,7 +45,7 @@ def test_what_cannot_act_is_no_channel() -> None:
 
 
 def test_runs_of_a_channel_are_counted_by_the_vehicles() -> None:
-    road = RoadMap(np.zeros((0, 1, 5)), np.zeros(0), 2, np.zeros(0), np.zeros(0))
+    road = straight_road(0)
     context = ChannelContext("nominal", (), (), {}, {}, (), road, np.zeros(0), 0.05, 0.05)
     assert context.runs == 0
 

@@ -61,7 +61,15 @@ def context() -> SceneContext:
         object_sizes=np.arange(RUNS * OBJECTS * 3.0).reshape(RUNS, OBJECTS, 3),
         object_reflectivity=np.arange(RUNS * OBJECTS * 1.0).reshape(RUNS, OBJECTS),
         ego_size=np.arange(RUNS * 3.0).reshape(RUNS, 3),
-        road=RoadMap(np.arange(RUNS * 5.0).reshape(RUNS, 1, 5), each, 2, each, each),
+        road=RoadMap(
+            np.arange(RUNS * 5.0).reshape(RUNS, 1, 5),
+            each,
+            2,
+            each,
+            each,
+            each,
+            np.zeros((RUNS, 0, 5)),
+        ),
         surroundings=Surroundings(
             each, each, each, np.array([False, True]), each + 1.0, each + 2.0, each + 3.0
         ),

@@ -46,6 +46,8 @@ class ScalarRoad:
         lanes: Number of lanes.
         shoulder: Width beside the right edge [m].
         speed_limit: [m/s].
+        verge: Width of free ground beside the shoulder [m].
+        refuges: Parking bays and rest areas (R, 5), see ``signals.REFUGE_COLUMNS``.
     """
 
     segments: Floats
@@ -53,6 +55,8 @@ class ScalarRoad:
     lanes: int
     shoulder: float
     speed_limit: float
+    verge: float
+    refuges: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,6 +282,8 @@ def _context(context: ChannelContext, run: int) -> ScalarContext:
             road.lanes,
             float(road.shoulder[run]),
             float(road.speed_limit[run]),
+            float(road.verge[run]),
+            road.refuges[run].copy(),
         ),
         desired_speed=float(context.desired_speed[run]),
         step=context.step,

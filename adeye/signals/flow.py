@@ -69,6 +69,13 @@ POINT_RANGE, POINT_BEARING, POINT_ELEVATION = range(3)
 # Columns of a track row, in the vehicle frame of the channel's tick.
 TRACK_COLUMNS: Final = ("x", "y", "vx", "vy", "length", "width")
 
+# Columns of a refuge, a place to stand in beside lanes and shoulder on the right: its kind, an
+# index into `REFUGE_KINDS`; where its full depth begins along the road and for how long it has it;
+# how far it reaches beyond the shoulder; the length of each taper before and after it [m].
+REFUGE_COLUMNS: Final = ("kind", "s", "length", "depth", "taper")
+REFUGE_KIND, REFUGE_S, REFUGE_LENGTH, REFUGE_DEPTH, REFUGE_TAPER = range(5)
+REFUGE_KINDS: Final = ("parking_bay", "rest_area")
+
 OBJECT_CLASSES: Final = (
     "car",
     "van",
@@ -105,6 +112,9 @@ class RoadMap:
         lanes: Number of lanes, the same for the batch.
         shoulder: Width beside the right edge (B,) [m].
         speed_limit: (B,) [m/s].
+        verge: Width of free ground beside the shoulder (B,) [m].
+        refuges: Parking bays and rest areas in the order of their places, (B, R, 5), see
+            ``REFUGE_COLUMNS``.
     """
 
     segments: Floats
@@ -112,6 +122,20 @@ class RoadMap:
     lanes: int
     shoulder: Floats
     speed_limit: Floats
+    verge: Floats
+    refuges: Floats
+
+    def of(self, runs: Any) -> RoadMap:
+        """Keep the roads of some runs, chosen by a slice or by their numbers."""
+        return RoadMap(
+            self.segments[runs],
+            self.lane_width[runs],
+            self.lanes,
+            self.shoulder[runs],
+            self.speed_limit[runs],
+            self.verge[runs],
+            self.refuges[runs],
+        )
 
 
 @dataclass(frozen=True, slots=True)

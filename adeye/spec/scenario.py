@@ -6,9 +6,9 @@ Numbers are formulas over the scenario's own parameters, so one file describes e
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from adeye.errors import InputError
 from adeye.spec.expression import parse
@@ -81,6 +81,25 @@ def _quantity(text: Value, loc: Loc) -> tuple[float, Dimension]:
     raise misplaced([(loc, f"{shown(text)} is not a quantity like '15 m'")])
 
 
+class Bay(Record):
+    """A place to stand in beside lanes and shoulder, on the right.
+
+    It begins at the outer edge of the shoulder. Tapers before and after it widen from nothing to
+    its depth, linearly. A rest area is a larger one: lanes and parking apart from the road are not
+    modelled.
+    """
+
+    kind: Literal["parking_bay", "rest_area"]
+    s: LengthFormula
+    """Where its full depth begins along the road [m], after the taper."""
+    length: LengthFormula
+    """How long it has its full depth [m]."""
+    depth: LengthFormula
+    """From the outer edge of the shoulder to its own [m]."""
+    taper: LengthFormula
+    """Length of each taper [m]."""
+
+
 class Road(Record):
     """A parametric road with parallel lanes, numbered from 0 at the right."""
 
@@ -94,6 +113,19 @@ class Road(Record):
     speed_limit: SpeedFormula
     markings: Literal["full", "worn", "none"] = "full"
     road_type: Literal["motorway", "rural", "urban"] = "motorway"
+    verge: LengthFormula | None = None
+    """Width of free ground on the right beside the shoulder, which carries a vehicle [m], default
+    0; bays lie in it."""
+    bays: ById[Bay] = {}
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        for name in ("verge", "bays"):
+            if not getattr(self, name):
+                del content[name]
+        return content
 
     @model_validator(mode="after")
     def _radius_fits_kind(self) -> Self:

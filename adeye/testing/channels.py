@@ -302,19 +302,13 @@ def _nothing(readings: Mapping[str, Measurement]) -> dict[str, Measurement]:
 
 
 def _one_context(context: ChannelContext, run: int) -> ChannelContext:
-    road, part = context.road, slice(run, run + 1)
+    part = slice(run, run + 1)
     return replace(
         context,
         parameters=[context.parameters[run]],
         mounts={name: poses[part] for name, poses in context.mounts.items()},
         vehicles=[context.vehicles[run]],
-        road=RoadMap(
-            road.segments[part],
-            road.lane_width[part],
-            road.lanes,
-            road.shoulder[part],
-            road.speed_limit[part],
-        ),
+        road=context.road.of(part),
         desired_speed=context.desired_speed[part],
     )
 

@@ -23,6 +23,7 @@ from adeye.ports import ChannelContext
 from adeye.signals import (
     DETECTION_COLUMNS,
     REASON_LABELS,
+    REFUGE_COLUMNS,
     STATUS_LABELS,
     Authority,
     ControlCommand,
@@ -137,6 +138,8 @@ def context_of(hello: dict[str, Any], parameters: Any) -> ChannelContext:
             road["lanes"],
             _array(road["shoulder"]),
             _array(road["speed_limit"]),
+            _array(road.get("verge", 0.0)),
+            _refuges(road.get("refuges", [])),
         ),
         desired_speed=_array(hello["desired_speed"]),
         step=hello["step"],
@@ -211,6 +214,10 @@ def _channel(
 def _array(values: Any) -> Floats:
     """Return the numbers of one run with the run as first axis; null is NaN."""
     return np.array([values], dtype=np.float64)
+
+
+def _refuges(rows: list[Any]) -> Floats:
+    return _array(rows).reshape(1, len(rows), len(REFUGE_COLUMNS))
 
 
 def _measurement(item: dict[str, Any]) -> Measurement:

@@ -27,6 +27,7 @@ from adeye.signals import (
     PLACE_LANE,
     PLACE_OFFSET,
     PLACE_S,
+    REFUGE_COLUMNS,
     Floats,
     Measurement,
     RoadMap,
@@ -72,6 +73,8 @@ def straight_road(runs: int = 1, *, lanes: int = 3, curvature: float = 0.0) -> R
         lanes,
         np.full(runs, 2.5),
         np.full(runs, 130.0 / 3.6),
+        np.zeros(runs),
+        np.zeros((runs, 0, len(REFUGE_COLUMNS))),
     )
 
 

@@ -19,7 +19,6 @@ from adeye.signals import (
     ESTIMATE_COLUMNS,
     Floats,
     Measurement,
-    RoadMap,
     Scene,
     SceneContext,
     Surroundings,
@@ -262,19 +261,12 @@ def scene_of(context: SceneContext, tick: int) -> Scene:
 
 def _one_context(context: SceneContext, run: int) -> SceneContext:
     part = slice(run, run + 1)
-    road = context.road
     return replace(
         context,
         object_sizes=context.object_sizes[part],
         object_reflectivity=context.object_reflectivity[part],
         ego_size=context.ego_size[part],
-        road=RoadMap(
-            road.segments[part],
-            road.lane_width[part],
-            road.lanes,
-            road.shoulder[part],
-            road.speed_limit[part],
-        ),
+        road=context.road.of(part),
         surroundings=context.surroundings.of(part),
         stream_seeds=context.stream_seeds[part],
     )

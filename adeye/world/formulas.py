@@ -146,6 +146,7 @@ def structure(scenario: LogicalScenario) -> tuple[object, ...]:
     return (
         scenario.world.road.kind,
         scenario.world.road.lanes,
+        tuple((name, bay.kind) for name, bay in scenario.world.road.bays.items()),
         scenario.ego.goal is None,
         tuple((name, item.kind) for name, item in scenario.world.objects.items()),
         tuple((name, *_actor_structure(actor)) for name, actor in scenario.actors.items()),

@@ -20,6 +20,7 @@ from adeye.kernel.elementary import sin, sin_cos
 from adeye.kernel.jit import compiled
 from adeye.signals import Floats, RoadMap
 from adeye.world.formulas import BELOW_ZERO, Formulas
+from adeye.world.refuges import build_refuges
 
 LEAD_IN: Final = 100.0
 """Straight part before the first arc [m]."""
@@ -38,7 +39,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
         formulas: Scenarios of the batch with their parameters.
 
     Raises:
-        SpecError: A width, length or radius is not possible.
+        SpecError: A width, length, radius or bay is not possible.
     """
     road = formulas.scenario.world.road
     lane_width = formulas.limited(
@@ -62,7 +63,17 @@ def build_roads(formulas: Formulas) -> RoadMap:
         pieces = [(np.full(formulas.runs, LEAD_IN), straight)]
         pieces += [(arc, (-1.0) ** number / radius) for number in range(arcs)]
         pieces.append((np.full(formulas.runs, RUN_OUT), straight))
-    return RoadMap(_join(pieces), lane_width, road.lanes, shoulder, limit)
+    return RoadMap(
+        segments=_join(pieces),
+        lane_width=lane_width,
+        lanes=road.lanes,
+        shoulder=shoulder,
+        speed_limit=limit,
+        verge=formulas.limited(
+            "world.road.verge", lambda s: s.world.road.verge, above=BELOW_ZERO, default=0.0
+        ),
+        refuges=build_refuges(formulas, length),
+    )
 
 
 def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:

@@ -20,7 +20,6 @@ from adeye.signals import (
     EGO_HEADING,
     EGO_YAW_RATE,
     Measurement,
-    RoadMap,
     Scene,
     SceneContext,
 )
@@ -131,19 +130,12 @@ def made(
 
 def of_runs(context: SceneContext, runs: Sequence[int]) -> SceneContext:
     rows = list(runs)
-    road = context.road
     return replace(
         context,
         object_sizes=context.object_sizes[rows],
         object_reflectivity=context.object_reflectivity[rows],
         ego_size=context.ego_size[rows],
-        road=RoadMap(
-            road.segments[rows],
-            road.lane_width[rows],
-            road.lanes,
-            road.shoulder[rows],
-            road.speed_limit[rows],
-        ),
+        road=context.road.of(rows),
         surroundings=context.surroundings.of(rows),
         stream_seeds=context.stream_seeds[rows],
     )

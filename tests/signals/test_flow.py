@@ -9,10 +9,10 @@ import adeye.signals
 from adeye.signals import flow
 from adeye.signals.flow import (
     ControlCommand,
-    RoadMap,
     SceneContext,
     Surroundings,
 )
+from adeye.testing.scenes import straight_road
 
 
 @pytest.mark.parametrize(
@@ -22,6 +22,7 @@ from adeye.signals.flow import (
         ("OBJECT", flow.OBJECT_COLUMNS),
         ("PLACE", flow.PLACE_COLUMNS),
         ("DETECTION", flow.DETECTION_COLUMNS),
+        ("REFUGE", flow.REFUGE_COLUMNS),
     ],
 )
 def test_column_numbers_follow_the_names(prefix: str, columns: tuple[str, ...]) -> None:
@@ -85,7 +86,7 @@ def test_copy_of_a_bare_command_stays_bare() -> None:
 
 
 def test_runs_of_a_context_are_counted_by_the_ego() -> None:
-    road = RoadMap(np.zeros((3, 1, 5)), np.zeros(3), 2, np.zeros(3), np.zeros(3))
+    road = straight_road(3)
     weather = Surroundings.clear(3)
     context = SceneContext(
         0.05,

@@ -16,6 +16,8 @@ from adeye.spec.scenario import LaneChange, LogicalScenario, Parameter, SpeedCha
 
 ROOT = Path(__file__).parents[2] / "scenarios_db"
 SHIPPED = sorted(ROOT.rglob("*.yaml"))
+BAY = {"kind": "parking_bay", "s": "400 m", "length": "60 m", "depth": "4 m", "taper": "20 m"}
+
 CONTENT: dict[str, Any] = load_document(ROOT / "motorway" / "cut_in.yaml").value
 
 
@@ -148,6 +150,8 @@ def test_words_ranges_and_defaults_are_not_executed(place: tuple[str, ...], valu
     ("place", "value"),
     [
         (("world", "road", "shoulder"), "2 m"),
+        (("world", "road", "verge"), "2 m"),
+        (("world", "road", "bays"), {"bay": BAY}),
         (("environment", "illumination"), "night"),
         (("actors", "cutter", "kind"), "truck"),
         (("storyboard", "cut_in", "when"), "cutter.gap < gap"),
@@ -158,3 +162,17 @@ def test_words_ranges_and_defaults_are_not_executed(place: tuple[str, ...], valu
 def test_what_happens_is_executed(place: tuple[str, ...], value: Any) -> None:
     changed = LogicalScenario.model_validate(content(*place, value=value))
     assert changed.executable() != LogicalScenario.model_validate(CONTENT).executable()
+
+
+def test_a_road_without_bays_and_verge_is_written_as_before_there_were_any() -> None:
+    road = LogicalScenario.model_validate(CONTENT).executable()["world"]["road"]  # type: ignore[index]
+    assert list(road) == [
+        *("kind", "length", "radius", "lanes", "lane_width"),
+        *("shoulder", "speed_limit", "markings", "road_type"),
+    ]
+
+
+def test_a_stored_road_with_bays_is_read_as_it_was_written() -> None:
+    changed = LogicalScenario.model_validate(content("world", "road", "bays", value={"bay": BAY}))
+    road = changed.world.road
+    assert type(road).model_validate(road.model_dump(mode="json")) == road

@@ -81,6 +81,8 @@ def hello(context: ChannelContext, run: int) -> dict[str, Any]:
             "lanes": road.lanes,
             "shoulder": float(road.shoulder[run]),
             "speed_limit": float(road.speed_limit[run]),
+            "verge": float(road.verge[run]),
+            "refuges": _listed(road.refuges[run]),
         },
     }
 
