@@ -14,7 +14,7 @@ import numpy as np
 
 from adeye.kernel.elementary import atan2, sin_cos, tan
 from adeye.kernel.geometry import wrap_to_pi
-from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.jit import allocating, compiled, inlined
 from adeye.kernel.prediction import (
     MIN_LATERAL_SPEED,
     OBJECT_COSINE,
@@ -175,7 +175,7 @@ def place_box(
     box[4], box[5] = length, width
 
 
-@compiled
+@allocating
 def cover_at(
     ego: Floats,
     body: Floats,
@@ -201,7 +201,7 @@ def cover_at(
     cover(box, value, xs, ys, cell, layer)
 
 
-@compiled
+@allocating
 def sweep(
     segments: Floats,
     lane_width: float,
