@@ -210,7 +210,18 @@ class _Making:
         """Tell what the map knows of each cell, and what its ground counts."""
         place, lane = self._layer(0).astype(np.int64), self._layer(0).astype(np.int64)
         number, table = self._layer(0.0), np.array(costs.table())
-        fill_ground(table, *self._lanes, *self._beside, self.ego, *self._cells, place, lane, number)
+        fill_ground(
+            table,
+            *self._lanes,
+            *self._beside,
+            self.ego,
+            self.x,
+            self.y,
+            self._settings.cell,
+            place,
+            lane,
+            number,
+        )
         none = np.full(place.shape, -1, dtype=np.int64)
         self.layers |= {
             "place": place,

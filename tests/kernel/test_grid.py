@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -34,13 +34,13 @@ def covered(x: float, y: float, heading: float, length: float, width: float) -> 
     return made
 
 
-def ground(segments: Floats, ego: tuple[float, float, float]) -> tuple[Floats, ...]:
+def ground(segments: Floats, ego: tuple[float, float, float]) -> list[Any]:
     place, lane = layer(0.0).astype(np.int64), layer(0.0).astype(np.int64)
     number = layer(0.0)
     fill_ground(
         np.array(DEFAULT_RULES), segments, *ROAD, np.array(ego), XS, YS, CELL, place, lane, number
     )
-    return place, lane, number
+    return [place, lane, number]
 
 
 def swept(
@@ -185,7 +185,7 @@ def test_rotated_and_moved_world_looks_the_same_to_the_ego() -> None:
     there[:, 1] = y_0 + sine * here[:, 0] + cosine * here[:, 1]
     there[:, 2] += turn
 
-    def seen(segments: Floats) -> list[Floats]:
+    def seen(segments: Floats) -> list[Any]:
         x, y, heading = position(segments, 131.3, 4.417)
         place = position(segments, 142.2, 5.03)
         body = (place[0], place[1], place[2] + 0.03, 4.43, 1.83)
