@@ -63,6 +63,7 @@ def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
         "lane_width": road.lane_width,
         "lanes": road.lanes,
         "shoulder": road.shoulder,
+        "verge": road.verge,
         "speed_limit": road.speed_limit,
         "desired_speed": context.desired_speed,
         "period": context.period,

@@ -22,16 +22,22 @@ from adeye.kernel.profiles import (
     PROFILE_S,
     at_path,
 )
+from adeye.kernel.refuge_stops import ANYWHERE, lay_refuge_stops
+from adeye.kernel.refuges import NO_REFUGE
 from adeye.kernel.road import position
 from adeye.kernel.stop_rating import CONTACT, DEFAULT_RULES, rate_footprint
 from adeye.kernel.stops import (
+    LAID_PATHS,
+    LAID_PROFILES,
     STOP_INTERVAL,
     STOP_LEVELS,
-    STOP_PATHS,
     STOP_SAMPLES,
+    STOPS,
     fill_stop,
     fits_limits,
     lay_stops,
+    path_of,
+    profile_of,
     rate_stop,
     stands_at,
     stop_jerk,
@@ -112,6 +118,7 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
     return rate_footprint(
         rules,
         road.segments[run],
+        road.refuges[run],
         place[PLACE_S],
         place[PLACE_D],
         tan(ego[EGO_HEADING] - place[PLACE_HEADING]),
@@ -120,6 +127,7 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
         road.lane_width[run],
         road.lanes,
         road.shoulder[run],
+        road.verge[run],
         road.speed_limit[run],
     )
 
@@ -139,33 +147,37 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
     s, d, speed = place[PLACE_S], place[PLACE_D], ego[EGO_SPEED]
     slope = tan(ego[EGO_HEADING] - place[PLACE_HEADING])
     lane = min(road.lanes - 1, max(0, int(d // road.lane_width[run])))
-    paths = np.zeros((STOP_PATHS, PATH_ROW))
-    lay_stops(
-        record,
-        s,
-        d,
-        slope,
-        0.0,
-        speed,
-        (lane + 0.5) * road.lane_width[run],
-        place[PLACE_CURVATURE],
-        np.full(PATH_ROW, np.nan),
-        paths,
-    )
-    best = CONTACT
-    lag = trace.layout.architecture.vehicle.acceleration_lag
-    profile = np.zeros((STOP_SAMPLES, PROFILE_ROW))
+    paths = np.zeros((LAID_PATHS, PATH_ROW))
+    profiles = np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW))
+    center, driven = (lane + 0.5) * road.lane_width[run], np.full(PATH_ROW, np.nan)
+    curvature, acceleration = place[PLACE_CURVATURE], ego[EGO_ACCELERATION]
+    lay_stops(record, s, d, slope, 0.0, speed, center, curvature, driven, paths)
     for level in range(STOP_LEVELS):
         wanted, jerk = stop_level(record, level), stop_jerk(level)
-        fill_stop(speed, ego[EGO_ACCELERATION], wanted, jerk, lag, profile)
-        if stands_at(profile) == STOP_SAMPLES:
+        fill_stop(speed, acceleration, wanted, jerk, record["acceleration_lag"], profiles[level])
+    lay_refuge_stops(
+        record,
+        road.refuges[run],
+        ANYWHERE,
+        (s, d, speed, acceleration),
+        (s, d, slope, 0.0),
+        0.0,
+        center,
+        NO_REFUGE,
+        driven,
+        paths,
+        profiles,
+    )
+    best = CONTACT
+    for stop in range(STOPS):
+        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
+        if path[PATH_EXISTS] == 0.0 or stands_at(profile) == STOP_SAMPLES:
             continue
-        for path in paths:
-            if path[PATH_EXISTS] == 0.0 or not fits_limits(record, path, 0.0, profile, d):
-                continue
-            rating = rate_stop(record, rules, road.segments[run], s, path, profile)
-            if rating < best and _is_free(trace, run, row, path, profile):
-                best = rating
+        if not fits_limits(record, road.refuges[run], path, s - path[PATH_START], profile, d):
+            continue
+        rating = rate_stop(record, rules, road.segments[run], road.refuges[run], s, path, profile)
+        if rating < best and _is_free(trace, run, row, path, profile):
+            best = rating
     return best
 
 
@@ -178,7 +190,9 @@ def _record(trace: Trace, run: int) -> np.void:
         "lane_width": road.lane_width[run],
         "lanes": float(road.lanes),
         "shoulder": road.shoulder[run],
+        "verge": road.verge[run],
         "speed_limit": road.speed_limit[run],
+        "acceleration_lag": vehicle.acceleration_lag,
         "max_curvature": tan(vehicle.max_steering_angle) / vehicle.wheelbase,
     }
     record: np.void = parameter_record(fields)[0]
@@ -196,8 +210,8 @@ def _is_free(trace: Trace, run: int, row: int, path: Floats, profile: Floats) ->
         abs(places[:, PLACE_D] - start[PLACE_D]) < beside
     )
     for sample in range(min(stands_at(profile) + 1, STOP_SAMPLES)):
-        s = path[PATH_START] + profile[sample, PROFILE_S]
-        d, slope, _ = at_path(path, profile[sample, PROFILE_S])
+        s = start[PLACE_S] + profile[sample, PROFILE_S]
+        d, slope, _ = at_path(path, s - path[PATH_START])
         x, y, heading = position(segments, s, d)
         then = min(last, row + round((sample + 1) * STOP_INTERVAL / context.step))
         for index in np.flatnonzero(~behind):

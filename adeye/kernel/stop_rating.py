@@ -10,6 +10,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.refuges import refuge_depth
 from adeye.kernel.road import lane_of
 
 if TYPE_CHECKING:
@@ -36,17 +37,21 @@ CONTACT: Final = 8.0
 
 # Kinds of places that a road of this kind has, in the order of the table of rules.
 (
+    RULE_REFUGE,
     RULE_SHOULDER,
+    RULE_VERGE,
     RULE_SLOW_LANE_IN_SIGHT,
     RULE_SLOW_LANE,
     RULE_FAST_LANE,
     RULE_CURVE,
     RULE_OFF_ROAD,
-) = range(6)
-RULES: Final = 6
+) = range(8)
+RULES: Final = 8
 
 RULE_NAMES: Final = (
+    "refuge",
     "hard_shoulder",
+    "verge",
     "slow_lane_in_sight",
     "slow_lane",
     "fast_lane",
@@ -55,9 +60,9 @@ RULE_NAMES: Final = (
 )
 """Names of these kinds."""
 
-DEFAULT_RULES: Final = (1.0, 3.0, 4.0, 5.0, 6.0, 7.0)
-"""What each is rated. The map says nothing of the ground beside lanes and shoulder, so it is not
-taken for a free verge."""
+DEFAULT_RULES: Final = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
+"""What each is rated. Ground beside lanes and shoulder of which the map says nothing is not taken
+for a free verge."""
 
 CELL: Final = 0.5
 """Largest edge of a cell [m]."""
@@ -111,7 +116,14 @@ def curvature_at(segments: Floats, s: float) -> float:
 
 @inlined
 def place_kind(
-    curvature: float, d: float, lane_width: float, lanes: int, shoulder: float, speed_limit: float
+    curvature: float,
+    d: float,
+    lane_width: float,
+    lanes: int,
+    shoulder: float,
+    depth: float,
+    verge: float,
+    speed_limit: float,
 ) -> int:
     """Return what kind of place a cell is, an index into the rules.
 
@@ -121,12 +133,24 @@ def place_kind(
         lane_width: [m].
         lanes: How many there are.
         shoulder: Width beside the right edge [m].
+        depth: How far a refuge reaches beyond the shoulder there [m].
+        verge: Width of free ground beside the shoulder [m].
         speed_limit: Of who comes from behind [m/s].
     """
-    if not -shoulder <= d <= lanes * lane_width:
+    if not -shoulder - max(depth, verge) <= d <= lanes * lane_width:
         return RULE_OFF_ROAD
+    if d < -shoulder:
+        return RULE_REFUGE if d >= -shoulder - depth else RULE_VERGE
     if d < 0.0:
         return RULE_SHOULDER
+    return _lane_kind(curvature, d, lane_width, lanes, shoulder, speed_limit)
+
+
+@inlined
+def _lane_kind(
+    curvature: float, d: float, lane_width: float, lanes: int, shoulder: float, speed_limit: float
+) -> int:
+    """Return what kind of place a cell in a lane is; see ``place_kind``."""
     lane = max(0, lane_of(d, lane_width, lanes))
     middle = (lane + 0.5) * lane_width
     inside = lanes * lane_width - middle if curvature > 0.0 else middle + shoulder
@@ -144,6 +168,7 @@ def place_kind(
 def rate_footprint(
     rules: Floats,
     segments: Floats,
+    refuges: Floats,
     s: float,
     d: float,
     slope: float,
@@ -152,6 +177,7 @@ def rate_footprint(
     lane_width: float,
     lanes: int,
     shoulder: float,
+    verge: float,
     speed_limit: float,
 ) -> float:
     """Return the rating of standing somewhere: that of the worst cell under the body.
@@ -161,6 +187,7 @@ def rate_footprint(
     Args:
         rules: (RULES,) rating of each kind of place.
         segments: (K, 5) reference line of the road.
+        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
         s: Of the centre of the body along the road [m].
         d: From the right edge to the left [m].
         slope: Tangent of the heading against the road's.
@@ -169,6 +196,7 @@ def rate_footprint(
         lane_width: [m].
         lanes: How many there are.
         shoulder: Width beside the right edge [m].
+        verge: Width of free ground beside the shoulder [m].
         speed_limit: [m/s].
     """
     along, across = math.ceil(length / CELL), math.ceil(width / CELL)
@@ -179,12 +207,15 @@ def rate_footprint(
         x = length * (i / along - 0.5)
         for j in range(across + 1):
             y = width * (j / across - 0.5)
+            place = s + cosine * x - sine * y
             kind = place_kind(
-                curvature_at(segments, s + cosine * x - sine * y),
+                curvature_at(segments, place),
                 d + sine * x + cosine * y,
                 lane_width,
                 lanes,
                 shoulder,
+                refuge_depth(refuges, place),
+                verge,
                 speed_limit,
             )
             worst = max(worst, rules[kind])

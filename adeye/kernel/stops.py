@@ -30,6 +30,7 @@ from adeye.kernel.profiles import (
     fill_profile,
     lay_path,
 )
+from adeye.kernel.refuges import body_edge
 from adeye.kernel.stop_rating import rate_footprint
 
 if TYPE_CHECKING:
@@ -38,19 +39,25 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-# Lateral paths. The world has no parking bays, so no path leads into one.
+# Lateral paths.
 (
     IN_LANE,  # to the centre of the lane, along its curvature
     STRAIGHT,  # straight on, as with the steering in the middle
     RIGHT_LANE,  # to the centre of the lane to the right
     SHOULDER,  # to the middle of the shoulder
-) = range(4)
-STOP_PATHS: Final = 4
+    REFUGE,  # into the next parking bay or rest area, see `kernel.refuge_stops`
+) = range(5)
+STOP_PATHS: Final = 5
 
 STOP_LEVELS: Final = 4
 """Decelerations: gentle, that of the stop, between, emergency."""
 
 STOPS: Final = STOP_PATHS * STOP_LEVELS
+
+LAID_PATHS: Final = REFUGE + STOP_LEVELS
+LAID_PROFILES: Final = 2 * STOP_LEVELS
+"""Rows of paths and profiles. A profile goes with every path and a path with every profile, but
+into a refuge each level has its own path and profile."""
 
 STOP_SAMPLES: Final = 80
 STOP_INTERVAL: Final = 0.2
@@ -73,10 +80,10 @@ LATERAL_JERK: Final = 5.0
 that which UN R79, 5.6.2.1.3 allows lane keeping systems on average over half a second; the
 acceleration is our choice below the 3 m/s² there, because the curve has its share, too."""
 
-_SHARE: Final = 0.8
+LATERAL_SHARE: Final = 0.8
 """Share of these limits that a path is laid out for: braking adds to the jerk. Our choice."""
 
-_JERK_PEAK: Final = 60.0
+JERK_PEAK: Final = 60.0
 """Largest third derivative of the quintic from rest to rest, over a length and a height of 1."""
 
 _SETTLING: Final = 2.0
@@ -84,6 +91,20 @@ _SETTLING: Final = 2.0
 
 _FAR: Final = 1e4
 """Length of the path straight on [m]: none reaches it."""
+
+
+@inlined
+def path_of(stop: int) -> int:
+    """Return the row of the path of a stop."""
+    row = stop // STOP_LEVELS
+    return row if row < REFUGE else REFUGE + stop % STOP_LEVELS
+
+
+@inlined
+def profile_of(stop: int) -> int:
+    """Return the row of the profile of a stop."""
+    level = stop % STOP_LEVELS
+    return level if stop // STOP_LEVELS < REFUGE else STOP_LEVELS + level
 
 
 @inlined
@@ -167,9 +188,9 @@ def stop_length(record: Any, speed: float, height: float) -> float:
         height: How far aside it leads [m].
     """
     high = abs(height)
-    wide = math.sqrt(PEAK * high / (_SHARE * LATERAL_ACCELERATION)) * speed
-    smooth = power(_JERK_PEAK * high / (_SHARE * LATERAL_JERK), 1.0 / 3.0) * speed
-    return max(wide, smooth, math.sqrt(PEAK * high / (_SHARE * record["max_curvature"])))
+    wide = math.sqrt(PEAK * high / (LATERAL_SHARE * LATERAL_ACCELERATION)) * speed
+    smooth = power(JERK_PEAK * high / (LATERAL_SHARE * LATERAL_JERK), 1.0 / 3.0) * speed
+    return max(wide, smooth, math.sqrt(PEAK * high / (LATERAL_SHARE * record["max_curvature"])))
 
 
 @compiled
@@ -185,7 +206,7 @@ def lay_stops(
     driven: Floats,
     paths: Floats,
 ) -> None:
-    """Lay the lateral paths from a lateral state.
+    """Lay the lateral paths from a lateral state, but for those into a refuge.
 
     Args:
         record: Has ``lane_width``, ``lanes``, ``shoulder``, ``width`` and ``max_curvature``.
@@ -198,9 +219,9 @@ def lay_stops(
         curvature: Of the road [1/m].
         driven: (PATH_ROW,) path that is being driven, its target NaN for none: what has been begun
             is finished as it was begun.
-        paths: (STOP_PATHS, PATH_ROW) out.
+        paths: (LAID_PATHS, PATH_ROW) out.
     """
-    for row in range(STOP_PATHS):
+    for row in range(REFUGE):
         path = paths[row]
         target, exists = center, True
         if row == RIGHT_LANE:
@@ -255,13 +276,16 @@ def lateral_movement(
 
 
 @compiled
-def fits_limits(record: Any, path: Floats, begun: float, profile: Floats, d: float) -> bool:
+def fits_limits(
+    record: Any, refuges: Floats, path: Floats, begun: float, profile: Floats, d: float
+) -> bool:
     """Tell whether a stop keeps to the lateral limits and between the edges of the road.
 
     The path straight on has no limits: it is what the vehicle does without steering.
 
     Args:
-        record: Has ``width``, ``length``, ``lane_width``, ``lanes`` and ``shoulder``.
+        record: Has ``width``, ``length``, ``lane_width``, ``lanes``, ``shoulder`` and ``verge``.
+        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
         path: (PATH_ROW,).
         begun: Way along the path that is behind the ego [m].
         profile: (STOP_SAMPLES, PROFILE_ROW).
@@ -274,7 +298,16 @@ def fits_limits(record: Any, path: Floats, begun: float, profile: Floats, d: flo
         speed, braking = profile[sample, PROFILE_SPEED], profile[sample, PROFILE_ACCELERATION]
         place, slope, _ = at_path(path, way)
         reach = half + 0.5 * record["length"] * abs(slope)
-        lowest = min(reach - record["shoulder"], d)
+        edge = body_edge(
+            refuges,
+            path[PATH_START] + way,
+            slope,
+            record["length"],
+            record["width"],
+            record["shoulder"],
+            record["verge"],
+        )
+        lowest = min(edge, d)
         highest = max(record["lanes"] * record["lane_width"] - reach, d)
         if not lowest - 1e-9 <= place <= highest + 1e-9:
             return False
@@ -291,6 +324,7 @@ def rate_stop(
     record: Any,
     rules: Floats,
     segments: Floats,
+    refuges: Floats,
     s: float,
     path: Floats,
     profile: Floats,
@@ -298,9 +332,10 @@ def rate_stop(
     """Return the rating of the place where a stop ends, see ``kernel.stop_rating``.
 
     Args:
-        record: Has the body of the ego, the lanes, the shoulder and ``speed_limit``.
+        record: Has the body of the ego, the lanes, shoulder, verge and ``speed_limit``.
         rules: (RULES,).
         segments: (K, 5) reference line of the road.
+        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
         s: Of the ego now [m].
         path: (PATH_ROW,).
         profile: (STOP_SAMPLES, PROFILE_ROW).
@@ -310,6 +345,7 @@ def rate_stop(
     return rate_footprint(
         rules,
         segments,
+        refuges,
         end,
         d,
         slope,
@@ -318,5 +354,6 @@ def rate_stop(
         record["lane_width"],
         int(record["lanes"]),
         record["shoulder"],
+        record["verge"],
         record["speed_limit"],
     )

@@ -183,7 +183,11 @@ class StopRatings(Record):
     from behind at the speed limit cannot stop within it, a lane is rated as a curve.
     """
 
+    refuge: Rating = 0
+    """Parking bay or rest area."""
     hard_shoulder: Rating = 1
+    verge: Rating = 2
+    """Free ground beside the shoulder, where the map says that it carries a vehicle."""
     slow_lane_in_sight: Rating = 3
     """The rightmost lane, where one need not brake hard to stop within the sight distance."""
     slow_lane: Rating = 4
@@ -191,6 +195,15 @@ class StopRatings(Record):
     curve: Rating = 6
     off_road: Rating = 7
     """Beside lanes and shoulder, where the map does not say what the ground is."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        for name in ("refuge", "verge"):
+            if getattr(self, name) == type(self).model_fields[name].default:
+                del content[name]
+        return content
 
 
 OF_PLANNED_STOP: Final = ("stop", "rear_sight", "ratings")

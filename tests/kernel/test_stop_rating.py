@@ -25,15 +25,16 @@ from adeye.spec.channels import StopRatings
 
 LIMIT = 130.0 / 3.6
 ROAD = np.array([[0.0, 0.0, 0.0, 500.0, 0.0], [500.0, 0.0, 0.0, 500.0, 1.0 / 250.0]])
+NONE = np.zeros((0, 5))
 VALUES = np.array(DEFAULT_RULES)
 
 
 def kind(d: float, curvature: float = 0.0, limit: float = LIMIT) -> int:
-    return place_kind(curvature, d, 3.5, 3, 2.5, limit)
+    return place_kind(curvature, d, 3.5, 3, 2.5, 0.0, 0.0, limit)
 
 
 def rate(s: float, d: float, slope: float = 0.0) -> float:
-    return rate_footprint(VALUES, ROAD, s, d, slope, 4.5, 1.8, 3.5, 3, 2.5, LIMIT)
+    return rate_footprint(VALUES, ROAD, NONE, s, d, slope, 4.5, 1.8, 3.5, 3, 2.5, 0.0, LIMIT)
 
 
 def test_table_is_the_one_that_users_write() -> None:

@@ -16,14 +16,15 @@ from adeye.kernel.profiles import (
 from adeye.kernel.stop_rating import DEFAULT_RULES
 from adeye.kernel.stops import (
     IN_LANE,
+    LAID_PATHS,
     LATERAL_ACCELERATION,
     LATERAL_JERK,
     ONSET_JERK,
+    REFUGE,
     RIGHT_LANE,
     SHOULDER,
     STOP_INTERVAL,
     STOP_LEVELS,
-    STOP_PATHS,
     STOP_SAMPLES,
     STRAIGHT,
     fill_stop,
@@ -44,6 +45,7 @@ RECORD = parameter_record(
         "lane_width": 3.5,
         "lanes": 3.0,
         "shoulder": 2.5,
+        "verge": 0.0,
         "length": 4.5,
         "width": 1.8,
         "max_curvature": 0.25,
@@ -51,6 +53,7 @@ RECORD = parameter_record(
     }
 )[0]
 ROAD = np.array([[0.0, 0.0, 0.0, 2000.0, 0.0]])
+NONE = np.zeros((0, 5))
 RULES = np.array(DEFAULT_RULES)
 
 
@@ -65,7 +68,7 @@ def stop(
 def paths(
     d: float, speed: float, *, lane: int, curvature: float = 0.0, slope: float = 0.0
 ) -> Floats:
-    made, driven = np.zeros((STOP_PATHS, PATH_ROW)), np.full(PATH_ROW, np.nan)
+    made, driven = np.zeros((LAID_PATHS, PATH_ROW)), np.full(PATH_ROW, np.nan)
     lay_stops(RECORD, 0.0, d, slope, 0.0, speed, 3.5 * (lane + 0.5), curvature, driven, made)
     return made
 
@@ -122,12 +125,12 @@ def test_no_stop_to_the_side_leaves_its_lateral_limits(speed: float, level: int)
             aside, jerk = lateral_movement(path, way, now, -acceleration)
             assert abs(aside) <= LATERAL_ACCELERATION
             assert abs(jerk) <= LATERAL_JERK
-        assert fits_limits(RECORD, path, 0.0, stop(speed, acceleration), 5.5)
+        assert fits_limits(RECORD, NONE, path, 0.0, stop(speed, acceleration), 5.5)
 
 
 def test_turned_hard_aside_no_stop_to_the_shoulder_is_within_the_limits() -> None:
     path = paths(1.75, 25.0, lane=0, slope=0.3)[SHOULDER]
-    assert not fits_limits(RECORD, path, 0.0, stop(25.0, 4.0), 1.75)
+    assert not fits_limits(RECORD, NONE, path, 0.0, stop(25.0, 4.0), 1.75)
 
 
 def test_shoulder_and_right_lane_are_where_they_are() -> None:
@@ -140,9 +143,9 @@ def test_shoulder_and_right_lane_are_where_they_are() -> None:
 def test_narrow_shoulder_is_none() -> None:
     narrow = RECORD.copy()
     narrow["shoulder"] = 1.5
-    made = np.zeros((STOP_PATHS, PATH_ROW))
+    made = np.zeros((LAID_PATHS, PATH_ROW))
     lay_stops(narrow, 0.0, 1.75, 0.0, 0.0, 20.0, 1.75, 0.0, np.full(PATH_ROW, np.nan), made)
-    assert [made[row, PATH_EXISTS] for row in range(STOP_PATHS)] == [1.0, 1.0, 0.0, 0.0]
+    assert [made[row, PATH_EXISTS] for row in range(REFUGE)] == [1.0, 1.0, 0.0, 0.0]
 
 
 def test_in_a_curve_the_lane_is_followed_and_straight_on_leaves_the_road() -> None:
@@ -150,23 +153,26 @@ def test_in_a_curve_the_lane_is_followed_and_straight_on_leaves_the_road() -> No
     assert at_path(made[IN_LANE], 100.0)[0] == pytest.approx(1.75)
     assert at_path(made[STRAIGHT], 60.0)[0] == pytest.approx(1.75 - 60.0**2 / 600.0)
     profile = stop(30.0, 4.0)
-    assert fits_limits(RECORD, made[IN_LANE], 0.0, profile, 1.75)
-    assert not fits_limits(RECORD, made[STRAIGHT], 0.0, profile, 1.75)
+    assert fits_limits(RECORD, NONE, made[IN_LANE], 0.0, profile, 1.75)
+    assert not fits_limits(RECORD, NONE, made[STRAIGHT], 0.0, profile, 1.75)
 
 
 def test_ends_are_rated_by_their_place() -> None:
     profile = stop(20.0, 2.4)
     made = paths(1.75, 20.0, lane=0)
-    rated = [rate_stop(RECORD, RULES, ROAD, 0.0, made[row], profile) for row in range(STOP_PATHS)]
+    rated = [rate_stop(RECORD, RULES, ROAD, NONE, 0.0, made[row], profile) for row in range(REFUGE)]
     assert (rated[IN_LANE], rated[STRAIGHT], rated[SHOULDER]) == (3.0, 3.0, 1.0)
-    assert rate_stop(RECORD, RULES, ROAD, 0.0, paths(5.25, 20.0, lane=1)[IN_LANE], profile) == 5.0
+    assert (
+        rate_stop(RECORD, RULES, ROAD, NONE, 0.0, paths(5.25, 20.0, lane=1)[IN_LANE], profile)
+        == 5.0
+    )
 
 
 def test_stop_that_ends_half_way_to_the_shoulder_is_rated_by_the_lane() -> None:
     path, hard = paths(1.75, 30.0, lane=0)[SHOULDER], stop(30.0, 8.0, jerk=100.0)
     d = at_path(path, hard[-1, PROFILE_S])[0]
     assert -1.0 < d < 1.0
-    assert rate_stop(RECORD, RULES, ROAD, 0.0, path, hard) == 3.0
+    assert rate_stop(RECORD, RULES, ROAD, NONE, 0.0, path, hard) == 3.0
 
 
 def test_speed_falls_and_the_way_ends_with_it() -> None:

@@ -10,21 +10,18 @@ import numpy as np
 from adeye.channels.corridor import PATH_WIDTH
 from adeye.channels.driving import channel_records
 from adeye.channels.links import SWITCH, linked_channels
-from adeye.channels.perception import NOTE_END, Perception
+from adeye.channels.perception import Perception
 from adeye.channels.safety.monitors import EVIDENCE_WIDTH, MONITOR_IDS
-from adeye.channels.safety.supervision import MEMORY_PATH, MEMORY_WIDTH, NO_SWITCH, safety_step
-from adeye.kernel.jit import compiled
-from adeye.signals import (
-    DEGRADED,
-    FAULT,
-    OK,
-    Bools,
-    ControlCommand,
-    Floats,
-    Ints,
-    Observation,
-    spec_columns,
+from adeye.channels.safety.supervision import (
+    MEMORY_PATH,
+    MEMORY_WIDTH,
+    NO_SWITCH,
+    Batch,
+    safety_step,
+    tell,
 )
+from adeye.kernel.jit import compiled
+from adeye.signals import FAULT, ControlCommand, Observation, spec_columns
 from adeye.spec.channels import OF_PLANNED_STOP, SafetyParameters
 
 if TYPE_CHECKING:
@@ -100,27 +97,29 @@ class SafetyChannel:
             self._reason[:] = observation.authority.reason
 
     def _decide(self, time: float) -> None:
+        _act(self._batch(), time)
+
+    def _batch(self) -> Batch:
         seen = self._perception
-        _act(
-            seen.records,
-            time,
-            seen.running,
-            seen.segments,
-            self._numbers,
-            self._channel_status,
-            self._reason,
-            seen.pose,
-            seen.tracks,
-            seen.notes,
-            seen.degraded,
-            self._heard,
-            self._states,
-            self._memory,
-            self._command,
-            self._status,
-            self._monitors,
-            self._path,
-            self._evidence,
+        return Batch(
+            records=seen.records,
+            segments=seen.segments,
+            running=seen.running,
+            numbers=self._numbers,
+            channel_status=self._channel_status,
+            reason=self._reason,
+            pose=seen.pose,
+            tracks=seen.tracks,
+            notes=seen.notes,
+            degraded=seen.degraded,
+            heard=self._heard,
+            states=self._states,
+            memory=self._memory,
+            command=self._command,
+            status=self._status,
+            monitors=self._monitors,
+            path=self._path,
+            evidence=self._evidence,
         )
 
     def _command_at(self, time: float) -> ControlCommand:
@@ -158,48 +157,7 @@ def ticks_within(duration: float, period: float) -> int:
 
 
 @compiled
-def _act(  # noqa: PLR0913, PLR0917 - a kernel
-    records: Any,
-    time: float,
-    running: Bools,
-    segments: Floats,
-    numbers: Floats,
-    channel_status: Ints,
-    reason: Ints,
-    pose: Floats,
-    tracks: Floats,
-    notes: Floats,
-    degraded: Bools,
-    heard: Bools,
-    states: Ints,
-    memory: Floats,
-    command: Floats,
-    status: Ints,
-    monitors: Bools,
-    path: Floats,
-    seen: Floats,
-) -> None:
-    for run in range(records.shape[0]):
-        if not running[run]:
-            continue
-        state = safety_step(
-            records[run],
-            time,
-            segments[run],
-            int(notes[run, NOTE_END]),
-            numbers[run],
-            channel_status[run],
-            reason[run],
-            pose[run],
-            tracks[run],
-            heard[run],
-            states[run],
-            memory[run],
-            command[run],
-            monitors[run],
-            path,
-            seen,
-        )
-        if state == OK and degraded[run]:
-            state = DEGRADED
-        status[run] = state
+def _act(batch: Batch, time: float) -> None:
+    for run in range(batch.records.shape[0]):
+        if batch.running[run]:
+            tell(batch, run, safety_step(batch, run, time))

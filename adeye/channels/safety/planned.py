@@ -7,11 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.channels.driving import MAX_LATERAL
-from adeye.channels.perception import NOTE_END
 from adeye.channels.safety.channel import SafetyChannel
 from adeye.channels.safety.monitors import MONITOR_IDS
 from adeye.channels.safety.planner import FOUND_ROW, NO_STOP
-from adeye.channels.safety.planning import KEPT_ROW, KEPT_STOP, POINTS, planned_step, show_stops
+from adeye.channels.safety.planning import (
+    KEPT_ROW,
+    KEPT_STOP,
+    POINTS,
+    Plans,
+    planned_step,
+    show_plan,
+)
+from adeye.channels.safety.supervision import Batch, tell
 from adeye.channels.tracks import TRACKS
 from adeye.kernel.elementary import tan
 from adeye.kernel.jit import compiled
@@ -23,21 +30,12 @@ from adeye.kernel.profiles import (
 )
 from adeye.kernel.stop_rating import RULE_NAMES
 from adeye.kernel.stops import (
-    STOP_LEVELS,
-    STOP_PATHS,
+    LAID_PATHS,
+    LAID_PROFILES,
     STOP_SAMPLES,
     STOPS,
 )
-from adeye.signals import (
-    DEGRADED,
-    FAULT,
-    OK,
-    Bools,
-    ControlCommand,
-    Floats,
-    Ints,
-    spec_columns,
-)
+from adeye.signals import ControlCommand, Floats, Ints, spec_columns
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
@@ -70,6 +68,7 @@ class PlannedSafetyChannel(SafetyChannel):
         runs = context.runs
         rules = spec_columns(context.parameters, _rules)
         self._rules = np.stack([rules[name] for name in RULE_NAMES], axis=1)
+        self._refuges = np.ascontiguousarray(context.road.refuges)
         self._kept = np.zeros((runs, KEPT_ROW))
         self._kept[:, KEPT_STOP] = NO_STOP
         self._driven = np.zeros((runs, PATH_ROW))
@@ -82,8 +81,8 @@ class PlannedSafetyChannel(SafetyChannel):
         self._scratch = (
             np.zeros((TRACKS, OBJECT_ROW)),
             np.zeros((TRACKS, STOP_SAMPLES, WAY_ROW)),
-            np.zeros((STOP_PATHS, PATH_ROW)),
-            np.zeros((STOP_LEVELS, STOP_SAMPLES, PROFILE_ROW)),
+            np.zeros((LAID_PATHS, PATH_ROW)),
+            np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW)),
             np.zeros((STOP_SAMPLES, 2)),
             np.zeros((STOPS, FOUND_ROW)),
         )
@@ -94,36 +93,18 @@ class PlannedSafetyChannel(SafetyChannel):
         return super()._fields(context) | rear | limits | PLANNING
 
     def _decide(self, time: float) -> None:
-        seen = self._perception
         _act(
-            seen.records,
-            self._rules,
+            self._batch(),
+            self._plans(),
             time,
-            seen.running,
-            seen.segments,
-            self._numbers,
-            self._channel_status,
-            self._reason,
-            seen.pose,
-            seen.tracks,
-            seen.notes,
-            seen.degraded,
-            self._heard,
-            self._states,
-            self._memory,
-            self._kept,
-            self._driven,
-            self._command,
-            self._status,
-            self._monitors,
-            self._path,
-            self._evidence,
             self._shows,
             self._candidates,
             self._costs,
             self._chosen,
-            self._scratch,
         )
+
+    def _plans(self) -> Plans:
+        return Plans(self._rules, self._refuges, self._kept, self._driven, *self._scratch)
 
     def _command_at(self, time: float) -> ControlCommand:
         command = super()._command_at(time)
@@ -148,70 +129,18 @@ def _limits(vehicle: Vehicle) -> dict[str, float]:
 
 @compiled
 def _act(  # noqa: PLR0913, PLR0917 - a kernel
-    records: Any,
-    rules: Floats,
+    batch: Batch,
+    plans: Plans,
     time: float,
-    running: Bools,
-    segments: Floats,
-    numbers: Floats,
-    channel_status: Ints,
-    reason: Ints,
-    pose: Floats,
-    tracks: Floats,
-    notes: Floats,
-    degraded: Bools,
-    heard: Bools,
-    states: Ints,
-    memory: Floats,
-    kept: Floats,
-    driven: Floats,
-    command: Floats,
-    status: Ints,
-    monitors: Bools,
-    path: Floats,
-    seen: Floats,
     shows: bool,  # noqa: FBT001 - a kernel
     candidates: Floats,
     costs: Floats,
     chosen: Ints,
-    scratch: tuple[Floats, Floats, Floats, Floats, Floats, Floats],
 ) -> None:
-    _, _, paths, profiles, _, found = scratch
-    for run in range(records.shape[0]):
-        if not running[run]:
+    for run in range(batch.records.shape[0]):
+        if not batch.running[run]:
             continue
-        state = planned_step(
-            records[run],
-            rules[run],
-            time,
-            segments[run],
-            int(notes[run, NOTE_END]),
-            numbers[run],
-            channel_status[run],
-            reason[run],
-            pose[run],
-            tracks[run],
-            heard[run],
-            states[run],
-            memory[run],
-            kept[run],
-            driven[run],
-            command[run],
-            monitors[run],
-            path,
-            seen,
-            shows,
-            scratch,
-        )
-        if state == OK and degraded[run]:
-            state = DEGRADED
-        status[run] = state
+        state = planned_step(batch, plans, run, time, shows)
+        tell(batch, run, state)
         if shows:
-            chosen[run] = NO_STOP
-            candidates[run] = np.nan
-            costs[run] = np.nan
-            if state != FAULT:
-                chosen[run] = int(kept[run, KEPT_STOP])
-                show_stops(
-                    pose[run], segments[run], paths, profiles, found, candidates[run], costs[run]
-                )
+            show_plan(batch, plans, run, state, candidates, costs, chosen)

@@ -35,8 +35,17 @@ from adeye.kernel.profiles import (
     PROFILE_SPEED,
     at_path,
 )
+from adeye.kernel.refuge_stops import (
+    ANYWHERE,
+    ONLY_REST_AREA,
+    ROADSIDE,
+    lay_refuge_stops,
+    refuge_of,
+)
+from adeye.kernel.refuges import NO_REFUGE, REST_AREA
 from adeye.kernel.stops import (
     IN_LANE,
+    REFUGE,
     RIGHT_LANE,
     SHOULDER,
     STOP_INTERVAL,
@@ -46,6 +55,8 @@ from adeye.kernel.stops import (
     fill_stop,
     fits_limits,
     lay_stops,
+    path_of,
+    profile_of,
     rate_stop,
     stands_at,
     stop_jerk,
@@ -61,14 +72,15 @@ if TYPE_CHECKING:
     FOUND_RATING,  # of the place where it ends
     FOUND_IMPACT,  # speed at which it meets an object [m/s], inf for one that cannot be driven
     FOUND_COST,  # rating, and below one what orders stops of one rating
-) = range(4)
-FOUND_ROW: Final = 4
+    FOUND_PLACE,  # the most that can be asked of the place and is had: ROADSIDE and so on
+) = range(5)
+FOUND_ROW: Final = 5
 
 NO_STOP: Final = -1
 """Number of the stop while none has been chosen."""
 
 _LEVEL_COSTS: Final = (0.1, 0.0, 0.3, 0.6)
-_PATH_COSTS: Final = (0.0, 0.05, 0.1, 0.0)
+_PATH_COSTS: Final = (0.0, 0.05, 0.1, 0.0, 0.0)
 """What orders stops of one rating: the stop deceleration before a gentle one before harder ones,
 the lane before straight on. Their sums are below one, so the rating comes first. Our choice."""
 
@@ -85,6 +97,8 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     rules: Floats,
     segments: Floats,
+    refuges: Floats,
+    places: int,
     pose: Floats,
     wait: float,
     center: float,
@@ -104,6 +118,8 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
         record: Parameters, see ``planned.PlannedSafetyChannel``.
         rules: (RULES,) rating of each kind of place.
         segments: (K, 5) reference line of the road.
+        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        places: Where the ego may stop: ``ANYWHERE``, ``ROADSIDE`` or ``ONLY_REST_AREA``.
         pose: (POSE_WIDTH,).
         wait: Time before it begins [s].
         center: Centre of the ego's lane [m].
@@ -112,13 +128,13 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
         ways: (K, STOP_SAMPLES, WAY_ROW).
         kept: Stop that is being driven, ``NO_STOP`` for none.
         driven: (PATH_ROW,) its path; in and out.
-        paths: (STOP_PATHS, PATH_ROW) out.
-        profiles: (STOP_LEVELS, STOP_SAMPLES, PROFILE_ROW) out.
+        paths: (LAID_PATHS, PATH_ROW) out.
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW) out.
         line: (STOP_SAMPLES, 2) scratch.
         found: (STOPS, FOUND_ROW) out.
 
     Returns:
-        The stop that is chosen.
+        The stop that is chosen; ``NO_STOP`` if places are asked for and none can be had.
     """
     s, d, slope, bend = _start(pose, wait, kept, driven)
     speed, curvature = pose[POSE_SPEED], pose[POSE_CURVATURE]
@@ -133,13 +149,27 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
             wait + record["acceleration_lag"],
             profiles[level],
         )
+    lay_refuge_stops(
+        record,
+        refuges,
+        places,
+        (pose[POSE_S], pose[POSE_D], speed, pose[POSE_ACCELERATION]),
+        (s, d, slope, bend),
+        wait,
+        center,
+        kept % STOP_LEVELS if kept // STOP_LEVELS == REFUGE else NO_STOP,
+        driven,
+        paths,
+        profiles,
+    )
     for stop in range(STOPS):
         row, level = stop // STOP_LEVELS, stop % STOP_LEVELS
-        path, profile = paths[row], profiles[level]
+        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
         _judge(
             record,
             rules,
             segments,
+            refuges,
             pose,
             row,
             path,
@@ -151,7 +181,7 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
             found[stop],
         )
         found[stop, FOUND_COST] = found[stop, FOUND_RATING] + _LEVEL_COSTS[level] + _PATH_COSTS[row]
-    return choose_stop(found, kept)
+    return choose_stop(found, kept, places)
 
 
 @inlined
@@ -176,6 +206,7 @@ def _judge(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     rules: Floats,
     segments: Floats,
+    refuges: Floats,
     pose: Floats,
     row: int,
     path: Floats,
@@ -188,19 +219,26 @@ def _judge(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> None:
     """Find whether a stop is feasible, what it meets and how its end is rated."""
     found[FOUND_FEASIBLE], found[FOUND_RATING] = 0.0, math.inf
-    found[FOUND_IMPACT] = math.inf
+    found[FOUND_IMPACT], found[FOUND_PLACE] = math.inf, ANYWHERE
     if path[PATH_EXISTS] == 0.0 or stands_at(profile) == STOP_SAMPLES:
         return
     begun = pose[POSE_S] - path[PATH_START]
-    fits = fits_limits(record, path, begun, profile, pose[POSE_D])
+    fits = fits_limits(record, refuges, path, begun, profile, pose[POSE_D])
     # To stay in the lane is to be had in any case.
     if not fits and row != IN_LANE:
         return
-    if row in (RIGHT_LANE, SHOULDER) and _cuts_up(
-        record, pose, path, begun, profile, count, objects, ways
+    if row == SHOULDER:
+        found[FOUND_PLACE] = ROADSIDE
+    elif row == REFUGE:
+        kind = refuge_of(record, refuges, pose[POSE_S], path, profile)
+        if kind == NO_REFUGE:
+            return
+        found[FOUND_PLACE] = ONLY_REST_AREA if kind == REST_AREA else ROADSIDE
+    if row in (RIGHT_LANE, SHOULDER, REFUGE) and _cuts_up(
+        record, pose, row, path, begun, profile, count, objects, ways
     ):
         return
-    found[FOUND_RATING] = rate_stop(record, rules, segments, pose[POSE_S], path, profile)
+    found[FOUND_RATING] = rate_stop(record, rules, segments, refuges, pose[POSE_S], path, profile)
     is_near, impact = meet_objects(record, path, begun, profile, count, objects, ways, line)
     found[FOUND_FEASIBLE] = 0.0 if is_near or not fits else 1.0
     found[FOUND_IMPACT] = impact
@@ -210,6 +248,7 @@ def _judge(  # noqa: PLR0913, PLR0917 - a kernel
 def _cuts_up(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
     pose: Floats,
+    row: int,
     path: Floats,
     begun: float,
     profile: Floats,
@@ -223,7 +262,11 @@ def _cuts_up(  # noqa: PLR0913, PLR0917 - a kernel
     if np.isnan(target) or target < 0.0:
         # Only those who come before the ego has left the lane count.
         for sample in range(STOP_SAMPLES):
-            if begun + profile[sample, PROFILE_S] >= path[PATH_LENGTH]:
+            way = begun + profile[sample, PROFILE_S]
+            is_out = way >= path[PATH_LENGTH]
+            if row == REFUGE:
+                is_out = at_path(path, way)[0] <= -0.5 * record["width"]
+            if is_out:
                 speed = profile[sample, PROFILE_SPEED]
                 break
         if is_cut_up(record, target, False, pose[POSE_D], 0.0, objects, ways, count):  # noqa: FBT003
@@ -306,26 +349,32 @@ def meet_objects(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def choose_stop(found: Floats, kept: int) -> int:
+def choose_stop(found: Floats, kept: int, places: int) -> int:
     """Choose a stop, and keep the choice unless it is infeasible now or clearly worse.
 
     Args:
         found: (STOPS, FOUND_ROW).
         kept: Stop that is being driven, ``NO_STOP`` for none.
+        places: Where the ego may stop: ``ANYWHERE``, ``ROADSIDE`` or ``ONLY_REST_AREA``.
 
     Returns:
-        The feasible stop that costs least; without any, that with the lowest impact speed, and of
+        The feasible stop that costs least. Without any, ``NO_STOP`` unless it may stop anywhere:
+        then that with the lowest impact speed, and of
         several with the lowest rating. Clearly worse is a rating worse than another's, or without a
         feasible one an impact that is noticeably harder.
     """
     best, least = NO_STOP, math.inf
     for stop in range(STOPS):
-        if found[stop, FOUND_FEASIBLE] > 0.0 and found[stop, FOUND_COST] < least:
+        is_allowed = found[stop, FOUND_FEASIBLE] > 0.0 and found[stop, FOUND_PLACE] >= places
+        if is_allowed and found[stop, FOUND_COST] < least:
             best, least = stop, found[stop, FOUND_COST]
     if best != NO_STOP:
-        if kept != NO_STOP and found[kept, FOUND_FEASIBLE] > 0.0:
+        is_kept = kept != NO_STOP and found[kept, FOUND_PLACE] >= places
+        if is_kept and found[kept, FOUND_FEASIBLE] > 0.0:
             return kept if found[kept, FOUND_RATING] <= found[best, FOUND_RATING] else best
         return best
+    if places != ANYWHERE:
+        return NO_STOP
     best = IN_LANE * STOP_LEVELS + STOP_LEVELS - 1
     for stop in range(STOPS):
         softer = found[stop, FOUND_IMPACT] - found[best, FOUND_IMPACT]

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
+
+import numpy as np
 
 from adeye.channels.corridor import PATH_REQUIRED
-from adeye.channels.driving import is_number, steer
-from adeye.channels.pose import POSE_ACCELERATION, POSE_D, POSE_S, POSE_SPEED, has_pose
+from adeye.channels.perception import NOTE_END
+from adeye.channels.pose import POSE_ACCELERATION, POSE_D, POSE_S, POSE_SPEED
 from adeye.channels.safety.monitors import (
     MONITOR_IDS,
     OBJECT_DANGER,
     SEEN_D,
     SEEN_OFFSET,
-    gather_commands,
     run_monitors,
 )
 from adeye.channels.safety.planner import FOUND_COST, FOUND_FEASIBLE, NO_STOP, plan_stop
@@ -22,8 +23,12 @@ from adeye.channels.safety.supervision import (
     MEMORY_BRAKING,
     MEMORY_PATH,
     MEMORY_STOPPING,
-    look,
-    shadow_acceleration,
+    Batch,
+    answer,
+    coast,
+    follow_lane,
+    perceive,
+    shadow,
     update_stopping,
 )
 from adeye.channels.trajectory.following import steer_along
@@ -33,27 +38,26 @@ from adeye.kernel.profiles import (
     PATH_EXISTS,
     PATH_ROW,
     PATH_START,
+    PROFILE_ACCELERATION,
     PROFILE_S,
+    PROFILE_SPEED,
     at_path,
 )
+from adeye.kernel.refuge_stops import ANYWHERE
 from adeye.kernel.road import position
 from adeye.kernel.stops import (
+    REFUGE,
     STOP_INTERVAL,
     STOP_LEVELS,
     STOP_SAMPLES,
     STOPS,
     STRAIGHT,
+    path_of,
+    profile_of,
     stop_jerk,
     stop_level,
 )
-from adeye.signals import (
-    FAULT,
-    OK,
-    REQUESTS_AUTHORITY,
-    Bools,
-    Floats,
-    Ints,
-)
+from adeye.signals import FAULT, Floats, Ints
 
 LAST_SAFE_STOP: Final = len(MONITOR_IDS)
 """Column of the monitor that the planner adds."""
@@ -69,127 +73,160 @@ POINTS: Final = 5
 KEPT_ROW: Final = 2
 
 
+class Plans(NamedTuple):
+    """What a tick of the planner reads and writes beside ``supervision.Batch``.
+
+    Attributes:
+        rules: (B, RULES) rating of each kind of place.
+        refuges: (B, R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        kept: (B, KEPT_ROW) choice so far; in and out.
+        driven: (B, PATH_ROW) its path; in and out.
+        objects: (K, OBJECT_ROW) scratch, as all that follows.
+        ways: (K, STOP_SAMPLES, WAY_ROW).
+        paths: (LAID_PATHS, PATH_ROW).
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
+        line: (STOP_SAMPLES, 2).
+        found: (STOPS, FOUND_ROW) what is found of the stops.
+    """
+
+    rules: Floats
+    refuges: Floats
+    kept: Floats
+    driven: Floats
+    objects: Floats
+    ways: Floats
+    paths: Floats
+    profiles: Floats
+    line: Floats
+    found: Floats
+
+
 @inlined
-def planned_step(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    rules: Floats,
-    time: float,
-    segments: Floats,
-    end: int,
-    numbers: Floats,
-    channel_status: Ints,
-    reason: int,
-    pose: Floats,
-    tracks: Floats,
-    heard: Bools,
-    states: Ints,
-    memory: Floats,
-    kept: Floats,
-    driven: Floats,
-    command: Floats,
-    shown: Bools,
-    path: Floats,
-    seen: Floats,
-    shows: bool,  # noqa: FBT001 - a kernel
-    scratch: tuple[Floats, Floats, Floats, Floats, Floats, Floats],
-) -> int:
+def planned_step(batch: Batch, plans: Plans, run: int, time: float, shows: bool) -> int:  # noqa: FBT001 - a kernel
     """Decide one run at one tick; as ``supervision.safety_step``, with a planned stop.
 
     Args:
-        record: Parameters, vehicle and road.
-        rules: (RULES,) rating of each kind of place.
+        batch: What it reads and writes.
+        plans: And of the stops.
+        run: Which row is meant.
         time: [s].
-        segments: (R, 5) reference line of the road.
-        end: Rows of tracks from here on are free places.
-        numbers: (N, 3) acceleration, steering angle, stamp of the linked channels.
-        channel_status: (N,) their states.
-        reason: Why the acting channel acts, ``NO_SWITCH`` without link.
-        pose: (POSE_WIDTH,).
-        tracks: (K, TRACK_STATE).
-        heard: (N,) whether each linked channel has given a usable command yet; in and out.
-        states: (Q, 2) debounce of the monitors; in and out.
-        memory: (MEMORY_WIDTH,) in and out.
-        kept: (KEPT_ROW,) choice so far; in and out.
-        driven: (PATH_ROW,) its path; in and out.
-        command: (2,) acceleration [m/s²] and steering angle [rad]; in and out.
-        shown: (Q, 2) raw and confirmed state of the monitors, out.
-        path: (PATH_WIDTH,) scratch.
-        seen: (EVIDENCE_WIDTH,) scratch.
         shows: Whether somebody looks at the stops.
-        scratch: Objects, their ways, paths, profiles, line, what is found of the stops.
 
     Returns:
         OK, REQUESTS_AUTHORITY, or FAULT without a recent ego estimate.
     """
-    objects, ways, paths, profiles, line, found = scratch
-    knows_pose = has_pose(pose, time)
-    seen[:] = 0.0
-    path[:] = 0.0
-    gather_commands(time, numbers, channel_status, heard, seen)
+    record, shown, kept = batch.records[run], batch.monitors[run], plans.kept[run]
+    knows_pose = perceive(batch, run, time)
     count = 0
     shown[LAST_SAFE_STOP, 0] = False
     if knows_pose:
-        look(record, segments, pose, tracks, end, memory, path, seen)
-        if _is_driven(memory, kept):
-            _look_along(pose, memory, driven, seen)
-        count = predict_objects(
-            tracks,
-            end,
-            pose,
-            segments,
-            record["length"],
-            record["lane_width"],
-            int(record["lanes"]),
-            record["confirm_hits"],
-            STOP_INTERVAL,
-            objects,
-            ways,
-        )
-        shown[LAST_SAFE_STOP, 0] = _is_last_stop(
-            record, rules, segments, pose, memory, kept, count, driven, scratch
-        )
-    confirmed = run_monitors(record, seen, states, shown)
+        count = foresee(batch, plans, run)
+        # One tick more, and those in which the monitor is confirmed.
+        wait = (record["confirm_ticks"] + 1.0) * record["period"]
+        shown[LAST_SAFE_STOP, 0] = is_last_stop(batch, plans, run, count, wait)
+    confirmed = run_monitors(record, batch.evidence, batch.states[run], shown)
     if not knows_pose:
-        command[0] = 0.0
         kept[KEPT_STOP] = NO_STOP
-        return FAULT
-    update_stopping(memory, confirmed, reason, pose[POSE_ACCELERATION])
+        return coast(batch, run)
+    memory = batch.memory[run]
+    update_stopping(memory, confirmed, batch.reason[run], batch.pose[run, POSE_ACCELERATION])
     is_stopping = memory[MEMORY_STOPPING] > 0.0
     if not is_stopping:
         kept[KEPT_STOP] = NO_STOP
     if is_stopping or shows:
-        stop = plan_stop(
-            record,
-            rules,
-            segments,
-            pose,
-            0.0,
-            memory[MEMORY_PATH],
-            count,
-            objects,
-            ways,
-            int(kept[KEPT_STOP]),
-            driven,
-            paths,
-            profiles,
-            line,
-            found,
-        )
+        stop = ask_for_stop(batch, plans, run, count, ANYWHERE, 0.0, int(kept[KEPT_STOP]))
         if is_stopping:
-            kept[KEPT_STOP], kept[KEPT_FEASIBLE] = stop, found[stop, FOUND_FEASIBLE]
-            for item in range(PATH_ROW):
-                driven[item] = paths[stop // STOP_LEVELS, item]
-    if is_stopping:
-        acceleration = _stop(record, pose, memory, int(kept[KEPT_STOP]), path, shown)
-        steering = steer_along(record, pose, driven)
+            take_stop(plans, run, stop)
+    if not is_stopping:
+        return shadow(batch, run, confirmed)
+    return drive_stop(batch, plans, run, confirmed, shown[OBJECT_DANGER, 1])
+
+
+@inlined
+def foresee(batch: Batch, plans: Plans, run: int) -> int:
+    """Predict the objects, take the stop that is driven for the lane; return how many there are."""
+    record, pose = batch.records[run], batch.pose[run]
+    if _is_driven(batch.memory[run], plans.kept[run]):
+        _look_along(pose, batch.memory[run], plans.driven[run], batch.evidence)
+    return predict_objects(
+        batch.tracks[run],
+        int(batch.notes[run, NOTE_END]),
+        pose,
+        batch.segments[run],
+        record["length"],
+        record["lane_width"],
+        int(record["lanes"]),
+        record["confirm_hits"],
+        STOP_INTERVAL,
+        plans.objects,
+        plans.ways,
+    )
+
+
+@inlined
+def ask_for_stop(  # noqa: PLR0913, PLR0917 - a kernel
+    batch: Batch, plans: Plans, run: int, count: int, places: int, wait: float, kept: int
+) -> int:
+    """Choose a stop in some places that begins after a while [s], see ``planner.plan_stop``."""
+    return plan_stop(
+        batch.records[run],
+        plans.rules[run],
+        batch.segments[run],
+        plans.refuges[run],
+        places,
+        batch.pose[run],
+        wait,
+        batch.memory[run, MEMORY_PATH],
+        count,
+        plans.objects,
+        plans.ways,
+        kept,
+        plans.driven[run],
+        plans.paths,
+        plans.profiles,
+        plans.line,
+        plans.found,
+    )
+
+
+@inlined
+def take_stop(plans: Plans, run: int, stop: int) -> None:
+    """Keep a choice and its path."""
+    kept, driven = plans.kept[run], plans.driven[run]
+    kept[KEPT_STOP], kept[KEPT_FEASIBLE] = stop, plans.found[stop, FOUND_FEASIBLE]
+    for item in range(PATH_ROW):
+        driven[item] = plans.paths[path_of(stop), item]
+
+
+@inlined
+def drive_stop(batch: Batch, plans: Plans, run: int, requests: bool, is_danger: bool) -> int:  # noqa: FBT001 - a kernel
+    """Give the command of the stop that is kept.
+
+    Args:
+        batch: What is read and written.
+        plans: And of the stops.
+        run: Which row is meant.
+        requests: Whether authority is wanted.
+        is_danger: Whether an object ahead is a confirmed danger.
+    """
+    record, pose = batch.records[run], batch.pose[run]
+    stop, memory = int(plans.kept[run, KEPT_STOP]), batch.memory[run]
+    if _drives_on(plans, stop):
+        # On the way to a refuge nothing makes the ego faster.
+        memory[MEMORY_BRAKING] = min(0.0, follow_lane(batch, run))
+        acceleration = float(memory[MEMORY_BRAKING])
     else:
-        acceleration = shadow_acceleration(record, segments, pose, memory, path)
-        steering = steer(record, pose, memory[MEMORY_PATH])
-    if not is_number(acceleration, steering):
-        command[0] = 0.0
-        return FAULT
-    command[0], command[1] = acceleration, steering
-    return REQUESTS_AUTHORITY if confirmed else OK
+        is_in_lane = stop // STOP_LEVELS <= STRAIGHT
+        acceleration = _stop(record, pose, memory, stop, batch.path, is_in_lane, is_danger)
+    return answer(batch, run, acceleration, steer_along(record, pose, plans.driven[run]), requests)
+
+
+@inlined
+def _drives_on(plans: Plans, stop: int) -> bool:
+    """Tell whether a stop is one in a refuge that does not brake yet."""
+    first = plans.profiles[profile_of(stop), 0]
+    is_ahead = stop // STOP_LEVELS == REFUGE and first[PROFILE_SPEED] > 0.0
+    return bool(is_ahead and first[PROFILE_ACCELERATION] >= 0.0)
 
 
 @inlined
@@ -207,50 +244,26 @@ def _look_along(pose: Floats, memory: Floats, driven: Floats, seen: Floats) -> N
 
 
 @inlined
-def _is_last_stop(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    rules: Floats,
-    segments: Floats,
-    pose: Floats,
-    memory: Floats,
-    kept: Floats,
-    count: int,
-    driven: Floats,
-    scratch: tuple[Floats, Floats, Floats, Floats, Floats, Floats],
-) -> bool:
-    """Tell whether no safe stop is left, if the ego waits or in the stop that it is in."""
-    objects, ways, paths, profiles, line, found = scratch
-    if _is_driven(memory, kept):
-        return bool(kept[KEPT_FEASIBLE] <= 0.0)
-    # One tick more, and those in which the monitor is confirmed.
-    wait = (record["confirm_ticks"] + 1.0) * record["period"]
-    stop = plan_stop(
-        record,
-        rules,
-        segments,
-        pose,
-        wait,
-        memory[MEMORY_PATH],
-        count,
-        objects,
-        ways,
-        NO_STOP,
-        driven,
-        paths,
-        profiles,
-        line,
-        found,
-    )
-    return bool(found[stop, FOUND_FEASIBLE] <= 0.0)
+def is_last_stop(batch: Batch, plans: Plans, run: int, count: int, wait: float) -> bool:
+    """Tell whether no safe stop is left, after a while [s] or in the stop that the ego is in."""
+    if _is_driven(batch.memory[run], plans.kept[run]):
+        return bool(plans.kept[run, KEPT_FEASIBLE] <= 0.0)
+    stop = ask_for_stop(batch, plans, run, count, ANYWHERE, wait, NO_STOP)
+    return bool(plans.found[stop, FOUND_FEASIBLE] <= 0.0)
 
 
 @inlined
-def _stop(
-    record: Any, pose: Floats, memory: Floats, stop: int, path: Floats, shown: Bools
+def _stop(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    pose: Floats,
+    memory: Floats,
+    stop: int,
+    path: Floats,
+    is_in_lane: bool,  # noqa: FBT001 - a kernel
+    is_danger: bool,  # noqa: FBT001 - a kernel
 ) -> float:
     """Return the acceleration of a stop; in the lane, an object ahead may ask for more [m/s²]."""
     level = stop % STOP_LEVELS
-    is_in_lane = stop // STOP_LEVELS <= STRAIGHT
     memory[MEMORY_BRAKING] = brake(
         record,
         memory[MEMORY_BRAKING],
@@ -258,9 +271,46 @@ def _stop(
         stop_level(record, level),
         stop_jerk(level),
         path[PATH_REQUIRED] if is_in_lane else 0.0,
-        is_in_lane and shown[OBJECT_DANGER, 1],
+        is_in_lane and is_danger,
     )
     return float(memory[MEMORY_BRAKING])
+
+
+@inlined
+def show_plan(  # noqa: PLR0913, PLR0917 - a kernel
+    batch: Batch,
+    plans: Plans,
+    run: int,
+    state: int,
+    candidates: Floats,
+    costs: Floats,
+    chosen: Ints,
+) -> None:
+    """Write the stops of a run and the choice, for pictures.
+
+    Args:
+        batch: What is read.
+        plans: And of the stops.
+        run: Which row is meant.
+        state: Of the channel; in FAULT it has no stops.
+        candidates: (B, STOPS, POINTS, 2) out.
+        costs: (B, STOPS) out.
+        chosen: (B,) out.
+    """
+    chosen[run] = NO_STOP
+    candidates[run] = np.nan
+    costs[run] = np.nan
+    if state != FAULT:
+        chosen[run] = int(plans.kept[run, KEPT_STOP])
+        show_stops(
+            batch.pose[run],
+            batch.segments[run],
+            plans.paths,
+            plans.profiles,
+            plans.found,
+            candidates[run],
+            costs[run],
+        )
 
 
 @compiled
@@ -278,14 +328,14 @@ def show_stops(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         pose: (POSE_WIDTH,).
         segments: (R, 5) reference line of the road.
-        paths: (STOP_PATHS, PATH_ROW).
-        profiles: (STOP_LEVELS, STOP_SAMPLES, PROFILE_ROW).
+        paths: (LAID_PATHS, PATH_ROW).
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
         found: (STOPS, FOUND_ROW).
         places: (STOPS, POINTS, 2) out, NaN for stops that do not exist.
         costs: (STOPS,) out, infinity for stops that are not feasible.
     """
     for stop in range(STOPS):
-        path, profile = paths[stop // STOP_LEVELS], profiles[stop % STOP_LEVELS]
+        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
         if path[PATH_EXISTS] == 0.0:
             continue
         is_feasible = found[stop, FOUND_FEASIBLE] > 0.0

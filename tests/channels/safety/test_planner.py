@@ -8,6 +8,7 @@ from adeye.channels.safety.planner import (
     FOUND_COST,
     FOUND_FEASIBLE,
     FOUND_IMPACT,
+    FOUND_PLACE,
     FOUND_RATING,
     FOUND_ROW,
     NO_STOP,
@@ -31,14 +32,17 @@ from adeye.kernel.prediction import (
     WAY_SPEED,
 )
 from adeye.kernel.profiles import PATH_ROW, PROFILE_ROW, lay_path
+from adeye.kernel.refuge_stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
 from adeye.kernel.stop_rating import DEFAULT_RULES
 from adeye.kernel.stops import (
     IN_LANE,
+    LAID_PATHS,
+    LAID_PROFILES,
+    REFUGE,
     RIGHT_LANE,
     SHOULDER,
     STOP_INTERVAL,
     STOP_LEVELS,
-    STOP_PATHS,
     STOP_SAMPLES,
     STOPS,
     STRAIGHT,
@@ -50,6 +54,7 @@ from tests.channels.trajectory.record import pose
 SLOW, MIDDLE, HARD_SHOULDER = 1.75, 5.25, -1.25
 TIMES = STOP_INTERVAL * np.arange(1, STOP_SAMPLES + 1)
 ROAD = np.array([[0.0, 0.0, 0.0, 3000.0, 0.0]])
+NONE = np.zeros((0, 5))
 LIMITS = {
     "stop_deceleration": [4.0],
     "emergency_deceleration": 8.0,
@@ -58,6 +63,7 @@ LIMITS = {
     "lane_width": 3.5,
     "lanes": 3.0,
     "shoulder": 2.5,
+    "verge": 0.0,
     "speed_limit": 36.1,
     "max_curvature": 0.25,
     "acceleration_lag": 0.15,
@@ -91,6 +97,8 @@ def plan(
     d: float = SLOW,
     speed: float = 25.0,
     align: float = 0.0,
+    refuges: Floats = NONE,
+    places: int = ANYWHERE,
     **changes: float,
 ) -> tuple[int, Floats]:
     record = parameter_record(LIMITS | changes)[0]
@@ -102,6 +110,8 @@ def plan(
         record,
         np.array(DEFAULT_RULES),
         ROAD,
+        refuges,
+        places,
         place,
         0.0,
         3.5 * math.floor(d / 3.5) + 1.75,
@@ -110,8 +120,8 @@ def plan(
         ways,
         NO_STOP,
         np.full(PATH_ROW, np.nan),
-        np.zeros((STOP_PATHS, PATH_ROW)),
-        np.zeros((STOP_LEVELS, STOP_SAMPLES, PROFILE_ROW)),
+        np.zeros((LAID_PATHS, PATH_ROW)),
+        np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW)),
         np.zeros((STOP_SAMPLES, 2)),
         found,
     )
@@ -125,7 +135,7 @@ def number(path: int, level: int) -> int:
 def test_free_road_offers_the_shoulder_at_the_stop_deceleration() -> None:
     chosen, found = plan([])
     assert chosen == number(SHOULDER, 1)
-    assert found[chosen].tolist() == [1.0, 1.0, 0.0, 1.0]
+    assert found[chosen].tolist() == [1.0, 1.0, 0.0, 1.0, ROADSIDE]
 
 
 def test_blocked_shoulder_leaves_the_lane() -> None:
@@ -200,27 +210,78 @@ def found_of(*rows: tuple[float, float, float]) -> Floats:
     found = np.full((STOPS, FOUND_ROW), math.inf)
     found[:, FOUND_FEASIBLE] = 0.0
     for row, (feasible, rating, impact) in enumerate(rows):
-        found[row] = feasible, rating, impact, rating
+        found[row] = feasible, rating, impact, rating, ANYWHERE
     return found
 
 
 def test_kept_stop_is_given_up_for_a_better_rating_only() -> None:
     found = found_of((1.0, 3.0, 0.0), (1.0, 3.0, 0.0), (1.0, 1.0, 0.0))
     found[0, FOUND_COST] = 3.6
-    assert choose_stop(found, NO_STOP) == 2
+    assert choose_stop(found, NO_STOP, ANYWHERE) == 2
     found[2, FOUND_FEASIBLE] = 0.0
-    assert (choose_stop(found, NO_STOP), choose_stop(found, 0)) == (1, 0)
+    assert (choose_stop(found, NO_STOP, ANYWHERE), choose_stop(found, 0, ANYWHERE)) == (1, 0)
     found[2, FOUND_FEASIBLE] = 1.0
-    assert choose_stop(found, 0) == 2
+    assert choose_stop(found, 0, ANYWHERE) == 2
 
 
 def test_kept_stop_is_given_up_once_it_is_infeasible() -> None:
-    assert choose_stop(found_of((0.0, 1.0, 9.0), (1.0, 5.0, 0.0)), 0) == 1
+    assert choose_stop(found_of((0.0, 1.0, 9.0), (1.0, 5.0, 0.0)), 0, ANYWHERE) == 1
 
 
 def test_least_harm_is_the_lowest_impact_then_the_lowest_rating() -> None:
     found = found_of(*((0.0, 5.0, 12.0),) * 3, (0.0, 5.0, 7.0), (0.0, 3.0, 7.0), (0.0, 1.0, 9.0))
-    assert choose_stop(found, NO_STOP) == 4
-    assert choose_stop(found, 3) == 3
-    assert choose_stop(found, 5) == 4
+    assert choose_stop(found, NO_STOP, ANYWHERE) == 4
+    assert choose_stop(found, 3, ANYWHERE) == 3
+    assert choose_stop(found, 5, ANYWHERE) == 4
     assert found[4, FOUND_RATING] == 3.0
+
+
+BAY = np.array([[0.0, 200.0, 60.0, 4.0, 20.0]])
+REST = np.array([[0.0, 150.0, 60.0, 4.0, 20.0], [1.0, 280.0, 150.0, 8.0, 40.0]])
+
+
+def test_a_bay_ahead_is_preferred_to_the_shoulder() -> None:
+    chosen, found = plan([], refuges=BAY)
+    assert chosen == number(REFUGE, 1)
+    assert found[chosen].tolist() == [1.0, 0.0, 0.0, 0.0, ROADSIDE]
+
+
+def test_a_bay_that_is_taken_leaves_the_shoulder() -> None:
+    taken = plan([(s, -4.5, 0.0, 0.0) for s in (205.0, 230.0, 255.0)], refuges=BAY)
+    assert taken[0] == number(SHOULDER, 1)
+    assert not taken[1][number(REFUGE, 0) :, FOUND_FEASIBLE].any()
+
+
+def test_a_bay_that_is_too_near_for_the_speed_is_not_entered() -> None:
+    near = BAY - [[0.0, 140.0, 0.0, 0.0, 0.0]]
+    assert plan([], refuges=near, speed=33.0)[0] == number(SHOULDER, 1)
+    assert plan([], refuges=near, speed=15.0)[0] == number(REFUGE, 1)
+
+
+def test_a_bay_beyond_the_library_s_time_is_not_reached() -> None:
+    far = np.add(BAY, [0.0, 500.0, 0.0, 0.0, 0.0])
+    assert plan([], refuges=far)[0] == number(SHOULDER, 1)
+
+
+def test_a_bay_without_a_shoulder_is_entered_over_its_taper() -> None:
+    chosen, found = plan([], refuges=BAY, shoulder=0.0)
+    assert chosen // STOP_LEVELS == REFUGE
+    assert found[chosen, FOUND_RATING] == 0.0
+
+
+def test_places_are_what_is_asked_for_or_nothing() -> None:
+    assert plan([], refuges=REST, places=ROADSIDE)[0] == number(REFUGE, 1)
+    chosen, found = plan([], refuges=REST, places=ONLY_REST_AREA)
+    assert chosen == number(REFUGE, 1)
+    assert found[chosen, FOUND_PLACE] == ONLY_REST_AREA
+    assert plan([], refuges=BAY, places=ONLY_REST_AREA)[0] == NO_STOP
+    assert plan([], places=ROADSIDE)[0] == number(SHOULDER, 1)
+    assert plan([], places=ROADSIDE, shoulder=0.0)[0] == NO_STOP
+    assert plan([], places=ANYWHERE, shoulder=0.0)[0] == number(IN_LANE, 1)
+
+
+def test_a_rest_area_on_the_other_side_of_a_lane_needs_sight_to_the_rear() -> None:
+    assert plan([], d=MIDDLE, refuges=BAY)[0] == number(IN_LANE, 1)
+    assert plan([], d=MIDDLE, refuges=BAY, rear_sight=500.0)[0] // STOP_LEVELS == REFUGE
+    taken = plan([(-40.0, SLOW, 33.0, 0.0)], d=MIDDLE, refuges=BAY, rear_sight=500.0)
+    assert taken[0] == number(IN_LANE, 1)
