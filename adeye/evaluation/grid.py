@@ -29,6 +29,8 @@ from adeye.signals import (
     OBJECT_SPEED,
     OBJECT_X,
     OBJECT_Y,
+    REFUGE_KIND,
+    REFUGE_KINDS,
 )
 from adeye.spec.channels import SafetyChannel, StopRatings
 from adeye.spec.grid import CellCosts, GridSettings, rating_costs
@@ -46,14 +48,14 @@ TRUTH: Final = "truth"
 LAYERS: Final = {
     "static": "height of a static object [m], 0 where none is; NaN in the view of a channel, which "
     "cannot tell it from one that stands",
-    "drivable": "the centre is on a lane, the shoulder, a parking bay or a rest area",
+    "drivable": "the centre is on a lane, the shoulder, a parking bay, a rest area or free verge",
     "time_to_occupancy": "when a moving object is first predicted to be in the cell [s], 0 where "
     "one is now, inf for never within the horizon",
     "ego": "the ego covers a part of the cell",
     "lane": "number of the lane of the centre, 0 for the rightmost, -1 off the lanes",
     "shoulder": "the centre is on the hard shoulder",
-    "parking": "number of the parking bay of the centre, -1 for none",
-    "rest_area": "number of the rest area of the centre, -1 for none",
+    "parking": "row in the map's refuges of the parking bay of the centre, -1 for none",
+    "rest_area": "row in the map's refuges of the rest area of the centre, -1 for none",
     "sensors": "how many living sensors cover the centre, by mount, field of view and range",
     "place": "kind of place of the centre, stop_rating.RULE_NAMES",
     "number": "rating or cost of standing there",
@@ -175,6 +177,10 @@ def ratings_of(architecture: Architecture) -> StopRatings:
 
 def _channel(trace: Trace, view: str) -> int:
     channels = trace.layout.channels
+    if view in channels and trace["tracks"].shape[3] == 0:
+        raise UsageError(
+            "the trace has no tracks", remedy="Execute the run again with drawn=True, or use truth."
+        )
     if view not in channels:
         known = [TRUTH, *channels]
         raise UsageError(
@@ -196,8 +202,10 @@ class _Making:
         self.ego = trace["ego"][run, row, [EGO_X, EGO_Y, EGO_HEADING]].astype(np.float64)
         self.layers: dict[str, NDArray[Any]] = {}
         road = trace.layout.context.road
-        self._lanes = road.segments[run], float(road.lane_width[run]), road.lanes
-        self._beside = float(road.shoulder[run]), float(road.speed_limit[run])
+        self._segments, self._refuges = road.segments[run], road.refuges[run]
+        self._lanes = float(road.lane_width[run]), road.lanes
+        self._beside = float(road.shoulder[run]), float(road.verge[run])
+        self._speed_limit = float(road.speed_limit[run])
 
     @property
     def _cells(self) -> tuple[Floats, Floats, float]:
@@ -208,29 +216,37 @@ class _Making:
 
     def lay_ground(self, costs: CellCosts) -> None:
         """Tell what the map knows of each cell, and what its ground counts."""
-        place, lane = self._layer(0).astype(np.int64), self._layer(0).astype(np.int64)
-        number, table = self._layer(0.0), np.array(costs.table())
+        place, lane, refuge = (self._layer(0).astype(np.int64) for _ in range(3))
+        number = self._layer(0.0)
         fill_ground(
-            table,
+            np.array(costs.table()),
+            self._segments,
+            self._refuges,
             *self._lanes,
             *self._beside,
+            self._speed_limit,
             self.ego,
             self.x,
             self.y,
             self._settings.cell,
             place,
             lane,
+            refuge,
             number,
         )
-        none = np.full(place.shape, -1, dtype=np.int64)
+        kinds = [REFUGE_KINDS[int(kind)] for kind in self._refuges[:, REFUGE_KIND]]
+        inside = {
+            kind: np.isin(refuge, [row for row, name in enumerate(kinds) if name == kind])
+            for kind in REFUGE_KINDS
+        }
         self.layers |= {
             "place": place,
             "lane": lane,
             "number": number,
             "drivable": place != RULE_OFF_ROAD,
             "shoulder": place == RULE_SHOULDER,
-            "parking": none,
-            "rest_area": none.copy(),
+            "parking": np.where(inside["parking_bay"], refuge, -1),
+            "rest_area": np.where(inside["rest_area"], refuge, -1),
         }
 
     def lay_truth(self) -> None:
@@ -280,6 +296,7 @@ class _Making:
     ) -> None:
         cover_at(self.ego, body, 0.0, *self._cells, times)
         sweep(
+            self._segments,
             *self._lanes,
             self.ego,
             body,
@@ -288,7 +305,9 @@ class _Making:
             FIRST_FREE <= kind <= LAST_FREE,
             STOP_INTERVAL,
             math.ceil(self._settings.horizon / STOP_INTERVAL - 1e-9),
-            *self._cells,
+            self.x,
+            self.y,
+            self._settings.cell,
             times,
         )
 

@@ -30,8 +30,9 @@ from adeye.kernel.prediction import (
     WAY_S,
     predict_body,
 )
+from adeye.kernel.refuges import depth_at, refuge_depth
 from adeye.kernel.road import lane_of, local, position
-from adeye.kernel.stop_rating import place_kind, rate_footprint
+from adeye.kernel.stop_rating import RULE_REFUGE, place_kind, rate_footprint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -49,9 +50,11 @@ _HALF_RIGHT: Final = 0.5 * math.pi
 def fill_ground(
     table: Floats,
     segments: Floats,
+    refuges: Floats,
     lane_width: float,
     lanes: int,
     shoulder: float,
+    verge: float,
     speed_limit: float,
     ego: Floats,
     xs: Floats,
@@ -59,6 +62,7 @@ def fill_ground(
     cell: float,
     kinds: Ints,
     lane: Ints,
+    refuge: Ints,
     numbers: Floats,
 ) -> None:
     """Tell what each cell of the ground is, and what the worst of its ground counts.
@@ -66,9 +70,11 @@ def fill_ground(
     Args:
         table: (RULES,) number of each kind of place.
         segments: (K, 5) reference line of the road.
+        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
         lane_width: [m].
         lanes: How many there are.
         shoulder: Width beside the right edge [m].
+        verge: Width of free ground beside the shoulder [m].
         speed_limit: [m/s].
         ego: (3,) x [m], y [m] and heading [rad] in the map.
         xs: (X,) of the centres of the cells [m].
@@ -76,6 +82,7 @@ def fill_ground(
         cell: Edge of a cell [m].
         kinds: (X, Y) out: kind of place at the centre, see ``stop_rating.place_kind``.
         lane: (X, Y) out: lane of the centre, -1 off the lanes.
+        refuge: (X, Y) out: row of the refuge that the centre is in, -1 for none.
         numbers: (X, Y) out: that of a body of the size of the cell which stands on it.
     """
     sine, cosine = sin_cos(ego[2])
@@ -84,14 +91,23 @@ def fill_ground(
             x = ego[0] + cosine * xs[i] - sine * ys[j]
             y = ego[1] + sine * xs[i] + cosine * ys[j]
             s, d, heading, curvature = local(segments, x, y)
-            kinds[i, j] = place_kind(curvature, d, lane_width, lanes, shoulder, speed_limit)
+            depth = refuge_depth(refuges, s)
+            kinds[i, j] = place_kind(
+                curvature, d, lane_width, lanes, shoulder, depth, verge, speed_limit
+            )
             lane[i, j] = lane_of(d, lane_width, lanes)
+            refuge[i, j] = -1
+            if kinds[i, j] == RULE_REFUGE:
+                for row in range(refuges.shape[0]):
+                    if depth_at(refuges[row], s) == depth:
+                        refuge[i, j] = row
             # A square looks the same from four sides.
             turn = wrap_to_pi(ego[2] - heading)
             turn -= _HALF_RIGHT * math.floor(turn / _HALF_RIGHT + 0.5)
             numbers[i, j] = rate_footprint(
                 table,
                 segments,
+                refuges,
                 s,
                 d,
                 tan(turn),
@@ -100,6 +116,7 @@ def fill_ground(
                 lane_width,
                 lanes,
                 shoulder,
+                verge,
                 speed_limit,
             )
 

@@ -19,10 +19,13 @@ Cost = Annotated[Number, Field(ge=0.0, le=1000.0)]
 MAX_CELLS: Final = 1_000_000
 """Largest number of cells of a map."""
 
-RuleLayer = Literal["static", "time_to_occupancy", "left_of_ego", "lane", "sensors", "ego"]
+RuleLayer = Literal[
+    "static", "time_to_occupancy", "left_of_ego", "lane", "parking", "rest_area", "sensors", "ego"
+]
 """What a rule may look at. ``static``: height of a static object [m]; ``time_to_occupancy`` [s];
-``left_of_ego``: from the left side of the ego to the cell's centre [m]; ``lane``: its number, -1
-off the lanes; ``sensors``: how many cover it; ``ego``: 1 under the ego, else 0."""
+``left_of_ego``: from the left side of the ego to the cell's centre [m]; ``lane``, ``parking``,
+``rest_area``: which of them, -1 for none; ``sensors``: how many cover it; ``ego``: 1 under the ego,
+else 0."""
 
 
 class CellRule(Record):
@@ -95,8 +98,9 @@ _LANES: Final = ("slow_lane_in_sight", "slow_lane", "fast_lane", "curve")
 
 ADEYE_COSTS: Final = CellCosts(
     default=50.0,
-    places=dict.fromkeys(_LANES, 25.0),
+    places=dict.fromkeys(_LANES, 25.0) | {"refuge": 5.0},
     rules=(
+        CellRule(layer="rest_area", above=-1.0, set=0.0),
         CellRule(layer="left_of_ego", above=0.0, add=40.0),
         CellRule(layer="static", above=0.2, set=100.0),
         CellRule(layer="time_to_occupancy", up_to=0.0, set=100.0),
@@ -104,8 +108,9 @@ ADEYE_COSTS: Final = CellCosts(
     outside=99.0,
     blocked=90.0,
 )
-"""The costs of cells in AD-EYE: lane 25, everything beside the road 50, 40 more to the left of the
-ego, so that the ground beside the road on that side is blocked, and 100 for an obstacle."""
+"""The costs of cells in AD-EYE: lane 25, parking bay 5, rest area 0, everything else 50, 40 more to
+the left of the ego, so that the ground beside the road on that side is blocked, and 100 for an
+obstacle."""
 
 
 class GridSettings(Record):

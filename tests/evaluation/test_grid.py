@@ -98,10 +98,10 @@ def test_cells_are_rated_as_the_planner_rates_them(hand_made: Make) -> None:
     for i, j in np.random.default_rng(1).integers((0, 0), (150, 70), (100, 2)):
         s, d = found.x[i], found.y[j] + 5.25
         rating = rate_footprint(
-            rules, road.segments[0], s, d, 0.0, 0.5, 0.5, 3.5, 3, 2.0, 36.0
+            rules, road.segments[0], road.refuges[0], s, d, 0.0, 0.5, 0.5, 3.5, 3, 2.0, 0.0, 36.0
         )  # fmt: skip
         assert found["number"][i, j] == rating
-        assert found["place"][i, j] == place_kind(0.0, d, 3.5, 3, 2.0, 36.0)
+        assert found["place"][i, j] == place_kind(0.0, d, 3.5, 3, 2.0, 0.0, 0.0, 36.0)
 
 
 def test_ratings_are_those_of_the_safety_channel(
@@ -144,6 +144,23 @@ def test_costs_of_adeye_on_a_straight_road(hand_made: Make) -> None:
     assert found.number_at(51.0, 5.25) == 99.0
     blocked = found["blocked"]
     assert np.array_equal(blocked, (found["static"] > 0.0) | (found.y > 5.0))
+
+
+def test_bay_costs_little_and_rest_area_nothing_in_adeye(hand_made: Make) -> None:
+    trace = hand_made(objects=()).trace()
+    bays = np.array([[[0.0, 5.0, 10.0, 4.0, 0.0], [1.0, 30.0, 10.0, 4.0, 0.0]]])
+    road = replace(trace.layout.context.road, refuges=bays)
+    context = replace(trace.layout.context, road=road)
+    trace = replace(trace, layout=replace(trace.layout, context=context))
+    found = grid_map(trace, 0, 0.0, GridSettings(costs=ADEYE_COSTS))
+    # The ego is 5.25 m from the right edge, the bays begin 2 m beside it.
+    assert [found.number_at(x, -4.0) for x in (10.0, 20.0, 35.0)] == [5.0, 50.0, 0.0]
+    beside = (found.y >= -11.25) & (found.y < -7.25)
+    for name, row, start in (("parking", 0, 5.0), ("rest_area", 1, 30.0)):
+        along = (found.x > start) & (found.x < start + 10.0)
+        assert np.array_equal(found[name] == row, along[:, None] & beside)
+        assert np.unique(found[name]).tolist() == [-1, row]
+    assert grid_map(trace, 0, 0.0).number_at(35.0, -4.0) == 0.0
 
 
 def test_kerb_is_no_obstacle_for_adeye(hand_made: Make) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from adeye.kernel.grid import count_cover, cover, cover_at, fill_ground, sweep
 from adeye.kernel.road import local, position
-from adeye.kernel.stop_rating import DEFAULT_RULES, RULE_OFF_ROAD, rate_footprint
+from adeye.kernel.stop_rating import DEFAULT_RULES, RULE_OFF_ROAD, RULE_REFUGE, rate_footprint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,8 +19,10 @@ CELL = 0.5
 XS = np.arange(-24.75, 50.0, CELL)
 YS = np.arange(-17.25, 17.5, CELL)
 STRAIGHT = np.array([[0.0, 0.0, 0.0, 2000.0, 0.0]])
-ROAD = 3.5, 3, 2.5, 36.0
-"""Lane width, lanes, shoulder, speed limit."""
+ROAD = 3.5, 3, 2.5, 0.0, 36.0
+"""Lane width, lanes, shoulder, verge, speed limit."""
+BAYS = np.array([[1.0, 330.0, 60.0, 8.0, 20.0], [0.0, 110.0, 20.0, 4.0, 10.0]])
+"""A rest area and a parking bay: kind, s, length, depth, taper."""
 
 
 def layer(value: float = math.inf) -> Floats:
@@ -34,13 +36,14 @@ def covered(x: float, y: float, heading: float, length: float, width: float) -> 
     return made
 
 
-def ground(segments: Floats, ego: tuple[float, float, float]) -> list[Any]:
-    place, lane = layer(0.0).astype(np.int64), layer(0.0).astype(np.int64)
+def ground(segments: Floats, ego: tuple[float, float, float], refuges: Floats = BAYS) -> list[Any]:
+    place, lane, refuge = (layer(0.0).astype(np.int64) for _ in range(3))
     number = layer(0.0)
     fill_ground(
-        np.array(DEFAULT_RULES), segments, *ROAD, np.array(ego), XS, YS, CELL, place, lane, number
-    )
-    return [place, lane, number]
+        np.array(DEFAULT_RULES), segments, refuges, *ROAD, np.array(ego), XS, YS, CELL,
+        place, lane, refuge, number,
+    )  # fmt: skip
+    return [place, lane, refuge, number]
 
 
 def swept(
@@ -149,7 +152,7 @@ def test_unknown_place_or_speed_covers_nothing() -> None:
 def test_lanes_of_a_curve_are_rings() -> None:
     curve = np.array([[0.0, 0.0, 0.0, 1000.0, 1.0 / 150.0]])
     ego = position(curve, 200.0, 5.25)
-    place, lane, _ = ground(curve, ego)
+    place, lane, _, _ = ground(curve, ego, np.zeros((0, 5)))
     x = ego[0] + math.cos(ego[2]) * XS[:, None] - math.sin(ego[2]) * YS
     y = ego[1] + math.sin(ego[2]) * XS[:, None] + math.cos(ego[2]) * YS
     # The centre of the circle is 150 m to the left of the start of the reference line.
@@ -163,7 +166,7 @@ def test_lanes_of_a_curve_are_rings() -> None:
 def test_number_of_a_cell_is_that_of_a_body_of_its_size(turned: float) -> None:
     curve = np.array([[0.0, 0.0, 0.0, 300.0, 0.0], [300.0, 0.0, 0.0, 500.0, 1.0 / 400.0]])
     x, y, heading = position(curve, 290.0, 4.1)
-    _, _, number = ground(curve, (x, y, heading + turned))
+    _, _, _, number = ground(curve, (x, y, heading + turned))
     for i, j in np.random.default_rng(3).integers((0, 0), number.shape, (300, 2)):
         sine, cosine = math.sin(heading + turned), math.cos(heading + turned)
         place = local(curve, x + cosine * XS[i] - sine * YS[j], y + sine * XS[i] + cosine * YS[j])
@@ -171,7 +174,15 @@ def test_number_of_a_cell_is_that_of_a_body_of_its_size(turned: float) -> None:
         turn = heading + turned - place[2]
         turn -= math.pi / 2 * round(turn / (math.pi / 2))
         assert number[i, j] == rate_footprint(
-            np.array(DEFAULT_RULES), curve, place[0], place[1], math.tan(turn), CELL, CELL, *ROAD
+            np.array(DEFAULT_RULES),
+            curve,
+            BAYS,
+            place[0],
+            place[1],
+            math.tan(turn),
+            CELL,
+            CELL,
+            *ROAD,
         )
 
 
@@ -196,6 +207,19 @@ def test_rotated_and_moved_world_looks_the_same_to_the_ego() -> None:
     for one, other in zip(seen(here), seen(there), strict=True):
         # A cell whose edge meets another one may fall on either side of it.
         assert (~np.isclose(one, other, rtol=0.0, atol=1e-6)).sum() <= 2
+
+
+def test_bay_is_where_the_map_says_and_rated_as_a_refuge() -> None:
+    place, lane, refuge, number = ground(STRAIGHT, (100.0, 1.75, 0.0))
+    s, d = XS[:, None] + 100.0, YS + 1.75
+    taper = np.clip(1.0 - np.maximum(110.0 - s, s - 130.0) / 10.0, 0.0, 1.0)
+    inside = (d < -2.5) & (d >= -2.5 - 4.0 * taper) & (taper > 0.0)
+    assert np.array_equal(refuge, np.where(inside, 1, -1))
+    assert np.array_equal(place == RULE_REFUGE, inside)
+    assert not (lane[inside] >= 0).any()
+    assert number[XS == 20.25, YS == -6.25] == 0.0
+    # On the edge of the taper the worst corner is off the road.
+    assert number[XS == 5.25, YS == -6.25] == 7.0
 
 
 def test_sensor_of_90_degrees_covers_its_quarter() -> None:

@@ -43,7 +43,7 @@ def test_window_without_sense_is_refused(content: dict[str, Any], what: str) -> 
 @pytest.mark.parametrize(
     ("change", "what"),
     [
-        ({"places": {"kerb": 3}}, "'kerb' is no kind of place; allowed: hard_shoulder"),
+        ({"places": {"kerb": 3}}, "'kerb' is no kind of place; allowed: refuge"),
         ({"rules": [{"layer": "static"}]}, "either `set` or `add`"),
         ({"rules": [{"layer": "static", "set": 1, "add": 1}]}, "either `set` or `add`"),
         ({"rules": [{"layer": "static", "set": 1, "above": 2, "up_to": 1}]}, "no value is above 2"),
@@ -64,6 +64,6 @@ def test_ratings_are_costs_in_which_the_occupied_counts_as_contact() -> None:
 
 
 def test_beside_the_road_on_the_left_is_blocked_for_adeye() -> None:
-    add = ADEYE_COSTS.rules[0].add
+    (add,) = [rule.add for rule in ADEYE_COSTS.rules if rule.layer == "left_of_ego"]
     assert add is not None
     assert ADEYE_COSTS.default + add == ADEYE_COSTS.blocked
