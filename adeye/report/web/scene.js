@@ -223,7 +223,13 @@ function drawRings(camera, ego) {
     context.beginPath();
     context.arc(x, y, metres * camera.scale, -0.9, 0.9);
     context.stroke();
-    context.fillText(`${metres} m`, x + metres * camera.scale + 3, camera.height - 6);
+    const at = [`${metres} m`, x + metres * camera.scale + 3, camera.height - 6];
+    context.save();
+    context.strokeStyle = withAlpha(palette.surface, 0.8);
+    context.lineWidth = 3;
+    context.strokeText(...at);
+    context.restore();
+    context.fillText(...at);
   }
 }
 
