@@ -19,7 +19,7 @@ from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import inlined
 from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
 from adeye.signals import parameter_record, spec_columns
-from adeye.spec.channels import OF_PLANNED_STOP, NominalParameters, SafetyParameters
+from adeye.spec.channels import BESIDE_NUMBERS, NominalParameters, SafetyParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,7 +48,7 @@ _CURVE_PREVIEWS: Final = (0.0, 1.0, 2.0, 4.0)
 
 _FIELDS: Final = (
     *NominalParameters.model_fields,
-    *(name for name in SafetyParameters.model_fields if name not in OF_PLANNED_STOP),
+    *(name for name in SafetyParameters.model_fields if name not in BESIDE_NUMBERS),
     "confirm_ticks",
     "heal_ticks",
 )

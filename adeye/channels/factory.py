@@ -11,7 +11,7 @@ from adeye.channels.guard import GuardedChannel
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.policy import PolicyChannel
 from adeye.channels.process import ProcessChannel
-from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel
+from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel, SupervisedSafetyChannel
 from adeye.channels.scalar import ScalarChannel
 from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
@@ -57,6 +57,8 @@ def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlCh
     Raises:
         SpecError: There is no such plug-in, or it is no channel.
     """
+    if kind == "safety" and getattr(parameters, "supervisor", None) is not None:
+        return GuardedChannel(SupervisedSafetyChannel(parameters), trusted=True)
     if kind == "safety" and getattr(parameters, "stop", "in_lane") == "planned":
         return GuardedChannel(PlannedSafetyChannel(), trusted=True)
     if kind in BUILT_IN:

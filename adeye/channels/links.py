@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -17,6 +17,7 @@ from adeye.signals import (
     Measurement,
     Observation,
 )
+from adeye.spec.architecture import HEALTH
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -27,6 +28,18 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 SWITCH = "switch"
 CHANNEL_PREFIX = "channels."
+
+
+def health_of(measurement: Measurement) -> Measurement:
+    """Return what a measurement tells of its sensor's health: stamp and validity, no content."""
+    return Measurement(
+        measurement.stamp,
+        measurement.fresh,
+        measurement.alive,
+        measurement.mask[:, :0],
+        measurement.detections[:, :0],
+        measurement.source[:, :0],
+    )
 
 
 def linked_channels(links: Sequence[str]) -> tuple[str, ...]:
@@ -55,11 +68,13 @@ class View:
         commands: Command of every channel at the previous tick, after faults; a channel that is
             missing has not given any.
         authority: The switch's state at the previous tick; None before the first.
+        health: What links of a sensor's health show where that is not what the sensor delivers.
     """
 
     measurements: Mapping[str, Measurement]
     commands: Mapping[str, ControlCommand]
     authority: Authority | None
+    health: Mapping[str, Measurement] = field(default_factory=dict)
 
     def shown(self, link: str, runs: int) -> Measurement | ControlCommand | Authority | None:
         """Return what a link shows; None before the first decision of the switch."""
@@ -68,6 +83,8 @@ class View:
         if link.startswith(CHANNEL_PREFIX):
             name = link[len(CHANNEL_PREFIX) :]
             return self.commands.get(name) or no_command(name, runs)
+        if link.startswith(HEALTH):
+            return self.health.get(link) or health_of(self.measurements[link[len(HEALTH) :]])
         return self.measurements[link]
 
     def instead(self, link: str, thing: Any) -> View:
@@ -77,6 +94,8 @@ class View:
         if link.startswith(CHANNEL_PREFIX):
             name = link[len(CHANNEL_PREFIX) :]
             return replace(self, commands={**self.commands, name: thing})
+        if link.startswith(HEALTH):
+            return replace(self, health={**self.health, link: thing})
         return replace(self, measurements={**self.measurements, link: thing})
 
 
@@ -89,11 +108,12 @@ def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
     running: Bools,
     *,
     protect: bool,
+    health: Mapping[str, Measurement] | None = None,
 ) -> Observation:
     """Build the observation of one channel at one of its ticks.
 
     Args:
-        links: Sensor ids, ``channels.<id>`` and ``switch``.
+        links: Sensor ids, ``health.<sensor>``, ``channels.<id>`` and ``switch``.
         time: Of this tick [s].
         measurements: Newest measurement of every sensor, after faults.
         commands: Command of every channel at the previous tick, after faults; a channel that is
@@ -101,6 +121,7 @@ def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
         authority: The switch's state at the previous tick; None before the first.
         running: (B,) runs that have not ended.
         protect: Whether to hand out copies that cannot be written to, as plug-ins get them.
+        health: What links of a sensor's health show where that is not what the sensor delivers.
 
     Returns:
         The observation; nothing in it tells which object is behind a detection.
@@ -115,6 +136,9 @@ def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
         elif link.startswith(CHANNEL_PREFIX):
             name = link[len(CHANNEL_PREFIX) :]
             heard[name] = _without_fan(commands.get(name) or no_command(name, runs))
+        elif link.startswith(HEALTH):
+            shown_instead = None if health is None else health.get(link)
+            seen[link] = shown_instead or health_of(measurements[link[len(HEALTH) :]])
         else:
             seen[link] = _blanked(measurements[link])
     if protect:

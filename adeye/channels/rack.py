@@ -159,6 +159,7 @@ class ChannelRack:
                     shown.authority,
                     scene.running,
                     protect=self._is_plugin[name],
+                    health=shown.health,
                 )
             proposals.append(channel.act(observation))
         return proposals

@@ -62,11 +62,12 @@ def extra_sensor(more: Mapping[str, Any], less: Mapping[str, Any]) -> str | None
     extra = [name for name in more["sensors"] if name not in less["sensors"]]
     if len(extra) != 1 or len(more["sensors"]) != len(less["sensors"]) + 1:
         return None
+    gone = {extra[0], f"health.{extra[0]}"}
     without = {
         **more,
         "sensors": {key: item for key, item in more["sensors"].items() if key != extra[0]},
         "channels": {
-            key: {**item, "links": [link for link in item["links"] if link != extra[0]]}
+            key: {**item, "links": [link for link in item["links"] if link not in gone]}
             for key, item in more["channels"].items()
         },
     }

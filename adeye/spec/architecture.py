@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
-from adeye.spec.channels import Channel, PositiveAcceleration
+from adeye.spec.channels import Channel, PositiveAcceleration, SafetyChannel
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
     Angle,
@@ -19,6 +19,13 @@ from adeye.spec.quantity import (
 )
 from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
 from adeye.spec.switch import Switch
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+
+HEALTH: Final = "health."
+"""Begins a link that shows of a sensor only whether it delivers, and when it sampled last."""
 
 
 class Vehicle(Record):
@@ -53,7 +60,12 @@ class Architecture(Record):
 
     @model_validator(mode="after")
     def _links_exist(self) -> Self:
-        known = [*self.sensors, *(f"channels.{name}" for name in self.channels), "switch"]
+        known = [
+            *self.sensors,
+            *(f"channels.{name}" for name in self.channels),
+            "switch",
+            *(f"{HEALTH}{name}" for name in self.sensors),
+        ]
         found: list[tuple[Loc, str]] = []
         for name, channel in self.channels.items():
             for at, link in enumerate(channel.links):
@@ -63,6 +75,8 @@ class Architecture(Record):
                     found.append((loc, text))
                 elif at in repeated(channel.links):
                     found.append((loc, f"channel {name!r} links {link!r} twice"))
+            if isinstance(channel, SafetyChannel):
+                found += _unlinked(name, channel, self.sensors, self.channels)
         for at, name in enumerate(self.switch.priority):
             if name not in self.channels:
                 text = f"{name!r} is no channel of this architecture: {', '.join(self.channels)}"
@@ -82,6 +96,28 @@ class Architecture(Record):
             for key in ("cost", "text", "realises", "files"):
                 record.pop(key, None)
         return part
+
+
+def _unlinked(
+    name: str, channel: SafetyChannel, sensors: Collection[str], channels: Collection[str]
+) -> Iterator[tuple[Loc, str]]:
+    """Find what the monitors of a channel watch although nothing of it is linked to the channel."""
+    supervisor = channel.parameters.supervisor
+    for monitor, spec in ({} if supervisor is None else supervisor.monitors).items():
+        of_sensors = spec.kind == "sensor_silent"
+        there, what = (sensors, "sensor") if of_sensors else (channels, "channel")
+        for at, watched in enumerate(getattr(spec, "watches", ())):
+            loc = ("channels", name, "parameters", "supervisor", "monitors", monitor, "watches", at)
+            link = f"{HEALTH if of_sensors else 'channels.'}{watched}"
+            if watched not in there:
+                text = f"{monitor!r} watches {watched!r}, which is no {what}: {', '.join(there)}"
+                yield loc, text
+            elif link not in channel.links and not (of_sensors and watched in channel.links):
+                text = (
+                    f"{monitor!r} watches {watched!r}, which channel {name!r} does not link; add "
+                    f"{link} to its links"
+                )
+                yield loc, text
 
 
 ACTUATORS = ("drive", "brake", "steering")

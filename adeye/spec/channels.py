@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import (
@@ -31,6 +32,7 @@ from adeye.spec.sensors import (
     PositiveFrequency,
     PositiveLength,
 )
+from adeye.spec.supervisor import Supervisor
 
 FilePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
 CommandWord = Annotated[str, StringConstraints(max_length=4096, pattern="^[^\\x00]*$")]
@@ -209,6 +211,10 @@ class StopRatings(Record):
 OF_PLANNED_STOP: Final = ("stop", "rear_sight", "ratings")
 """Parameters of the safety channel that only a planned stop reads."""
 
+BESIDE_NUMBERS: Final = (*OF_PLANNED_STOP, "supervisor")
+"""Parameters of the safety channel that are not among the numbers of its compiled step, and no part
+of the identity where they are left out."""
+
 
 class SafetyParameters(Record):
     """Safety channel: monitors with debounce and a safe stop."""
@@ -233,12 +239,30 @@ class SafetyParameters(Record):
     crosses none."""
     ratings: StopRatings = StopRatings()
     """Which places a planned stop prefers."""
+    supervisor: Supervisor | None = None
+    """Monitors of its own choice, with counters and levels, instead of the built-in four; then
+    ``staleness``, ``confirm``, ``heal``, ``danger_threshold`` and ``max_command`` are not read."""
+
+    @model_validator(mode="after")
+    def _has_stops_to_ask_for(self) -> Self:
+        if self.supervisor is not None and self.stop != "planned":
+            found = [
+                (
+                    ("supervisor", "monitors", name, "kind"),
+                    f"{name!r} asks for the last safe stop, which takes stop: planned",
+                )
+                for name, monitor in self.supervisor.monitors.items()
+                if monitor.kind == "last_safe_stop"
+            ]
+            if found:
+                raise misplaced(found)
+        return self
 
     @model_serializer(mode="wrap")
     def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Leave out what came later where it is not used, for it is no part of the identity."""
         content: dict[str, Any] = write(self)
-        for name in OF_PLANNED_STOP:
+        for name in BESIDE_NUMBERS:
             if getattr(self, name) == type(self).model_fields[name].default:
                 del content[name]
         return content
@@ -257,12 +281,40 @@ class SafetyChannel(_Channel):
     kind: Literal["safety"]
     parameters: SafetyParameters = SafetyParameters()
 
-    STRUCTURE: ClassVar[tuple[str, ...]] = ("stop",)
+    STRUCTURE: ClassVar[tuple[str, ...]] = ("stop", "monitors")
 
     @property
     def stop(self) -> str:
         """How it stops: with a planner it has one monitor more."""
         return self.parameters.stop
+
+    @property
+    def monitors(self) -> list[list[Any]] | None:
+        """Name, kind and what it watches of each monitor of a supervisor; None without one."""
+        supervisor = self.parameters.supervisor
+        if supervisor is None:
+            return None
+        return [
+            [name, monitor.kind, list(getattr(monitor, "watches", ()))]
+            for name, monitor in supervisor.monitors.items()
+        ]
+
+    @model_validator(mode="after")
+    def _rates_fit(self) -> Self:
+        supervisor = self.parameters.supervisor
+        if supervisor is None:
+            return self
+        count = self.rate / supervisor.rate
+        if round(count) < 1 or abs(count - round(count)) > 1e-6 * count:
+            low = max(1, math.floor(count))
+            rates = sorted({self.rate / low, self.rate / (low + 1)})
+            nearest = " and ".join(f"{rate:g} Hz" for rate in rates)
+            text = (
+                f"{supervisor.rate:g} Hz does not divide the channel's {self.rate:g} Hz; the "
+                f"nearest that do are {nearest}"
+            )
+            raise misplaced([(("parameters", "supervisor", "rate"), text)])
+        return self
 
 
 class TrajectoryChannel(_Channel):

@@ -35,7 +35,7 @@ IDENTIFIER: Final = r"^[a-z][a-z0-9_]*$"
 REFERENCE: Final = r"^[A-Za-z][A-Za-z0-9_.-]*$"
 TARGET: Final = (
     r"^((sensors|channels|hooks|actuators)\.[a-z][a-z0-9_]*"
-    r"|links\.[a-z][a-z0-9_]*\.(channels\.)?[a-z][a-z0-9_]*|tyres|switch)$"
+    r"|links\.[a-z][a-z0-9_]*\.((channels|health)\.)?[a-z][a-z0-9_]*|tyres|switch)$"
 )
 PLUGIN: Final = r"^.+:[A-Za-z_][A-Za-z0-9_]*$"
 PATTERNS: Final = {

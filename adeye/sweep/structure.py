@@ -136,7 +136,9 @@ def _of_architecture(architecture: Architecture) -> Any:
 
 def _free(part: Any) -> str:
     """What shapes the arrays of a part; parameters of a plug-in are opaque, so they are, too."""
-    shaped = {name: _shape(getattr(part, name)) for name in getattr(part, "STRUCTURE", ())}
+    shapes = {name: _shape(getattr(part, name)) for name in getattr(part, "STRUCTURE", ())}
+    # What a part does not have shapes nothing.
+    shaped = {name: shape for name, shape in shapes.items() if shape is not None}
     parameters = getattr(part, "parameters", None)
     if isinstance(parameters, dict):
         shaped["parameters"] = parameters

@@ -22,7 +22,7 @@ from adeye.channels.safety.supervision import (
 )
 from adeye.kernel.jit import compiled
 from adeye.signals import FAULT, ControlCommand, Observation, spec_columns
-from adeye.spec.channels import OF_PLANNED_STOP, SafetyParameters
+from adeye.spec.channels import BESIDE_NUMBERS, SafetyParameters
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
@@ -136,7 +136,7 @@ class SafetyChannel:
 
 def safety_numbers(item: SafetyParameters, period: float) -> dict[str, float]:
     """List what the compiled step reads of the channel's parameters, whichever way it stops."""
-    names = [name for name in SafetyParameters.model_fields if name not in OF_PLANNED_STOP]
+    names = [name for name in SafetyParameters.model_fields if name not in BESIDE_NUMBERS]
     numbers = {name: float(getattr(item, name)) for name in names}
     for name in ("confirm", "heal"):
         numbers[f"{name}_ticks"] = ticks_within(numbers[name], period)

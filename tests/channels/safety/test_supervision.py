@@ -92,7 +92,7 @@ def silence(first: float, last: float = np.inf) -> Hook:
         quiet = proposals[NOMINAL].copy()
         quiet.status[:] = SILENT
         quiet.stamp[:] = first - 0.05
-        return [quiet, proposals[SAFETY]]
+        return [quiet, *proposals[SAFETY:]]
 
     return change
 
