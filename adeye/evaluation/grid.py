@@ -7,6 +7,7 @@ the map shows what they reckon with. It is made from the trace and drives nothin
 
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -16,7 +17,7 @@ import numpy as np
 from adeye.errors import UsageError, suggest
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.grid import count_cover, cover_at, fill_ground, sweep
-from adeye.kernel.stop_rating import RULE_OFF_ROAD, RULE_SHOULDER
+from adeye.kernel.stop_rating import RULE_NAMES, RULE_OFF_ROAD, RULE_SHOULDER
 from adeye.kernel.stops import STOP_INTERVAL
 from adeye.signals import (
     EGO_HEADING,
@@ -101,6 +102,22 @@ class GridMap:
         if 0 <= i < len(self.x) and 0 <= j < len(self.y):
             return float(self.layers["number"][i, j])
         return float(self.costs.outside)
+
+    def archive(self) -> bytes:
+        """Give layers, axes, pose of the ego and names of the places as a NumPy archive."""
+        file = io.BytesIO()
+        np.savez_compressed(
+            file,
+            allow_pickle=False,
+            x=self.x,
+            y=self.y,
+            pose=np.array(self.ego),
+            time=np.array(self.time),
+            view=np.array(self.view),
+            place_names=np.array(RULE_NAMES),
+            **self.layers,
+        )
+        return file.getvalue()
 
 
 def grid_map(
@@ -336,7 +353,8 @@ class _Making:
         number = self.layers["number"]
         for rule in costs.rules:
             layer = left if rule.layer == "left_of_ego" else self.layers[rule.layer]
-            holds = (layer > rule.above) & (layer <= rule.up_to)
+            above, up_to = rule.limits
+            holds = (layer > above) & (layer <= up_to)
             if rule.set is not None:
                 number[holds] = rule.set
             else:

@@ -32,9 +32,9 @@ class CellRule(Record):
     """Changes the number of the cells in which a layer is within limits."""
 
     layer: RuleLayer
-    above: Number = -math.inf
-    """The layer is greater than this."""
-    up_to: Number = math.inf
+    above: Number | None = None
+    """The layer is greater than this; None for no limit."""
+    up_to: Number | None = None
     """The layer is at most this."""
     set: Cost | None = None
     add: Cost | None = None
@@ -43,10 +43,16 @@ class CellRule(Record):
     def _does_one_thing(self) -> Self:
         if (self.set is None) == (self.add is None):
             raise misplaced([((), "a rule has either `set` or `add`")])
-        if not self.above < self.up_to:
-            text = f"no value is above {self.above:g} and up to {self.up_to:g}"
-            raise misplaced([(("above",), text)])
+        low, high = self.limits
+        if not low < high:
+            raise misplaced([(("above",), f"no value is above {low:g} and up to {high:g}")])
         return self
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """What the layer is greater than, and what it is at most."""
+        low = -math.inf if self.above is None else float(self.above)
+        return low, math.inf if self.up_to is None else float(self.up_to)
 
 
 class CellCosts(Record):

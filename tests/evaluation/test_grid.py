@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -229,3 +230,20 @@ def test_unknown_view_is_refused_with_those_that_there_are(hand_made: Make) -> N
     with pytest.raises(UsageError, match="no view 'safty'") as error:
         grid_map(hand_made().trace(), 0, 0.0, view="safty")
     assert "safety" in str(error.value)
+
+
+def test_archive_has_layers_axes_and_names(hand_made: Make) -> None:
+    found = grid_map(beside(hand_made()).trace(), 0, 0.0)
+    again = np.load(io.BytesIO(found.archive()))
+    assert set(again) == {*LAYERS, "x", "y", "pose", "time", "view", "place_names"}
+    for name in LAYERS:
+        assert np.array_equal(again[name], found[name])
+    assert (again["pose"].tolist(), str(again["view"])) == ([0.0, 5.25, 0.0], "truth")
+    assert again["place_names"].tolist() == list(RULE_NAMES)
+
+
+def test_trace_without_tracks_has_no_view_of_a_channel(hand_made: Make) -> None:
+    made = hand_made()
+    made.columns["tracks"] = made.columns["tracks"][:, :, :, :0]
+    with pytest.raises(UsageError, match="no tracks"):
+        grid_map(made.trace(), 0, 0.0, view="safety")

@@ -1,11 +1,16 @@
+from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 from pydantic import ValidationError
 
+from adeye.errors import SpecError
 from adeye.kernel.stop_rating import CONTACT, DEFAULT_RULES, RULE_NAMES
 from adeye.spec.channels import StopRatings
 from adeye.spec.grid import ADEYE_COSTS, CellCosts, GridSettings, rating_costs
+from adeye.spec.load import load_grid
+from adeye.spec.schema import schema
 
 
 def test_settings_are_read_with_units() -> None:
@@ -67,3 +72,20 @@ def test_beside_the_road_on_the_left_is_blocked_for_adeye() -> None:
     (add,) = [rule.add for rule in ADEYE_COSTS.rules if rule.layer == "left_of_ego"]
     assert add is not None
     assert ADEYE_COSTS.default + add == ADEYE_COSTS.blocked
+
+
+def test_mistake_in_a_file_is_shown_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "cells.yaml"
+    path.write_text("width: 20 m\ncosts:\n  default: 5\n  outside: 9\n  blocked: 9\n  rulez: []\n")
+    with pytest.raises(SpecError, match=r"cells.yaml:6:3.*no key 'rulez'"):
+        load_grid(path)
+
+
+def test_file_extends_another(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("width: 20 m\ncell: 1 m\n")
+    (tmp_path / "b.yaml").write_text("extends: a.yaml\ncell: 2 m\n")
+    settings = load_grid(tmp_path / "b.yaml").spec
+    assert (settings.width, settings.cell) == (20.0, 2.0)
+    jsonschema.validate({"extends": "a.yaml", "cell": "2 m"}, schema("grid"))
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({"cel": "2 m"}, schema("grid"))
