@@ -24,7 +24,7 @@ from adeye.traffic import VARIANTS
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from adeye.evaluation.judge import Evaluation
@@ -248,16 +248,24 @@ def _known_variant(row: Mapping[str, Any]) -> str | None:
     return short if short in VARIANTS.get(backend, ()) else None
 
 
-def replay_run(db: str | Path | None, run: str, dump: tuple[str, Path] | None = None) -> Replayed:
+def replay_run(
+    db: str | Path | None,
+    run: str,
+    dump: tuple[str, Path] | None = None,
+    look: Callable[[Trace], None] | None = None,
+) -> Replayed:
     """Execute a stored run again and compare trace digests.
 
     Args:
         db: Database, by default ``.adeye/adeye.db``.
         run: Beginning of its result digest.
         dump: Channel, and the file that gets what it is shown, a line for each observation.
+        look: Is shown the trace of the run.
     """
     with Repository.open(db, create=False) as repository:
         done = rerun(repository, repository.find_run(run), dump)
+    if look is not None:
+        look(done.trace)
     row = done.stored.row
     trace_digest = done.trace.digests()[0]
     now = identity(str(row["backend"]), _known_variant(row))

@@ -23,6 +23,7 @@ from adeye.channels.tracks import (
 from adeye.kernel.criticality import required_deceleration, time_to_collision
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
+from adeye.kernel.prediction import MIN_LATERAL_SPEED
 from adeye.kernel.road import local
 
 if TYPE_CHECKING:
@@ -47,11 +48,6 @@ is taken (0.3 m past its marking); a little more here. Our choice."""
 
 PASSING_MARGIN: Final = 0.5
 """How close in time to the ego's own passage an object may use the corridor [s]. Our choice."""
-
-MIN_LATERAL_SPEED: Final = 0.3
-"""Lateral speed below which an object is taken to keep its lane [m/s], beside one standard
-deviation of the track's own. Swaying in the lane reaches 0.3 m/s; a lane change peaks at 0.8 m/s
-and more. Our choice."""
 
 _LEAST_BRAKING: Final = 1.5
 _MOST_BRAKING: Final = 10.0

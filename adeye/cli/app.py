@@ -110,6 +110,7 @@ add(
     replay,
     "adeye replay 3f2a91c04b",
     "adeye replay 3f2a91c04b --html replay.html",
+    "adeye replay 3f2a91c04b --grid '4.2 s' --dump grid.npz",
     panel=RESULTS,
 )
 add(

@@ -12,7 +12,10 @@ from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, pl
 from adeye.errors import UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from adeye.campaign.reproduce import Replayed
+    from adeye.trace import Trace
 
 _SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
@@ -59,7 +62,7 @@ Channel = Annotated[
         "--channel",
         metavar="ID",
         envvar="ADEYE_CHANNEL",
-        help="Channel whose observations are saved; needs --dump.",
+        help="Channel whose observations are saved, or with --grid whose view; needs --dump.",
     ),
 ]
 DumpFile = Annotated[
@@ -68,17 +71,38 @@ DumpFile = Annotated[
         "--dump",
         metavar="FILE",
         envvar="ADEYE_DUMP",
-        help="Save what the channel is shown, as lines of JSON; needs --channel.",
+        help="Save what the channel is shown, as lines of JSON; with --grid, the grid map.",
+    ),
+]
+GridTime = Annotated[
+    str | None,
+    typer.Option(
+        "--grid",
+        metavar="TIME",
+        envvar="ADEYE_GRID",
+        help="Time, such as '4.2 s', of the grid map to save; needs --dump.",
+    ),
+]
+Cells = Annotated[
+    str | None,
+    typer.Option(
+        "--cells",
+        metavar="FILE|adeye",
+        envvar="ADEYE_CELLS",
+        help="Window, cells and costs of the grid map: a YAML file, or the costs of AD-EYE; by "
+        "default the ratings of the safety channel.",
     ),
 ]
 
 
-def replay(
+def replay(  # noqa: PLR0917 - options of the command line
     run: RunId,
     db: Db = None,
     html: HtmlFile = None,
     channel: Channel = None,
     dump: DumpFile = None,
+    grid: GridTime = None,
+    cells: Cells = None,
     json: Json = False,
 ) -> None:
     """Execute a stored run again and compare the digest of its trace.
@@ -86,20 +110,17 @@ def replay(
     With --channel and --dump it saves what that channel is shown, which feeds it again without the
     simulator: `./program < FILE`, or `adeye.testing.feed`.
 
+    With --grid and --dump it saves the grid map around the ego at a time, layer by layer, as a
+    NumPy archive: with what is true, or with --channel what that channel believes.
+
     Exit codes: 0 identical, 4 the trace differs.
     """
     from adeye.campaign.reproduce import replay_run
 
-    if channel is None or dump is None:
-        if channel is not None or dump is not None:
-            raise UsageError(
-                "--channel and --dump belong together",
-                remedy="Give --channel ID --dump FILE, or neither.",
-            )
-        saved = None
+    if grid is not None:
+        again = replay_run(db, run, look=_grid_saver(grid, cells, channel, dump))
     else:
-        saved = channel, dump
-    again = replay_run(db, run, saved)
+        again = replay_run(db, run, _saved(channel, dump, cells))
     if json:
         emit_json("replay", plain(again))
     else:
@@ -113,6 +134,47 @@ def replay(
         wrote(dump)
     if not again.identical:
         raise typer.Exit(_DIFFERS)
+
+
+def _saved(channel: str | None, dump: Path | None, cells: str | None) -> tuple[str, Path] | None:
+    """Give the channel whose observations are saved, and where."""
+    if cells is not None:
+        raise UsageError("--cells belongs to --grid", remedy="Give --grid TIME --dump FILE, too.")
+    if channel is None and dump is None:
+        return None
+    if channel is None or dump is None:
+        raise UsageError(
+            "--channel and --dump belong together",
+            remedy="Give --channel ID --dump FILE, --grid TIME --dump FILE, or neither.",
+        )
+    return channel, dump
+
+
+def _grid_saver(
+    time: str, cells: str | None, channel: str | None, dump: Path | None
+) -> Callable[[Trace], None]:
+    """Give what saves the grid map of a trace; everything that was given is checked before."""
+    from adeye.evaluation.grid import TRUTH, grid_map
+    from adeye.report.files import write_atomically
+    from adeye.spec.grid import ADEYE_COSTS, GridSettings
+    from adeye.spec.load import load_grid
+    from adeye.units import Dimension, parse_quantity
+
+    if dump is None:
+        raise UsageError("--grid needs --dump", remedy="Give --grid TIME --dump FILE.")
+    at = parse_quantity(time, Dimension.TIME)
+    if cells is None:
+        settings = GridSettings()
+    elif cells == "adeye":
+        settings = GridSettings(costs=ADEYE_COSTS)
+    else:
+        settings = load_grid(cells).spec
+
+    def save(trace: Trace) -> None:
+        found = grid_map(trace, 0, at, settings, view=channel or TRUTH)
+        write_atomically(found.archive(), dump)
+
+    return save
 
 
 def _print(again: Replayed) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from adeye.kernel.refuges import right_edge
 from adeye.kernel.road import position
 from adeye.report.fan import fan_of
+from adeye.report.grid import grid_of
 from adeye.report.replay import (
     ActorMotion,
     ChannelView,
@@ -119,6 +120,7 @@ def replay_of(  # noqa: PLR0913 - what a page says about a run is this much
         boxes=_boxes(trace, run),
         sensors=_sensors(trace, run, held),
         channels=_channels(trace, run, held),
+        grid=grid_of(trace, run, held),
         faults=_faults(trace, run, held),
         authority=tuple(int(value) for value in trace["authority"][run, held]),
         reason=tuple(REASON_LABELS[int(value)] for value in trace["reason"][run, held]),

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         ActorMotion,
         ChannelView,
         FanView,
+        GridView,
         Line,
         Point,
         Replay,
@@ -129,6 +130,7 @@ def pack_replay(replay: Replay) -> Packed:
         "boxes": [_box(box) for box in replay.boxes],
         "sensors": [_sensor(sensor) for sensor in replay.sensors],
         "channels": [_channel(channel) for channel in replay.channels],
+        "grid": None if replay.grid is None else _grid(replay.grid),
         "faults": [
             {"id": fault.id, "text": fault.text, "active": repeats(fault.active)}
             for fault in replay.faults
@@ -233,6 +235,15 @@ def _fan(view: FanView) -> Packed:
         "desirability": differences([candidate.desirability for candidate in listed], SHADES),
         "x": differences([point[0] for point in points], COARSE),
         "y": differences([point[1] for point in points], COARSE),
+    }
+
+
+def _grid(view: GridView) -> Packed:
+    """Pack the grid maps; one that is equal to the map before is not repeated."""
+    return {
+        **view.model_dump(mode="json", exclude={"number", "occupied"}),
+        "number": repeats(view.number),
+        "occupied": repeats(view.occupied),
     }
 
 

@@ -120,6 +120,37 @@ class FanView(Part):
     fans: tuple[tuple[Candidate, ...], ...]
 
 
+class GridView(Part):
+    """Cells around the ego, now and then: how safe it is to stand there, and when it is occupied.
+
+    The first cell is the rearmost on the right. Each map is one text, see ``report.grid.packed``.
+    """
+
+    every: Annotated[int, Field(ge=1)]
+    """Ticks from one map to the next; the first is at the first tick."""
+    view: Id
+    """Whose objects are drawn: ``truth`` or a channel."""
+    cell_m: Positive
+    x_m: float
+    """Rear edge of the window, ahead of the centre of the ego."""
+    y_m: float
+    """Its right edge, to the left of the ego."""
+    columns: Annotated[int, Field(ge=1)]
+    """Cells along the ego."""
+    rows: Annotated[int, Field(ge=1)]
+    """Cells across."""
+    levels: Annotated[tuple[float, ...], Field(max_length=16)]
+    """Ratings that occur, by code."""
+    worst: Positive
+    """Rating that is drawn darkest."""
+    times_s: Floats
+    """Latest time to occupancy of each code from 1 on; code 0 is never."""
+    number: tuple[str, ...]
+    """Codes of the ratings."""
+    occupied: tuple[str, ...]
+    """Codes of the time to occupancy."""
+
+
 class ChannelView(Part):
     """A control channel: what it commanded, how it was, what it believed is there."""
 
@@ -197,6 +228,8 @@ class Replay(Part):
     boxes: tuple[StaticBox, ...] = ()
     sensors: tuple[SensorView, ...] = ()
     channels: tuple[ChannelView, ...] = ()
+    grid: GridView | None = None
+    """None where no grid map was made."""
     faults: tuple[FaultView, ...] = ()
     authority: tuple[int, ...]
     """Index into ``channels``; -1 where no channel could act."""
@@ -222,6 +255,11 @@ class Replay(Part):
         for view in self.channels:
             if view.fan is not None and len(view.fan.fans) != -(-self.rows // view.fan.every):
                 msg = f"run {self.run}: channels.{view.id} has {len(view.fan.fans)} fans"
+                raise ValueError(msg)
+        if self.grid is not None:
+            wanted = -(-self.rows // self.grid.every)
+            if not len(self.grid.number) == len(self.grid.occupied) == wanted:
+                msg = f"run {self.run}: the grid has {len(self.grid.number)} maps, not {wanted}"
                 raise ValueError(msg)
         for channel in self.authority:
             if not -1 <= channel < len(self.channels):

@@ -89,6 +89,9 @@ OBJECT_CLASSES: Final = (
     "barrier",
     "building",
 )
+FIRST_FREE: Final = OBJECT_CLASSES.index("cyclist")
+LAST_FREE: Final = OBJECT_CLASSES.index("pedestrian")
+"""Those from the first to the last go where they like; the others keep to lanes."""
 
 STATUS_LABELS: Final = ("ok", "degraded", "requests_authority", "fault", "silent")
 OK, DEGRADED, REQUESTS_AUTHORITY, FAULT, SILENT = range(5)

@@ -12,6 +12,7 @@ from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import ASIL_ORDER, Concept
 from adeye.spec.document import Document, load_document, validate
+from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
 from adeye.spec.quantity import Record
 from adeye.spec.scenario import LogicalScenario
@@ -114,6 +115,18 @@ def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
 def load_architecture(path: str | Path) -> Loaded[Architecture]:
     """Load one architecture file."""
     return _load(Path(path), Architecture)
+
+
+def load_grid(path: str | Path) -> Loaded[GridSettings]:
+    """Load and validate the settings of a grid map.
+
+    Args:
+        path: The file.
+
+    Raises:
+        SpecError: Anything is wrong; the message has file, line and column.
+    """
+    return _load(Path(path), GridSettings)
 
 
 def shipped(folder: str) -> Path:

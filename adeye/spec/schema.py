@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Concept
+from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
 from adeye.spec.scenario import LogicalScenario
 
@@ -23,6 +24,7 @@ KINDS: Final[dict[str, type[BaseModel]]] = {
     "scenario": LogicalScenario,
     "architecture": Architecture,
     "concept": Concept,
+    "grid": GridSettings,
 }
 
 
@@ -30,7 +32,7 @@ def schema(kind: str) -> dict[str, Any]:
     """Return the JSON Schema of a kind of file.
 
     Args:
-        kind: ``odd``, ``scenario``, ``architecture`` or ``concept``.
+        kind: ``odd``, ``scenario``, ``architecture``, ``concept`` or ``grid``.
     """
     made = KINDS[kind].model_json_schema(by_alias=True)
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"adeye/{kind}@1"}
@@ -41,7 +43,8 @@ def schema(kind: str) -> dict[str, Any]:
     part = _partial({"properties": made["properties"]})
     part["properties"]["extends"] = extends
     parts = {f"{name}.part": _partial(item) for name, item in made.pop("$defs").items()}
-    whole = {name: made.pop(name) for name in ("properties", "required", "additionalProperties")}
+    names = ("properties", "required", "additionalProperties")
+    whole = {name: made.pop(name) for name in names if name in made}
     definitions = KINDS[kind].model_json_schema(by_alias=True)["$defs"]
     closed = {"additionalProperties": False}
     made |= {"if": {"required": ["extends"]}, "then": part | closed, "else": whole}

@@ -1,15 +1,19 @@
 """``show`` and ``replay``: what is printed, and that a different trace is never a success."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import adeye.campaign.reproduce
 import adeye.reporting
 from adeye.campaign.reproduce import Replayed
 from adeye.errors import InputError
+from adeye.trace import Trace
+from tests.evaluation.conftest import HandMade
 
 DESCRIPTION: dict[str, Any] = {
     "run": "ab" * 32,
@@ -55,9 +59,15 @@ class Results:
         return DESCRIPTION
 
     def replay_run(
-        self, db: str | None, run: str, dump: tuple[str, Path] | None = None
+        self,
+        db: str | None,
+        run: str,
+        dump: tuple[str, Path] | None = None,
+        look: Callable[[Trace], None] | None = None,
     ) -> Replayed:
         self.calls.append((db, run) if dump is None else (db, run, *dump))
+        if look is not None:
+            look(HandMade().trace())
         return self.replayed
 
     def write_replay(self, db: str | None, run: str, path: Path) -> None:
@@ -142,3 +152,49 @@ def test_channel_and_dump_belong_together(
     ended = adeye("replay", "abab", *option)
     assert (ended.code, results.calls) == (2, [])
     assert "belong together" in ended.err
+
+
+def test_grid_map_is_saved(adeye: Any, results: Results, tmp_path: Path) -> None:
+    path = tmp_path / "grid.npz"
+    ended = adeye("replay", "abab", "--grid", "0.5 s", "--dump", str(path))
+    assert (ended.code, results.calls) == (0, [(None, "abab")])
+    assert f"wrote {path}" in ended.err
+    saved = np.load(path)
+    assert (float(saved["time"]), str(saved["view"])) == (0.5, "truth")
+    assert saved["number"].shape == (150, 70)
+
+
+def test_grid_map_has_the_view_and_cells_that_were_asked_for(
+    adeye: Any, results: Results, tmp_path: Path
+) -> None:
+    path, cells = tmp_path / "grid.npz", tmp_path / "cells.yaml"
+    cells.write_text("width: 10 m\ncell: 1 m\ncosts: {default: 3, outside: 9, blocked: 9}\n")
+    asked = ("replay", "abab", "--grid", "0.5 s", "--dump", str(path), "--channel", "safety")
+    assert adeye(*asked, "--cells", str(cells)).code == 0
+    saved = np.load(path)
+    assert (str(saved["view"]), np.unique(saved["number"]).tolist()) == ("safety", [3.0])
+    assert saved["number"].shape == (75, 10)
+    assert adeye(*asked, "--cells", "adeye").code == 0
+    assert np.unique(np.load(path)["number"]).tolist() == [25.0, 50.0, 65.0, 90.0]
+    assert len(results.calls) == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        (("--grid", "1 s"), "--grid needs --dump"),
+        (("--grid", "1", "--dump", "g.npz"), "has no unit"),
+        (("--grid", "60 s", "--dump", "g.npz"), "the run has no 60 s"),
+        (("--grid", "1 s", "--dump", "g.npz", "--channel", "safty"), "no view 'safty'"),
+        (("--grid", "1 s", "--dump", "g.npz", "--cells", "none.yaml"), "none.yaml"),
+        (("--cells", "adeye"), "--cells belongs to --grid"),
+    ],
+)
+def test_grid_map_that_cannot_be_had_is_refused(
+    adeye: Any, results: Results, options: tuple[str, ...], what: str
+) -> None:
+    ended = adeye("replay", "abab", *options)
+    assert ended.code == 2
+    assert what in ended.err
+    assert results.replayed is REPLAYED
+    assert not Path("g.npz").exists()

@@ -35,6 +35,7 @@ from adeye.report.replay import (
     Event,
     FanView,
     FaultView,
+    GridView,
     Line,
     Replay,
     RoadGeometry,
@@ -283,6 +284,27 @@ def build_fan(drive_: dict[str, list[float]], every: int = 10) -> FanView:
     )
 
 
+def build_grid(count: int, every: int = 3) -> GridView:
+    """Build maps of 4 by 3 cells of 5 m: a shoulder, a lane, a car in it that comes nearer."""
+    maps = -(-count // every)
+    return GridView(
+        every=every,
+        view="safety",
+        cell_m=5.0,
+        x_m=-5.0,
+        y_m=-7.5,
+        columns=4,
+        rows=3,
+        levels=(1.0, 3.0, 7.0),
+        worst=8.0,
+        times_s=(0.0, 1.0, 4.0),
+        number=("a4b4d4",) + ("+a12",) * (maps - 1),
+        occupied=("a6dca2dc",) + ("+a12", "+a5d2a2d2a") * (maps // 2)
+        if maps % 2
+        else ("a12",) * maps,
+    )
+
+
 def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: str) -> Replay:
     drive_ = drive(rows, late=late)
     count = len(drive_["x"])
@@ -464,6 +486,7 @@ def build_replay(run: str, architecture: str, *, late: bool, rows: int, text: st
                 status=tuple("requests_authority" if time > 4.4 else "ok" for time in times),
             ),
         ),
+        grid=build_grid(count),
         faults=(FaultView(id=f"front_camera_out{text}", text="no samples", active=tuple(out)),),
         authority=tuple(int(flag) for flag in takes_over),
         reason=tuple("request" if flag else "default" for flag in takes_over),

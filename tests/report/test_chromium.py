@@ -163,6 +163,19 @@ def test_names_are_text_and_never_run(browser: Browser, tmp_path: Path) -> None:
     assert_quiet(browser, path)
 
 
+def test_grid_map_is_drawn_with_its_keys_and_can_be_hidden(tab: Browser, page: Path) -> None:
+    keys = str(tab.run("document.getElementById('keys').textContent"))
+    assert "cell rated 1, 3, 7 to stand on" in keys
+    assert "occupied now, within 1, 4 s (as safety predicts)" in keys
+    world, shown = picture(tab, "world"), picture(tab, "belief")
+    tab.click("#show-grid")
+    assert picture(tab, "belief") != shown
+    assert picture(tab, "world") == world
+    tab.click("#show-grid")
+    assert picture(tab, "belief") == shown
+    assert_quiet(tab, page)
+
+
 def test_fan_is_drawn_with_its_key_and_can_be_hidden(tab: Browser, page: Path) -> None:
     tab.run("scrub.value = 30; scrub.dispatchEvent(new Event('input'))")
     shown = picture(tab, "belief")

@@ -121,3 +121,14 @@ def test_fan_reads_back_candidate_by_candidate(report: Report) -> None:
     wanted = [point for candidate in listed for point in candidate.points]
     assert np.array(places) == pytest.approx(np.array(wanted), abs=0.0501)
     assert "fan" not in pack_replay(report.replays[0])["channels"][1]
+
+
+def test_grid_maps_read_back(report: Report) -> None:
+    replay = report.replays[0]
+    assert replay.grid is not None
+    packed = pack_replay(replay)["grid"]
+    assert column(packed["number"]) == list(replay.grid.number)
+    assert column(packed["occupied"]) == list(replay.grid.occupied)
+    assert packed["levels"] == [1.0, 3.0, 7.0]
+    without = replay.model_copy(update={"grid": None})
+    assert pack_replay(without)["grid"] is None

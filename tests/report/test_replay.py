@@ -87,3 +87,11 @@ def test_fans_that_do_not_cover_the_run_are_refused(report: Report) -> None:
     changed = channel.model_copy(update={"fan": short})
     with pytest.raises(ValidationError, match="fans"):
         rebuilt(replay, channels=(changed, *replay.channels[1:]))
+
+
+def test_grid_maps_that_do_not_cover_the_run_are_refused(report: Report) -> None:
+    replay = report.replays[0]
+    assert replay.grid is not None
+    short = replay.grid.model_copy(update={"occupied": replay.grid.occupied[:-1]})
+    with pytest.raises(ValidationError, match="the grid has"):
+        Replay.model_validate(replay.model_copy(update={"grid": short}).model_dump())

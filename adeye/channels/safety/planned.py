@@ -20,9 +20,9 @@ from adeye.channels.safety.planning import (
 )
 from adeye.channels.safety.supervision import Batch, tell
 from adeye.channels.tracks import TRACKS
-from adeye.channels.trajectory.prediction import OBJECT_ROW, WAY_ROW
 from adeye.kernel.elementary import tan
 from adeye.kernel.jit import compiled
+from adeye.kernel.prediction import OBJECT_ROW, WAY_ROW
 from adeye.kernel.profiles import (
     PATH_ROW,
     PATH_TARGET,

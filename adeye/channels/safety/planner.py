@@ -22,16 +22,9 @@ from adeye.channels.pose import (
 from adeye.channels.safety.entering import cuts_up, strays
 from adeye.channels.trajectory.fan import LOST
 from adeye.channels.trajectory.obstacles import overlap
-from adeye.channels.trajectory.prediction import (
-    OBJECT_BEHIND,
-    OBJECT_GROWTH,
-    WAY_D,
-    WAY_S,
-    WAY_SPEED,
-    margin_at,
-)
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.prediction import OBJECT_BEHIND, OBJECT_GROWTH, WAY_D, WAY_S, WAY_SPEED, margin_at
 from adeye.kernel.profiles import (
     PATH_EXISTS,
     PATH_START,

@@ -27,15 +27,11 @@ from adeye.channels.trajectory.following import (
     steer_along,
 )
 from adeye.channels.trajectory.planning import plan_step
-from adeye.channels.trajectory.prediction import (
-    OBJECT_ROW,
-    SAMPLES,
-    WAY_ROW,
-    predict_objects,
-)
+from adeye.channels.trajectory.prediction import SAMPLES, predict_objects
 from adeye.channels.trajectory.scoring import LINE_ROW
 from adeye.kernel.elementary import tan
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.prediction import OBJECT_ROW, WAY_ROW
 from adeye.kernel.profiles import PATH_ROW, PATH_TARGET, PROFILE_ROW
 from adeye.signals import (
     DEGRADED,

@@ -5,7 +5,17 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.channels.trajectory.prediction import (
+from adeye.channels.trajectory.prediction import SAMPLES
+from adeye.channels.trajectory.scoring import (
+    LINE_D,
+    LINE_SLOPE,
+    PROGRESS_KNEE,
+    rounded_square,
+)
+from adeye.kernel.criticality import required_deceleration
+from adeye.kernel.geometry import placed_box_distance
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.prediction import (
     OBJECT_BEHIND,
     OBJECT_BRAKING,
     OBJECT_COSINE,
@@ -16,21 +26,11 @@ from adeye.channels.trajectory.prediction import (
     OBJECT_SINE,
     OBJECT_SPEED,
     OBJECT_WIDTH,
-    SAMPLES,
     WAY_D,
     WAY_S,
     WAY_SPEED,
     margin_at,
 )
-from adeye.channels.trajectory.scoring import (
-    LINE_D,
-    LINE_SLOPE,
-    PROGRESS_KNEE,
-    rounded_square,
-)
-from adeye.kernel.criticality import required_deceleration
-from adeye.kernel.geometry import placed_box_distance
-from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import PROFILE_S, PROFILE_SPEED
 
 if TYPE_CHECKING:

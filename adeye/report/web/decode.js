@@ -84,6 +84,31 @@ function decodeFan(packed) {
   };
 }
 
+/* The cells of each map: runs of changes against the row before, or against the map before, too. */
+function decodeCells(texts, columns, count) {
+  let before = new Uint8Array(count);
+  return texts.map((text) => {
+    const cells = new Uint8Array(count);
+    let at = 0;
+    for (const [, letter, times] of text.matchAll(/([a-p])(\d*)/g)) {
+      const end = at + Number(times || 1);
+      cells.fill(letter.charCodeAt(0) - 97, at, end);
+      at = end;
+    }
+    for (let cell = columns; cell < count; cell += 1) cells[cell] ^= cells[cell - columns];
+    if (text[0] === "+") {
+      for (let cell = 0; cell < count; cell += 1) cells[cell] ^= before[cell];
+    }
+    before = cells;
+    return cells;
+  });
+}
+
+function decodeGrid(packed) {
+  const cells = (texts) => decodeCells(decodeRepeats(texts), packed.columns, packed.columns * packed.rows);
+  return { ...packed, number: cells(packed.number), occupied: cells(packed.occupied), picture: null };
+}
+
 /* The camera turns with the road, not with every twitch of the ego: the mean over two seconds. */
 function smoothHeading(heading, step) {
   const reach = Math.max(1, Math.round(1 / step));
@@ -110,6 +135,7 @@ function decodeReplay(raw) {
     actors: raw.actors.map(decodeMotion),
     sensors: raw.sensors.map(decodeSensor),
     channels: raw.channels.map(decodeChannel),
+    grid: raw.grid ? decodeGrid(raw.grid) : null,
     faults: raw.faults.map((fault) => ({ ...fault, active: decodeRepeats(fault.active) })),
     authority: decodeRepeats(raw.authority),
     reason: decodeRepeats(raw.reason),

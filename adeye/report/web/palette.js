@@ -6,7 +6,7 @@ function readPalette() {
   const names = [
     "bg", "surface", "sunken", "ink", "quiet", "line", "strong-line", "accent", "fail", "pass",
     "inconclusive", "road", "shoulder", "ground", "marking", "edge", "car", "heavy", "person",
-    "cycle", "static", "nobody",
+    "cycle", "static", "nobody", "cell-safe", "cell-unsafe", "cell-taken", "cell-soon",
   ];
   for (const name of names) palette[name] = style.getPropertyValue(`--${name}`).trim();
   palette.channels = [0, 1, 2, 3].map((i) => style.getPropertyValue(`--channel-${i}`).trim());
@@ -37,6 +37,19 @@ function withAlpha(colour, alpha) {
 function fanColour(colour, desirability) {
   const share = Math.round(100 * desirability);
   return withAlpha(`color-mix(in oklab, ${colour} ${share}%, ${palette.fail})`, 0.25 + 0.6 * desirability);
+}
+
+/* How safe it is to stand somewhere: the darker the less. */
+function ratingColour(grid, level) {
+  const share = Math.min(1, grid.levels[level] / grid.worst);
+  return `color-mix(in oklab, ${palette["cell-unsafe"]} ${Math.round(100 * share)}%, ${palette["cell-safe"]})`;
+}
+
+/* When a cell is occupied: now, the code 1, or later, the fainter the later. */
+function occupiedColour(grid, code) {
+  if (code === 1) return palette["cell-taken"];
+  const later = (code - 2) / Math.max(1, grid.times_s.length - 2);
+  return withAlpha(palette["cell-soon"], 0.85 - 0.67 * later);
 }
 
 /* Make a canvas as sharp as the screen; returns its context, in CSS pixels. */

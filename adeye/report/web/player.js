@@ -25,6 +25,7 @@ function drawAll() {
     detections: byId("show-detections").checked,
     truth: byId("show-truth").checked,
     fan: byId("show-fan").checked,
+    grid: replay.grid && byId("show-grid").checked,
   };
   drawWorld(size, replay, moment, options);
   drawBelief(prepare(byId("belief")), replay, moment, options);
@@ -75,12 +76,36 @@ function advance(now) {
   requestAnimationFrame(advance);
 }
 
-function showKey(replay) {
-  const entry = (draw, text) => {
-    const canvas = element("canvas");
-    const node = element("span", {}, canvas, element("span", { textContent: text }));
-    return { node, draw: () => draw(prepare(canvas)) };
+function keyEntry(draw, text, look = "") {
+  const canvas = element("canvas", { class: look });
+  const node = element("span", {}, canvas, element("span", { textContent: text }));
+  return { node, draw: () => draw(prepare(canvas)) };
+}
+
+/* The colours of the cells, side by side. */
+function gridKeys(grid) {
+  const swatches = (colours) => ({ context, width }) => {
+    const each = width / colours.length;
+    colours.forEach((colour, index) => {
+      context.fillStyle = ratingColour(grid, Math.floor(grid.levels.length / 2));
+      context.fillRect(index * each, 2, each, 10);
+      context.fillStyle = colour;
+      context.fillRect(index * each, 2, each, 10);
+    });
+    context.strokeStyle = palette.edge;
+    context.strokeRect(0.5, 2.5, width - 1, 9);
   };
+  const ratings = grid.levels.map((_, level) => ratingColour(grid, level));
+  const times = grid.times_s.map((_, index) => occupiedColour(grid, index + 1));
+  const later = grid.times_s.slice(1).join(", ");
+  return [
+    keyEntry(swatches(ratings), `cell rated ${grid.levels.join(", ")} to stand on (darker: less safe)`, "wide"),
+    keyEntry(swatches(times), `occupied now, within ${later} s (${grid.view === "truth" ? "truth" : `as ${grid.view} predicts`})`, "wide"),
+  ];
+}
+
+function showKey(replay) {
+  const entry = keyEntry;
   const entries = [
     ...replay.channels.map((channel, index) => entry(({ context }) => {
       context.fillStyle = channelColour(index);
@@ -123,6 +148,8 @@ function showKey(replay) {
       });
     }, "candidate (stronger: better; wide: chosen; dotted: not allowed)"));
   }
+  byId("show-grid").parentElement.hidden = !replay.grid;
+  if (replay.grid) entries.push(...gridKeys(replay.grid));
   byId("keys").replaceChildren(...entries.map(({ node }) => node));
   player.keys = entries;
 }
@@ -245,7 +272,7 @@ function startPlayer() {
     const event = eventAt(player.replay, byId("strip"), pointer);
     byId("scrub").title = event ? `${event.time_s.toFixed(2)} s: ${event.text}` : "";
   });
-  for (const id of ["show-fields", "show-detections", "show-truth", "show-fan"]) byId(id).addEventListener("change", drawAll);
+  for (const id of ["show-fields", "show-detections", "show-truth", "show-fan", "show-grid"]) byId(id).addEventListener("change", drawAll);
   for (const button of document.querySelectorAll("#runs [data-replay]")) {
     button.addEventListener("click", () => selectReplay(Number(button.dataset.replay)));
   }

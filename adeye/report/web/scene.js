@@ -69,7 +69,8 @@ function drawWorld(size, replay, moment, options) {
   const { row, share } = moment;
   const ego = poseAt(replay.ego, row, share);
   const camera = new Camera(size, { x: ego.x, y: ego.y, heading: moment.heading }, moment.scale);
-  drawRoad(camera, replay, false);
+  drawSurface(camera, replay, false);
+  drawMarkings(camera, replay, false);
   if (options.fields) drawFields(camera, replay, row, ego);
   drawBoxes(camera, replay, false);
   for (const actor of replay.actors) {
@@ -223,15 +224,72 @@ function drawRings(camera, ego) {
     context.beginPath();
     context.arc(x, y, metres * camera.scale, -0.9, 0.9);
     context.stroke();
-    context.fillText(`${metres} m`, x + metres * camera.scale + 3, camera.height - 6);
+    const at = [`${metres} m`, x + metres * camera.scale + 3, camera.height - 6];
+    context.save();
+    context.strokeStyle = withAlpha(palette.surface, 0.8);
+    context.lineWidth = 3;
+    context.strokeText(...at);
+    context.restore();
+    context.fillText(...at);
   }
+}
+
+/* The cells of a map, one pixel each, front to the right and left side up. */
+function gridPicture(grid, shown) {
+  const canvas = grid.picture ? grid.picture.canvas : element("canvas");
+  const look = palette["cell-safe"] + palette["cell-taken"];
+  if (grid.picture && grid.picture.shown === shown && grid.picture.look === look) return canvas;
+  canvas.width = grid.columns;
+  canvas.height = grid.rows;
+  const context = canvas.getContext("2d");
+  const fill = (cells, colour) => {
+    for (let row = 0; row < grid.rows; row += 1) {
+      const first = row * grid.columns;
+      for (let from = 0; from < grid.columns;) {
+        const code = cells[first + from];
+        let to = from + 1;
+        while (to < grid.columns && cells[first + to] === code) to += 1;
+        context.fillStyle = colour(code);
+        context.fillRect(from, grid.rows - 1 - row, to - from, 1);
+        from = to;
+      }
+    }
+  };
+  fill(grid.number[shown], (level) => ratingColour(grid, level));
+  fill(grid.occupied[shown], (code) => (code ? occupiedColour(grid, code) : "transparent"));
+  grid.picture = { canvas, shown, look };
+  return canvas;
+}
+
+/* The newest grid map, where the ego was when it was made. */
+function drawGrid(camera, replay, row) {
+  const { context } = camera;
+  const { grid } = replay;
+  const shown = Math.floor(row / grid.every);
+  const [x, y] = camera.place(replay.ego.x[shown * grid.every], replay.ego.y[shown * grid.every]);
+  const size = grid.cell_m * camera.scale;
+  context.save();
+  context.translate(x, y);
+  context.rotate(camera.pose.heading - replay.ego.heading[shown * grid.every]);
+  context.imageSmoothingEnabled = false;
+  context.globalAlpha = 0.9;
+  const left = grid.x_m * camera.scale;
+  const top = -grid.y_m * camera.scale - grid.rows * size;
+  context.drawImage(gridPicture(grid, shown), left, top, grid.columns * size, grid.rows * size);
+  context.globalAlpha = 1;
+  context.strokeStyle = withAlpha(palette.edge, 0.9);
+  context.lineWidth = 1;
+  context.strokeRect(left, top, grid.columns * size, grid.rows * size);
+  context.restore();
 }
 
 function drawBelief(size, replay, moment, options) {
   const { row, share } = moment;
   const ego = poseAt(replay.ego, row, share);
   const camera = new Camera(size, { x: ego.x, y: ego.y, heading: moment.heading }, moment.scale);
-  drawRoad(camera, replay, true);
+  drawSurface(camera, replay, true);
+  if (options.grid) drawGrid(camera, replay, row);
+  drawMarkings(camera, replay, true);
   drawRings(camera, ego);
   if (options.truth) {
     drawBoxes(camera, replay, true);

@@ -51,12 +51,16 @@ function fillBetween(camera, one, other, colour) {
   camera.context.fill();
 }
 
-function drawRoad(camera, replay, faint) {
-  const { context } = camera;
+function drawSurface(camera, replay, faint) {
   const lines = replay.boundaries;
   const surface = faint ? withAlpha(palette.road, 0.55) : palette.road;
   if (replay.shoulder) fillBetween(camera, replay.shoulder, lines[0], faint ? surface : palette.shoulder);
   fillBetween(camera, lines[0], lines[lines.length - 1], surface);
+}
+
+function drawMarkings(camera, replay, faint) {
+  const { context } = camera;
+  const lines = replay.boundaries;
   context.lineCap = "butt";
   for (const line of lines) {
     if (line.marking === "none") continue;

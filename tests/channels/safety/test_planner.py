@@ -16,7 +16,7 @@ from adeye.channels.safety.planner import (
     meet_objects,
     plan_stop,
 )
-from adeye.channels.trajectory.prediction import (
+from adeye.kernel.prediction import (
     OBJECT_BEHIND,
     OBJECT_COSINE,
     OBJECT_D,

@@ -12,7 +12,9 @@ from adeye.channels.trajectory.obstacles import (
     object_cost,
     overlap,
 )
-from adeye.channels.trajectory.prediction import (
+from adeye.channels.trajectory.prediction import SAMPLES
+from adeye.channels.trajectory.scoring import LINE_ROW, drive_line
+from adeye.kernel.prediction import (
     OBJECT_BEHIND,
     OBJECT_COSINE,
     OBJECT_D,
@@ -23,13 +25,11 @@ from adeye.channels.trajectory.prediction import (
     OBJECT_SINE,
     OBJECT_SPEED,
     OBJECT_WIDTH,
-    SAMPLES,
     WAY_D,
     WAY_ROW,
     WAY_S,
     WAY_SPEED,
 )
-from adeye.channels.trajectory.scoring import LINE_ROW, drive_line
 from adeye.kernel.profiles import PATH_ROW, PROFILE_ROW, fill_profile, lay_path
 from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, record

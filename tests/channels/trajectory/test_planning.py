@@ -4,8 +4,9 @@ import pytest
 from adeye.channels.trajectory.candidates import CANDIDATES, KEEP, LEVEL_ROW, PATHS, PROFILES
 from adeye.channels.trajectory.fan import MEMORY_LANE, MEMORY_WANTED
 from adeye.channels.trajectory.planning import plan_step
-from adeye.channels.trajectory.prediction import OBJECT_ROW, SAMPLES, WAY_ROW
+from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.channels.trajectory.scoring import LINE_ROW
+from adeye.kernel.prediction import OBJECT_ROW, WAY_ROW
 from adeye.kernel.profiles import PATH_ROW, PATH_TARGET, PROFILE_ROW, PROFILE_SPEED
 from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, memory, pose, record

@@ -1,5 +1,3 @@
-import math
-
 import numpy as np
 import pytest
 
@@ -17,22 +15,18 @@ from adeye.channels.tracks import (
     TRACK_X,
     TRACK_Y,
 )
-from adeye.channels.trajectory.prediction import (
+from adeye.channels.trajectory.prediction import SAMPLES, predict_objects
+from adeye.kernel.prediction import (
     FREE_GROWTH,
     OBJECT_BEHIND,
     OBJECT_GROWTH,
     OBJECT_ROW,
     OBJECT_S,
     OBJECT_SINE,
-    SAMPLES,
     WAY_D,
     WAY_ROW,
     WAY_S,
     WAY_SPEED,
-    believed_braking,
-    lane_ahead,
-    margin_at,
-    predict_objects,
 )
 from adeye.signals import OBJECT_CLASSES, Floats
 from tests.channels.trajectory.record import LANE, pose
@@ -95,16 +89,6 @@ def test_braking_vehicle_stands_and_stays() -> None:
     assert ways[0, 3, WAY_SPEED] == pytest.approx(12.0 - 6.0)
 
 
-@pytest.mark.parametrize(
-    ("acceleration", "forward", "believed"),
-    [(-1.0, 20.0, 0.0), (-4.0, 20.0, -4.0), (-30.0, 20.0, -10.0), (-4.0, -20.0, 0.0)],
-)
-def test_little_braking_is_noise_and_too_much_is_not_believed(
-    acceleration: float, forward: float, believed: float
-) -> None:
-    assert believed_braking(acceleration, forward) == believed
-
-
 def test_track_that_is_not_sure_yet_is_left_out() -> None:
     count, _, _ = predicted(track(40.0, 0.0, 0.0, hits=2.0), track(40.0, 0.0, 0.0, var_vx=100.0))
     assert count == 0
@@ -113,26 +97,3 @@ def test_track_that_is_not_sure_yet_is_left_out() -> None:
 def test_only_what_is_all_behind_the_ego_is_behind() -> None:
     _, objects, _ = predicted(track(-4.0, 3.5, 30.0), track(-5.0, 3.5, 30.0))
     assert objects[:2, OBJECT_BEHIND].tolist() == [0.0, 1.0]
-
-
-@pytest.mark.parametrize(
-    ("d", "sideways", "goal"),
-    [
-        (8.6, -1.0, LANE),
-        (8.8, -1.0, 8.75),
-        (LANE, 1.0, 8.75),
-        (2.0, -1.0, 1.75),
-        (1.0, -1.0, -math.inf),
-        (9.0, 1.0, math.inf),
-    ],
-)
-def test_lane_change_ends_at_the_next_centre_that_way(
-    d: float, sideways: float, goal: float
-) -> None:
-    assert lane_ahead(d, sideways, 3.5, 3) == goal
-
-
-def test_margin_grows_with_time_and_faster_for_those_who_may_turn() -> None:
-    assert margin_at(0.3, 0.1, 1.0, 0.0) == 0.3
-    assert margin_at(0.3, 0.1, 1.0, 4.0) == pytest.approx(0.7)
-    assert margin_at(0.3, 0.1, FREE_GROWTH, 4.0) == pytest.approx(1.3)
