@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.runner import CampaignSummary
-    from adeye.campaign.timing import Injection
+    from adeye.evaluation.injections import Injection
 
 STEP = 0.05
 ONSET = 2.0

@@ -11,9 +11,9 @@ import pytest
 
 from adeye import engine
 from adeye.channels.pose import MAX_AGE
-from adeye.evaluation.source import road_limits
+from adeye.evaluation.source import on_road
 from adeye.evaluation.timeline import Timeline, timeline
-from adeye.signals import EGO_SPEED, PLACE_D
+from adeye.signals import EGO_SPEED
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
 
 if TYPE_CHECKING:
@@ -92,14 +92,13 @@ class Run:
     def is_safe_to_the_end(self) -> bool:
         """Whether it stands at the end, has touched nothing and was on the road throughout."""
         rows = slice(int(self.trace.length[0]))
-        low, high = road_limits(self.trace.layout)[0]
-        places = self.trace["ego_place"][0, rows, PLACE_D]
+        is_on_road = on_road(self.trace.layout.context.road, self.trace["ego_place"])[0, rows]
         return bool(
             self.times.safe_s is not None
             and self.times.violation_s is None
             and self.trace["ego"][0, rows, EGO_SPEED][-1] == 0.0
             and (self.trace["contact"][0, rows] < 0).all()
-            and ((low <= places) & (places <= high)).all()
+            and is_on_road.all()
             and self.trace["authority"][0, rows][-2] == self.trace.layout.channels.index("safety")
         )
 
