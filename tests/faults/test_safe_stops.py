@@ -92,7 +92,8 @@ class Run:
     def is_safe_to_the_end(self) -> bool:
         """Whether it stands at the end, has touched nothing and was on the road throughout."""
         rows = slice(int(self.trace.length[0]))
-        is_on_road = on_road(self.trace.layout.context.road, self.trace["ego_place"])[0, rows]
+        places = np.asarray(self.trace["ego_place"], dtype=np.float64)
+        is_on_road = on_road(self.trace.layout.context.road, places)[0, rows]
         return bool(
             self.times.safe_s is not None
             and self.times.violation_s is None
