@@ -38,7 +38,7 @@ from adeye.channels.safety.manoeuvres import (
     show_manoeuvre,
 )
 from adeye.channels.safety.monitors import STATE_CONFIRMED, STATE_FROZEN, STATE_RAW
-from adeye.channels.safety.planner import NO_STOP
+from adeye.channels.safety.planner import FOUND_FEASIBLE, FOUND_PLACE, NO_STOP
 from adeye.channels.safety.planning import (
     KEPT_STOP,
     Plans,
@@ -216,7 +216,14 @@ def _stop_of(batch: Batch, plans: Plans, run: int, objects: int, manoeuvre: int)
         places = ONLY_REST_AREA
     elif manoeuvre == ROADSIDE_PARKING:
         places = ROADSIDE
-    return ask_for_stop(batch, plans, run, objects, places, 0.0, int(plans.kept[run, KEPT_STOP]))
+    kept = int(plans.kept[run, KEPT_STOP])
+    stop = ask_for_stop(batch, plans, run, objects, places, 0.0, kept)
+    is_hurried = stop != NO_STOP and stop % STOP_LEVELS > _UNHURRIED
+    if places != ANYWHERE and kept != NO_STOP and is_hurried:
+        # A better place is not worth a harder braking.
+        is_had = plans.found[kept, FOUND_FEASIBLE] > 0.0
+        return kept if is_had and plans.found[kept, FOUND_PLACE] >= places else stop
+    return stop
 
 
 @inlined

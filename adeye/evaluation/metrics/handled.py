@@ -22,7 +22,8 @@ from adeye.evaluation.intervals import (
     others_act,
 )
 from adeye.evaluation.metrics.scans import as_flags, first_faults, safe_from
-from adeye.evaluation.source import STANDSTILL_SPEED, on_road
+from adeye.evaluation.road import on_road
+from adeye.evaluation.source import STANDSTILL_SPEED
 from adeye.signals import EGO_SPEED, PLACE_D
 
 if TYPE_CHECKING:

@@ -24,7 +24,8 @@ from adeye.evaluation.metrics.scans import (
     safe_from,
 )
 from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE, UNDEFINED
-from adeye.evaluation.source import STANDSTILL_SPEED, on_road
+from adeye.evaluation.road import on_road
+from adeye.evaluation.source import STANDSTILL_SPEED
 from adeye.signals import EGO_SPEED, NO_CHANNEL, PLACE_D
 
 if TYPE_CHECKING:

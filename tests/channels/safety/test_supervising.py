@@ -177,6 +177,17 @@ def test_roadside_parking_takes_the_bay() -> None:
     assert done.ego[:, 4].min() >= -4.0 - 1e-9
 
 
+def test_better_place_is_not_worth_a_harder_braking() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    for ahead in (150.0, 250.0, 350.0):
+        road = replace(with_refuges((BAY, ahead)), shoulder=np.full(1, 2.5))
+        done = run(World(lane=0, speed=27.0, road=road), item, 30.0, on_commands=faulty(1.0))
+        assert done.ego[-1, 3] == 0.0
+        assert done.ego[-1, 1] < -0.95
+        assert not column(done, item, "mrm_stop").any()
+        assert done.ego[:, 4].min() >= -4.0 - 1e-9
+
+
 def test_chain_goes_from_rest_area_to_bay_to_stop_with_what_the_map_shows() -> None:
     item = parameters({"silent": {**OTHER_SILENT, "level": 2}}, sight="400 m")
     for refuges, places in (
