@@ -26,6 +26,7 @@ from adeye.evaluation.requirements import (
 from adeye.evaluation.source import TraceSignals
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.recorder import Memory
+from adeye.spec.channels import SafetyChannel
 from adeye.spec.sensors import model_name
 from adeye.store.block import JudgedBlock, MetricBlock, PluginBlock, RunBlock, VerdictBlock
 from adeye.store.columns import Dictionary, Texts
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
     from adeye.evaluation.judgement import JudgementColumns
     from adeye.spec.architecture import Architecture
+    from adeye.spec.channels import Channel
     from adeye.spec.concept import Requirement
     from adeye.spec.odd import Attributes
     from adeye.store.rows import EngineKey
@@ -150,10 +152,19 @@ def compiled_parts(architecture: Architecture, context: WorkContext) -> frozense
         context: Tells the traffic and its arithmetic.
     """
     sensors = {f"sensor-{model_name(sensor)}" for sensor in architecture.sensors.values()}
-    channels = {f"channel-{channel.kind}" for channel in architecture.channels.values()}
+    channels = {f"channel-{_variant(channel)}" for channel in architecture.channels.values()}
     traffic = f"traffic-{context.backend}-{context.variant}"
     # What is not built in is not compiled here.
     return frozenset(name for name in sensors | channels | {traffic} if ":" not in name)
+
+
+def _variant(channel: Channel) -> str:
+    """Name a kind of channel, with what of it is compiled apart."""
+    if not isinstance(channel, SafetyChannel):
+        return channel.kind
+    if channel.parameters.supervisor is not None:
+        return "safety-supervised"
+    return "safety-planned" if channel.stop == "planned" else "safety"
 
 
 def _execute(task: BatchTask) -> BatchResult:

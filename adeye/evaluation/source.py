@@ -11,6 +11,7 @@ import numpy as np
 from adeye.evaluation.samples import Statuses, mark_errors, mark_undecided
 from adeye.evaluation.series import SERIES, TraceSeries, series_signals
 from adeye.evaluation.stl.series import SampleStatus, Series
+from adeye.kernel.refuges import mark_in_refuge, mark_on_road
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -24,8 +25,10 @@ from adeye.signals import (
     OBJECT_X,
     OBJECT_Y,
     PLACE_D,
+    PLACE_HEADING,
     PLACE_LANE,
     PLACE_OFFSET,
+    PLACE_S,
     SILENT,
     Bools,
     Floats,
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from adeye.signals import RoadMap
     from adeye.spec.architecture import Architecture
     from adeye.spec.scenario import LogicalScenario
     from adeye.trace import Layout, Trace
@@ -48,7 +52,15 @@ if TYPE_CHECKING:
 STANDSTILL_SPEED: Final = 0.05
 """Speed up to which the ego stands [m/s]."""
 
-DECISION_FAMILIES: Final = ("channel", "authority", "switch", "sensor", "monitor", "fault")
+DECISION_FAMILIES: Final = (
+    "channel",
+    "authority",
+    "switch",
+    "sensor",
+    "monitor",
+    "fault",
+    "faulted",
+)
 """First words of signals that the last row of a run lacks: nothing is decided from it."""
 
 _EGO: Final = {
@@ -140,10 +152,21 @@ def _dictionary(
     }
 
 
-def road_limits(layout: Layout) -> Floats:
-    """Give the least and the largest d (B, 2) of lanes and shoulder [m]."""
-    road = layout.context.road
-    return np.stack([-road.shoulder, road.lanes * road.lane_width], axis=1)
+def on_road(road: RoadMap, places: Floats) -> Bools:
+    """Tell which places are on a lane, the shoulder, a parking bay, rest area or free verge.
+
+    Args:
+        road: Of B runs.
+        places: (B, T, 6), see ``signals.PLACE_COLUMNS``; what is no number is not on the road.
+    """
+    return mark_on_road(
+        road.refuges,
+        road.shoulder,
+        road.verge,
+        road.lanes * road.lane_width,
+        places[..., PLACE_S],
+        places[..., PLACE_D],
+    )
 
 
 class TraceSignals:
@@ -221,13 +244,25 @@ class TraceSignals:
 
     @cached_property
     def is_on_road(self) -> Bools:
-        """(B, T) whether the centre of the ego is on a lane or the shoulder."""
-        limits, d = road_limits(self.trace.layout), self._place(PLACE_D)
-        return np.asarray((d >= limits[:, :1]) & (d <= limits[:, 1:]))
+        """(B, T) whether the centre of the ego is on the road, see ``on_road``."""
+        return on_road(self.trace.layout.context.road, cast("Floats", self._column("ego_place")))
+
+    @cached_property
+    def is_in_refuge(self) -> Bools:
+        """(B, T) whether the body of the ego is wholly in a parking bay or rest area."""
+        context, place = self.trace.layout.context, cast("Floats", self._column("ego_place"))
+        return mark_in_refuge(
+            context.road.refuges,
+            context.road.shoulder,
+            context.ego_size,
+            place[..., PLACE_S],
+            place[..., PLACE_D],
+            self._ego(EGO_HEADING) - place[..., PLACE_HEADING],
+        )
 
     @cached_property
     def is_safe_state(self) -> Bools:
-        """(B, T) whether the ego stands on a lane or the shoulder, clear of every object."""
+        """(B, T) whether the ego stands on the road, clear of every object."""
         return np.asarray(self.is_standstill & self.is_on_road & ~self.measured.touched)
 
     def _series(self, name: str) -> Series:
@@ -281,6 +316,8 @@ class TraceSignals:
     def _of_ego(self, what: str) -> Reading:
         if what == "on_road":
             return _reading(self.is_on_road, self._place(PLACE_D))
+        if what == "in_refuge":
+            return _reading(self.is_in_refuge, self._place(PLACE_D), self._ego(EGO_HEADING))
         if what == "lane":
             return _reading(self._place(PLACE_LANE), self._place(PLACE_D))
         if what == "lane_offset":
@@ -354,6 +391,9 @@ class TraceSignals:
             return _reading(np.zeros(self.measured.shape, dtype=np.bool_))
         return _reading(self._column("fault_active")[..., self.trace.layout.faults.index(fault)])
 
+    def _of_faulted(self, _what: str) -> Reading:
+        return _reading(np.logical_or.accumulate(self._column("fault_active").any(axis=-1), axis=1))
+
     def _of_switch(self, _what: str) -> Reading:
         return _reading(self._column("reason"))
 
@@ -385,5 +425,6 @@ _READERS: Final[Mapping[str, Callable[[TraceSignals, str], Reading]]] = {
     "sensor": TraceSignals._of_sensor,
     "monitor": TraceSignals._of_monitor,
     "fault": TraceSignals._of_fault,
+    "faulted": TraceSignals._of_faulted,
     "switch": TraceSignals._of_switch,
 }

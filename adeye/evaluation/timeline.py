@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from adeye.evaluation.metrics.scans import safe_from
-from adeye.evaluation.source import STANDSTILL_SPEED, road_limits
+from adeye.evaluation.source import STANDSTILL_SPEED, on_road
 from adeye.signals import EGO_SPEED, NO_CHANNEL, PLACE_D, REASON_STALENESS
 from adeye.spec.supervisor import MANOEUVRE_MONITORS
 from adeye.trace import COLUMNS, DRAWN
@@ -22,7 +22,7 @@ from adeye.trace import COLUMNS, DRAWN
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.signals import Bools
+    from adeye.signals import Bools, Floats
     from adeye.trace import Trace
 
 InjectionClass = Literal[
@@ -69,8 +69,9 @@ class Timeline:
         brake_s: The acting command brakes, which that of the twin does not at that time.
         emergency_s: Emergency operation: another channel than the default acts, and brakes or
             stands.
-        safe_s: The ego stands on a lane or the shoulder, clear of every object, to the end.
-        violation_s: It touches something, or its centre leaves lanes and shoulder.
+        safe_s: The ego stands on the road, clear of every object, to the end. Shoulder, parking
+            bays, rest areas and free verge belong to the road.
+        violation_s: It touches something, or its centre leaves the road.
     """
 
     fault_s: float | None
@@ -212,11 +213,14 @@ class _View:
 
     def violates(self) -> Bools:
         """Tell at which rows the ego touches something or is beside the road."""
-        limits = road_limits(self.trace.layout)[self.run]
-        d = self.rows("ego_place")[:, PLACE_D]
-        # A place that is no number is beside the road.
-        is_on_road = (d >= limits[0]) & (d <= limits[1])
-        return np.asarray((self.rows("contact") >= 0) | ~is_on_road)
+        return np.asarray((self.rows("contact") >= 0) | ~self._on_road()[: self.length])
+
+    def _on_road(self) -> Bools:
+        """Tell at which rows the centre of the ego is on the road."""
+        part = slice(self.run, self.run + 1)
+        places: Floats = np.asarray(self.trace["ego_place"][part], dtype=np.float64)
+        marks: Bools = on_road(self.trace.layout.context.road.of(part), places)[0]
+        return marks
 
     def safe_from(self) -> int | None:
         """Find the row from which the ego is in a safe state to the end."""
@@ -228,7 +232,7 @@ class _View:
                 columns["ego"][part, :, EGO_SPEED],
                 columns["ego_place"][part, :, PLACE_D],
                 columns["contact"][part],
-                road_limits(one.layout)[part],
+                self._on_road()[np.newaxis],
                 STANDSTILL_SPEED,
             )[0]
         )

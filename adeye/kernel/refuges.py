@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ def mark_on_road(
 
 @allocating
 def mark_in_refuge(
-    refuges: Floats, shoulder: Floats, size: Floats, s: Floats, d: Floats, slope: Floats
+    refuges: Floats, shoulder: Floats, size: Floats, s: Floats, d: Floats, align: Floats
 ) -> Bools:
     """Tell at which places (B, T) a body is wholly inside a parking bay or rest area.
 
@@ -167,17 +168,19 @@ def mark_in_refuge(
         size: (B, 3) length and width of the body first [m].
         s: (B, T) of its centre along the road [m].
         d: (B, T) from the right edge to the left [m].
-        slope: (B, T) tangent of its heading against the road's.
+        align: (B, T) its heading against the road's [rad].
     """
     marks = np.zeros(d.shape, dtype=np.bool_)
     for run in range(d.shape[0]):
         for row in range(d.shape[1]):
+            sine, cosine = sin_cos(align[run, row])
+            slope = sine / cosine
             for number in range(refuges.shape[1]):
                 marks[run, row] = marks[run, row] or is_in_refuge(
                     refuges[run, number],
                     s[run, row],
                     d[run, row],
-                    slope[run, row],
+                    slope,
                     size[run, 0],
                     size[run, 1],
                     shoulder[run],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from adeye.kernel.refuges import right_edge
 from adeye.kernel.road import position
 from adeye.report.fan import fan_of
 from adeye.report.replay import (
@@ -38,11 +39,16 @@ from adeye.signals import (
     OBJECT_Y,
     PLACE_S,
     REASON_LABELS,
+    REFUGE_LENGTH,
+    REFUGE_S,
+    REFUGE_TAPER,
     STATUS_LABELS,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from adeye.evaluation.verdict import Outcome
     from adeye.report.parts import Label, RunVerdict
@@ -53,6 +59,8 @@ PLACES = 3
 ANGLES = 4
 BOUNDARY_STEP = 5.0
 """Longest piece of a drawn lane boundary on a bend [m]."""
+_STEP = 0.01
+"""Length of a step in a drawn edge [m]."""
 VIEW = 150.0
 """How much road is drawn before and behind what the ego drives [m]."""
 
@@ -133,8 +141,11 @@ def _road(trace: Trace, run: int, rows: int) -> RoadGeometry:
     stations = np.linspace(start, end, pieces + 1)
     width = float(road.lane_width[run])
 
-    def line(d: float, marking: Literal["solid", "dashed", "none"]) -> Line:
-        points = [position(segments, float(station), d) for station in stations]
+    def line(
+        d: float | Floats, marking: Literal["solid", "dashed", "none"], at: Any = stations
+    ) -> Line:
+        places = zip(at, np.broadcast_to(d, len(at)), strict=True)
+        points = [position(segments, float(station), float(beside)) for station, beside in places]
         return Line(
             marking=marking,
             x_m=_floats([point[0] for point in points]),
@@ -145,10 +156,24 @@ def _road(trace: Trace, run: int, rows: int) -> RoadGeometry:
         line(k * width, "solid" if k in {0, road.lanes} else "dashed")
         for k in range(road.lanes + 1)
     ]
-    shoulder = float(road.shoulder[run])
+    shoulder, refuges = float(road.shoulder[run]), road.refuges[run]
+    at = _with_corners(stations, refuges)
+    right = tuple(right_edge(refuges, float(station), shoulder, 0.0) for station in at)
     return RoadGeometry(
-        boundaries=tuple(edges), shoulder=line(-shoulder, "none") if shoulder > 0.0 else None
+        boundaries=tuple(edges),
+        shoulder=line(right, "none", at) if min(right) < 0.0 else None,
     )
+
+
+def _with_corners(stations: NDArray[np.float64], refuges: NDArray[np.float64]) -> Any:
+    """Add the corners of parking bays and rest areas (R, 5) to the stations of a line."""
+    first = refuges[:, REFUGE_S] - refuges[:, REFUGE_TAPER]
+    last = refuges[:, REFUGE_S] + refuges[:, REFUGE_LENGTH]
+    # A corner without a taper is a step: a place just outside, and one just inside.
+    corners = [first - _STEP, refuges[:, REFUGE_S], last, last + refuges[:, REFUGE_TAPER] + _STEP]
+    inside = np.concatenate(corners)
+    inside = inside[(inside > stations[0]) & (inside < stations[-1])]
+    return np.unique(np.concatenate([stations, inside]))
 
 
 def _ego(trace: Trace, run: int, rows: int) -> EgoMotion:

@@ -40,7 +40,7 @@ class RoadGeometry(Part):
     boundaries: Annotated[tuple[Line, ...], Field(min_length=2)]
     """Lane boundaries from the right edge to the left edge."""
     shoulder: Line | None = None
-    """Outer edge of the shoulder beside the right edge."""
+    """Outer edge of the shoulder and the bays beside the right edge."""
 
 
 class StaticBox(Part):

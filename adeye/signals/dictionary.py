@@ -50,7 +50,8 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
         "ego.steering_angle": number("rad", 0.1, "steering angle at the wheels"),
         "ego.lane": number("1", 1.0, f"lane, 0 at the right to {lanes - 1}; -1 off the lanes"),
         "ego.lane_offset": number("m", 1.0, "distance from the nearest lane's centre, left > 0"),
-        "ego.on_road": _boolean("centre of the ego on a lane or the shoulder"),
+        "ego.on_road": _boolean("centre of the ego on a lane, shoulder, bay, rest area or verge"),
+        "ego.in_refuge": _boolean("whole ego in a parking bay or rest area"),
         "contact": _boolean("the ego touches an object"),
         "standstill": _boolean("the ego stands"),
         "in_odd": _boolean("the run is inside the ODD now"),
@@ -117,10 +118,11 @@ def architecture_signals(
         signals[f"monitor.{name}.confirmed"] = _boolean("it fires after debounce")
     for name in faults:
         signals[f"fault.{name}.active"] = _boolean("the fault is present")
+    signals["faulted"] = _boolean("a fault is present, or was before")
     signals["switch.reason"] = SignalType(
         "1", 1.0, "enumeration", "why the switch decided so", REASON_LABELS
     )
-    signals["safe_state"] = _boolean("standstill on a lane or the shoulder, clear of every object")
+    signals["safe_state"] = _boolean("standstill on the road, clear of every object")
     return signals
 
 

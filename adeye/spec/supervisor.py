@@ -90,7 +90,8 @@ class ChannelImplausible(_Monitor):
     max_lateral_acceleration: PositiveAcceleration = 6.0
     """Greatest lateral acceleration that the steering asks for at the present speed [m/s²]."""
     max_lateral_error: PositiveAcceleration = 4.0
-    """Greatest difference between that and what is driven [m/s²]."""
+    """Greatest difference between that and what is driven [m/s²], until the safety channel takes
+    over."""
     max_jerk: Annotated[Jerk, Field(gt=0.0)] = 500.0
     """Greatest change of the acceleration from one command to the next [m/s³]. An emergency braking
     may begin within one command."""

@@ -113,3 +113,31 @@ def test_view_shows_what_is_behind_each_link_and_another_thing_instead() -> None
     assert view.measurements["front"] is READINGS["front"]
     assert view.instead("switch", None).authority is None
     assert view.instead("channels.b", silent).commands["b"] is silent
+
+
+def test_health_link_shows_stamp_and_validity_of_its_sensor_and_nothing_else() -> None:
+    readings = {"front": measurement()}
+    readings["front"].alive[1] = False
+    seen = observe(("health.front",), 1.0, readings, {}, None, RUNNING, protect=False)
+    assert set(seen.measurements) == {"health.front"}
+    health = seen.measurements["health.front"]
+    assert (health.stamp == readings["front"].stamp).all()
+    assert health.alive.tolist() == [True, False]
+    assert health.mask.size == health.detections.size == health.source.size == 0
+    assert health.estimate is health.points is health.hits is health.values is None
+
+
+def test_what_stands_for_a_health_link_leaves_the_sensor_itself_alone() -> None:
+    view = View({"front": measurement()}, {}, None)
+    late = view.shown("health.front", 2)
+    assert isinstance(late, Measurement)
+    other = late.copy()
+    other.stamp[:] = 7.0
+    changed = view.instead("health.front", other)
+    links = ("front", "health.front")
+    seen = observe(
+        links, 1.0, changed.measurements, {}, None, RUNNING, protect=True, health=changed.health
+    )
+    assert (seen.measurements["health.front"].stamp == 7.0).all()
+    assert (seen.measurements["front"].stamp == 0.0).all()
+    assert changed.shown("health.front", 2) is other

@@ -78,6 +78,7 @@ def test_decisions_are_told_from_scenes(name: str, *, decided: bool) -> None:
         "sensor.camera.age",
         "monitor.danger.raw",
         "fault.camera_out.active",
+        "faulted",
     ],
 )
 def test_last_row_has_no_decision(hand_made: Any, name: str) -> None:
@@ -152,6 +153,9 @@ def test_columns_arrive_under_their_names(hand_made: Any) -> None:
         ("channel.safety.acceleration", 7): -3.0,
         ("fault.camera_out.active", 8): 1.0,
         ("fault.camera_out.active", 9): 0.0,
+        ("faulted", 7): 0.0,
+        ("faulted", 8): 1.0,
+        ("faulted", 9): 1.0,
         ("time", 9): 0.9,
     }
     for (name, row), value in expected.items():

@@ -33,7 +33,7 @@ class Law:
 
 
 def links(model: str, strong: dict[str, Any], zero: dict[str, Any]) -> list[Law]:
-    carried = ("front", "channels.other", "switch")
+    carried = ("front", "health.front", "channels.other", "switch")
     return [Law(model, f"links.nominal.{link}", strong, zero) for link in carried]
 
 

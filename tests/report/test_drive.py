@@ -194,3 +194,17 @@ def test_static_objects_are_boxes_and_no_actors(mini: Executed) -> None:
         ("truck", "parked_truck", 10.0)
     ]
     assert made.boxes[0].y_m == pytest.approx(-1.5)
+
+
+def test_a_bay_is_drawn_with_its_corners(trace: Trace) -> None:
+    road = trace.layout.context.road
+    runs = road.shoulder.shape[0]
+    bays = np.tile([0.0, 200.0, 60.0, 4.0, 20.0], (runs, 1, 1))
+    edge = drawn(changed_road(trace, refuges=bays)).road.shoulder
+    assert edge is not None
+    places = dict(zip(edge.x_m, edge.y_m, strict=True))
+    assert (places[200.0], places[260.0]) == (-7.0, -7.0)
+    assert (places[179.99], places[280.01]) == (-3.0, -3.0)
+    bare = drawn(changed_road(trace, refuges=bays, shoulder=np.zeros(runs))).road.shoulder
+    assert bare is not None
+    assert min(bare.y_m) == -4.0

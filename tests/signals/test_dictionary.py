@@ -64,5 +64,6 @@ def test_parts_bring_their_signals() -> None:
     assert PARTS["switch.reason"].labels == REASON_LABELS
 
 
-def test_architecture_without_parts_still_has_switch_and_safe_state() -> None:
-    assert set(architecture_signals((), (), (), (), ())) == {"switch.reason", "safe_state"}
+def test_architecture_without_parts_still_has_what_is_about_the_run() -> None:
+    about_the_run = {"switch.reason", "safe_state", "faulted"}
+    assert set(architecture_signals((), (), (), (), ())) == about_the_run

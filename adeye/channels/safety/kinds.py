@@ -24,7 +24,7 @@ from adeye.channels.pose import (
     POSE_YAW_RATE,
 )
 from adeye.channels.safety.monitors import SEEN_D, SEEN_OFFSET, SEEN_REQUIRED
-from adeye.channels.safety.supervision import MEMORY_PATH, Batch
+from adeye.channels.safety.supervision import MEMORY_PATH, MEMORY_STOPPING, Batch
 from adeye.channels.tracks import TRACK_HITS, TRACK_LENGTH, TRACK_WIDTH, TRACK_X, TRACK_Y
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
@@ -168,9 +168,13 @@ def channel_implausible(batch: Batch, watch: Watch, run: int, channel: int, rule
         return True
     speed = pose[POSE_SPEED]
     asked = speed * speed * tan(steering) / record["wheelbase"]
+    error = asked - speed * pose[POSE_YAW_RATE]
+    if batch.memory[run, MEMORY_STOPPING] > 0.0:
+        # Another manoeuvre is driven than the one that it asks for.
+        error = 0.0
     is_plausible = (
         abs(asked) <= rule[RULE_FIRST + 1]
-        and abs(asked - speed * pose[POSE_YAW_RATE]) <= rule[RULE_FIRST + 2]
+        and abs(error) <= rule[RULE_FIRST + 2]
         and change[CHANGE_JERK] <= rule[RULE_FIRST + 3]
         and change[CHANGE_RATE] <= rule[RULE_FIRST + 4]
     )

@@ -188,6 +188,9 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
             found[stop],
         )
         found[stop, FOUND_COST] = found[stop, FOUND_RATING] + _LEVEL_COSTS[level] + _PATH_COSTS[row]
+    if kept // STOP_LEVELS == REFUGE and driven[PATH_START] > pose[POSE_S]:
+        # On the way to a refuge nothing has been begun: what has come within reach may be milder.
+        kept = NO_STOP
     return choose_stop(found, kept, places)
 
 

@@ -38,7 +38,7 @@ from adeye.channels.safety.manoeuvres import (
     show_manoeuvre,
 )
 from adeye.channels.safety.monitors import STATE_CONFIRMED
-from adeye.channels.safety.planner import NO_STOP
+from adeye.channels.safety.planner import FOUND_FEASIBLE, FOUND_PLACE, NO_STOP
 from adeye.channels.safety.planning import (
     KEPT_STOP,
     Plans,
@@ -59,10 +59,14 @@ from adeye.channels.safety.supervision import (
 )
 from adeye.kernel.jit import inlined
 from adeye.kernel.refuge_stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
+from adeye.kernel.stops import STOP_LEVELS
 from adeye.signals import DEGRADED, OK
 
 CHANNEL_KINDS: Final = SENSOR_SILENT
 """Kinds up to this one watch channels or sensors; the ones after it the scene."""
+
+_UNHURRIED: Final = 1
+"""Hardest level of the library of stops that brakes no harder than the stop deceleration."""
 
 
 @inlined
@@ -177,7 +181,9 @@ def _choose(  # noqa: PLR0913, PLR0917 - a kernel
     if was_stopping:
         takes = state[FORCE_ASKED] >= REST_AREA
     elif held in (REST_AREA, ROADSIDE_PARKING):
-        takes = _stop_of(batch, plans, run, objects, held) != NO_STOP
+        # Nothing hurries it, so a stop that brakes harder than the usual one is waited out.
+        stop = _stop_of(batch, plans, run, objects, held)
+        takes = stop != NO_STOP and stop % STOP_LEVELS <= _UNHURRIED
     else:
         takes = held == STOP
     update_stopping(memory, takes, batch.reason[run], batch.pose[run, POSE_ACCELERATION])
@@ -204,7 +210,14 @@ def _stop_of(batch: Batch, plans: Plans, run: int, objects: int, manoeuvre: int)
         places = ONLY_REST_AREA
     elif manoeuvre == ROADSIDE_PARKING:
         places = ROADSIDE
-    return ask_for_stop(batch, plans, run, objects, places, 0.0, int(plans.kept[run, KEPT_STOP]))
+    kept = int(plans.kept[run, KEPT_STOP])
+    stop = ask_for_stop(batch, plans, run, objects, places, 0.0, kept)
+    is_hurried = stop != NO_STOP and stop % STOP_LEVELS > _UNHURRIED
+    if places != ANYWHERE and kept != NO_STOP and is_hurried:
+        # A better place is not worth a harder braking.
+        is_had = plans.found[kept, FOUND_FEASIBLE] > 0.0
+        return kept if is_had and plans.found[kept, FOUND_PLACE] >= places else stop
+    return stop
 
 
 @inlined

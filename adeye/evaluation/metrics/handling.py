@@ -20,7 +20,7 @@ from adeye.evaluation.metrics.scans import (
     safe_from,
 )
 from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE
-from adeye.evaluation.source import STANDSTILL_SPEED, road_limits
+from adeye.evaluation.source import STANDSTILL_SPEED, on_road
 from adeye.signals import EGO_SPEED, PLACE_D
 
 if TYPE_CHECKING:
@@ -43,13 +43,13 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
 
     It is incomplete where the run ends before.
     """
-    trace = series.trace
+    trace, place = series.trace, series.column("ego_place")
     row = safe_from(
         trace.length,
         series.column("ego")[..., EGO_SPEED],
-        series.column("ego_place")[..., PLACE_D],
+        place[..., PLACE_D],
         series.column("contact"),
-        road_limits(trace.layout),
+        on_road(trace.layout.context.road, place),
         STANDSTILL_SPEED,
     )
     return _since_fault(series, _onset(series), row, row < trace.length, row < 0)

@@ -243,7 +243,7 @@ def safe_from(
     speeds: Floats,
     places: Floats,
     contact: Shorts,
-    limits: Floats,
+    on_road: Bools,
     standstill: float,
 ) -> Ints:
     """Find the row (B,) from which the ego is in a safe state to the end.
@@ -253,7 +253,7 @@ def safe_from(
         speeds: (B, T) of the ego [m/s].
         places: (B, T) d of the ego [m].
         contact: (B, T) object that the ego touches, -1 for none.
-        limits: (B, 2) least and largest d of lanes and shoulder [m].
+        on_road: (B, T) whether the ego is on the road.
         standstill: Speed up to which it stands [m/s].
 
     Returns:
@@ -266,11 +266,7 @@ def safe_from(
             if not (math.isfinite(speed) and math.isfinite(d)):
                 rows[run] = -1
                 break
-            if not (
-                abs(speed) <= standstill
-                and limits[run, 0] <= d <= limits[run, 1]
-                and contact[run, row] < 0
-            ):
+            if not (abs(speed) <= standstill and on_road[run, row] and contact[run, row] < 0):
                 rows[run] = row + 1
     return rows
 

@@ -163,6 +163,7 @@ def test_nominal_channel_drives_on_to_the_rest_area_and_past_a_bay() -> None:
     waiting = (done.time > asked) & (done.time < took - 1e-6)
     assert (done.authority[waiting] == NOMINAL).all()
     assert done.ego[waiting, 3].min() > 23.0
+    assert done.ego[:, 4].min() >= -4.0 - 1e-9
 
 
 def test_roadside_parking_takes_the_bay() -> None:
@@ -172,6 +173,19 @@ def test_roadside_parking_takes_the_bay() -> None:
     assert not column(done, item, "mrm_stop").any()
     assert done.ego[-1, 3] == 0.0
     assert 300.0 < done.ego[-1, 0] < 380.0
+    # It waits for the moment from which the usual deceleration will do.
+    assert done.ego[:, 4].min() >= -4.0 - 1e-9
+
+
+def test_better_place_is_not_worth_a_harder_braking() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    for ahead in (150.0, 250.0, 350.0):
+        road = replace(with_refuges((BAY, ahead)), shoulder=np.full(1, 2.5))
+        done = run(World(lane=0, speed=27.0, road=road), item, 30.0, on_commands=faulty(1.0))
+        assert done.ego[-1, 3] == 0.0
+        assert done.ego[-1, 1] < -0.95
+        assert not column(done, item, "mrm_stop").any()
+        assert done.ego[:, 4].min() >= -4.0 - 1e-9
 
 
 def test_chain_goes_from_rest_area_to_bay_to_stop_with_what_the_map_shows() -> None:
