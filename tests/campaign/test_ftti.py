@@ -420,3 +420,20 @@ def test_fast_ego_must_be_stopped_its_braking_distance_earlier(tmp_path: Path) -
         assert item.margin_s is not None
         assert item.margin_s > 0.0
         assert item.class_ == ("detected_in_time" if at <= last else "detected_late"), at
+
+
+def test_ftti_is_not_the_faults_doing_where_nobody_else_would_have_stopped(
+    tmp_path: Path,
+) -> None:
+    """Of the twin without fault and without mechanism: the mechanism alone saves the other one.
+
+    The script never brakes, and the safety channel stops the ego for the vehicle ahead, with the
+    fault and without. Then the FTTI is that of the situation, and the injection says so.
+    """
+    speed, gap = 20.0, 90.0
+    sizes = {"speed": [f"{speed} m/s"], "gap": [f"{gap} m"], "driven": [f"{speed * ONSET} m"]}
+    found = Measured(tmp_path, {}, sizes, safety={"danger_threshold": "3 m/s^2"}).one
+    assert found.times.violation_s is None
+    assert found.ftti_s is not None
+    assert 0.0 <= found.ftti_s - gap / speed < STEP + 1e-6
+    assert found.fault_free_violation_s == pytest.approx(ONSET + found.ftti_s)

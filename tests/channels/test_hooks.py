@@ -9,14 +9,23 @@ import pytest
 
 from adeye.channels.factory import make_channel
 from adeye.channels.guard import GuardedChannel
-from adeye.channels.hooks import HOOKS, SAFETY_HOOKS
+from adeye.channels.hooks import HOOKS, SAFETY_HOOKS, Hooks
 from adeye.channels.links import observe
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel
 from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
 from adeye.ports import HookedChannel
-from adeye.signals import OK, REQUESTS_AUTHORITY, SILENT, Bools, ControlCommand, Floats
+from adeye.signals import (
+    DEGRADED,
+    FAULT,
+    OK,
+    REQUESTS_AUTHORITY,
+    SILENT,
+    Bools,
+    ControlCommand,
+    Floats,
+)
 from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
 from adeye.testing import ScriptedChannel, World, channel_context, drive
 from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
@@ -174,6 +183,20 @@ def test_monitors_and_requests_go_on_while_the_planner_of_a_stop_is_frozen(
     assert frozen == [last] * (END - ONSET)
     assert plain[END - 1].acceleration[0] < last - 1.0
     assert bits(faulty[END], 0) == bits(plain[END], 0)
+
+
+@pytest.mark.parametrize("status", [DEGRADED, FAULT, REQUESTS_AUTHORITY])
+def test_frozen_planner_says_ok_whatever_it_has_found(status: int) -> None:
+    def said(acceleration: float) -> ControlCommand:
+        one = np.array([acceleration, acceleration])
+        return ControlCommand("n", one, 0.1 * one, np.zeros(2), np.full(2, status))
+
+    hooks = Hooks()
+    hooks.answer(said(1.0))
+    hooks.inject("planner_frozen", FIRST, np.ones(2))
+    found = hooks.answer(said(-2.0))
+    assert found.acceleration.tolist() == [1.0, -2.0]
+    assert found.status.tolist() == [OK, status]
 
 
 def test_ego_drives_beside_its_lane_by_what_the_map_is_shifted() -> None:

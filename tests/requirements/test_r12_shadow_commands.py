@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from adeye.evaluation.verdict import Verdict
-from tests.project import CONCEPT, MINI
+from adeye.signals import SILENT
+from adeye.sweep.case import AuthorityOverride
+from adeye.testing import zoo
+from tests.project import CANDIDATE, CONCEPT, MINI, run_cases
 
 if TYPE_CHECKING:
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
     from tests.conftest import MakeProject
+    from tests.project import Executed
 
 pytestmark = pytest.mark.requirements
 
@@ -53,3 +58,56 @@ def test_verdicts_are_per_channel(make_project: MakeProject) -> None:
         ]
     lines = {line.fsr: line.verdict for line in project.run().verdicts}
     assert lines == {"FSR-N": Verdict.PASS, "FSR-S": Verdict.FAIL}
+
+
+def test_commands_of_a_program_and_of_a_planned_stop_are_kept_while_another_acts(
+    make_project: MakeProject,
+) -> None:
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
+            "faults": [],
+            "architectures": ["architectures/camera_radar.yaml"],
+        }
+    )
+    zoo.settle(project.folder / "odd" / "architectures")
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["safety"]["parameters"] = {"stop": "planned"}
+        candidate["channels"]["guest"] = {
+            "kind": "process",
+            "links": ["localisation"],
+            "rate": "20 Hz",
+            "parameters": zoo.parameters(""),
+        }
+    plan = project.plan()
+    trace = run_cases(plan, [plan.cases[0]])
+    rows = int(trace.length[0]) - 1
+    nominal, guest, safety = (
+        trace.layout.channels.index(name) for name in ("nominal", "guest", "safety")
+    )
+    assert set(trace["authority"][0, 1:rows].tolist()) <= {nominal, -1}
+    for channel in (guest, safety):
+        assert (trace["status"][0, 1:rows, channel] != SILENT).all()
+        assert np.isfinite(trace["acceleration"][0, 1:rows, channel]).all()
+    # Also what it would rate and choose is recorded for the replay.
+    assert "last_safe_stop" in trace.layout.monitors
+
+
+def test_shadow_commands_say_what_a_fork_with_another_authority_would_have_begun_with(
+    mini: Executed,
+) -> None:
+    """The shadow command at the fork's tick is the acting one of the fork, bit for bit."""
+    case = next(
+        case
+        for case in mini.plan.cases
+        if (case.architecture.architecture, case.fault_entry) == ("camera_radar", "none")
+    )
+    tick = 40
+    origin = run_cases(mini.plan, [case])
+    fork = run_cases(mini.plan, [replace(case, override=AuthorityOverride(tick, "safety"))])
+    safety = origin.layout.channels.index("safety")
+    assert origin["authority"][0, tick] != safety
+    assert fork["authority"][0, tick] == safety
+    assert fork["command"][0, tick, 0] == origin["acceleration"][0, tick, safety]
+    assert fork["command"][0, tick, 1] == origin["steering_angle"][0, tick, safety]

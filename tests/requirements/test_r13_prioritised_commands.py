@@ -141,6 +141,33 @@ def test_latency_of_the_handover_is_in_the_time_to_the_takeover(tmp_path: Path) 
     assert "handover from quick begins" not in kept[0]
 
 
+def test_late_switch_delays_each_handover_by_its_ticks(tmp_path: Path) -> None:
+    channels = {
+        "careful": {"acceleration": -4.0, "requests_from": 1.0},
+        "quick": {"acceleration": 0.5},
+    }
+    switch = {"priority": ["careful", "quick"], "default": "quick", "handover": "0.1 s"}
+    taken = {}
+    for late in (0, 4):
+        project = scripted(tmp_path / str(late), channels, **switch)
+        with project.edited_odd() as odd:
+            odd["scenarios"][0]["faults"] = ["late"]
+            odd["faults"] = [
+                {
+                    "id": "late",
+                    "target": "switch",
+                    "model": "late",
+                    "delay": f"{50 * late} ms",
+                    "onset": {"at": "0 s"},
+                }
+            ]
+        plan = project.plan()
+        case = next(case for case in plan.cases if case.faults)
+        taken[late] = authority(run_cases(plan, [case])).index("careful")
+    assert taken[0] == FIRST - 1 + 2
+    assert taken[4] == taken[0] + 4
+
+
 def test_bumpless_handover_limits_the_jerk_of_the_command(tmp_path: Path) -> None:
     channels = {
         "careful": {"acceleration": -4.0, "requests_from": 1.0},

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from string import Template
 
 import pytest
 
-from adeye.channels.factory import BUILT_IN
+from adeye.channels.factory import BUILT_IN, make_channel
 from adeye.cli.examples import EXAMPLES
 from adeye.ports import ControlChannel
 from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
@@ -35,6 +36,28 @@ SENSORS = {
 def test_built_in_channel_conforms(kind: str) -> None:
     check_channel(BUILT_IN[kind], PARAMETERS[kind], links=LINKS[kind], sensors=SENSORS[kind])
     assert isinstance(BUILT_IN[kind](), ControlChannel)
+
+
+SILENT = {"kind": "channel_silent", "watches": ["other"]}
+STOPS = {
+    "planned": {"stop": "planned"},
+    "supervised": {"supervisor": {"monitors": {"silent": SILENT}}},
+    "supervised and planned": {
+        "stop": "planned",
+        "supervisor": {"monitors": {"silent": SILENT, "last": {"kind": "last_safe_stop"}}},
+    },
+}
+
+
+@pytest.mark.parametrize("stop", sorted(STOPS))
+def test_every_kind_of_safe_stop_conforms(stop: str) -> None:
+    parameters = SafetyParameters.model_validate(STOPS[stop])
+    check_channel(
+        lambda: make_channel("safety", Path(), parameters),
+        parameters,
+        links=LINKS["safety"],
+        sensors=SENSORS["safety"],
+    )
 
 
 def test_fake_of_the_package_conforms() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from adeye.campaign.happenings import events_of
 from adeye.evaluation.source import TraceSignals
 from adeye.store.query import run_query
 from adeye.store.repository import Repository
+from adeye.sweep.case import AuthorityOverride
+from tests.project import run_cases
 from tests.requirements.loop import driven, scripted
 
 if TYPE_CHECKING:
@@ -53,6 +56,29 @@ def test_failing_channel_is_named(tmp_path: Path) -> None:
     assert (event.channel, event.outcome) == ("alpha", "channel_error")
     failure = [item for item in events_of(trace, 0) if "told to fail" in item.text]
     assert [item.subject for item in failure] == ["alpha"]
+
+
+def test_handover_is_told_from_whom_and_to_whom_by_every_policy(tmp_path: Path) -> None:
+    channels = {"alpha": {"acceleration": -1.0, "fails_from": 0.5}, "beta": {"acceleration": -1.1}}
+    switches: dict[str, dict[str, Any]] = {
+        "fixed_priority": {},
+        "hysteresis": {"return_after": "1 s"},
+    }
+    for policy, keys in switches.items():
+        trace = driven(scripted(tmp_path / policy, channels, policy=policy, **keys))
+        told = [(row.subject, row.text) for row in events_of(trace, 0) if row.kind == "switch"]
+        assert told[-1] == ("beta", "authority to beta from alpha (staleness)")
+
+
+def test_fork_names_the_channel_that_was_given_authority(mini: Executed) -> None:
+    case = next(
+        case
+        for case in mini.plan.cases
+        if (case.architecture.architecture, case.fault_entry) == ("camera_radar", "none")
+    )
+    fork = run_cases(mini.plan, [replace(case, override=AuthorityOverride(40, "safety"))])
+    told = [(row.subject, row.text) for row in events_of(fork, 0) if row.kind == "switch"]
+    assert told[-1] == ("safety", "authority to safety from nominal (override)")
 
 
 def test_events_in_the_database_name_the_channel(mini: Executed) -> None:

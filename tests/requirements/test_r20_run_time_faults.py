@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.signals import SILENT
-from tests.project import MINI, run_cases
+from adeye.signals import FAULT, SILENT
+from adeye.testing import zoo
+from tests.project import CANDIDATE, MINI, run_cases
 
 if TYPE_CHECKING:
     from adeye.trace import Trace
@@ -168,3 +169,69 @@ def test_every_part_can_fail_from_its_onset_on(make_project: MakeProject) -> Non
         differs = (ego[:rows] != other[:rows]).any(axis=1)
         assert differs.any(), name
         assert int(np.argmax(differs)) > onset, name
+
+
+def test_program_as_channel_fails_like_any_other(make_project: MakeProject) -> None:
+    faults = [
+        {"id": "dead", "target": "channels.guest", "model": "crash", "onset": {"at": "2 s"}},
+        {
+            "id": "deaf",
+            "target": "links.guest.localisation",
+            "model": "drop",
+            "onset": {"at": "2 s"},
+        },
+    ]
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [{"use": "lead_braking", "faults": ["dead", "deaf"]}],
+            "faults": faults,
+            "architectures": ["architectures/camera_radar.yaml"],
+        }
+    )
+    zoo.settle(project.folder / "odd" / "architectures")
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["guest"] = {
+            "kind": "process",
+            "links": ["localisation"],
+            "rate": "20 Hz",
+            "parameters": zoo.parameters(""),
+        }
+    plan = project.plan()
+    found = {case.fault_entry: run_cases(plan, [case]) for case in plan.cases}
+    onset = round(2.0 / 0.05)
+    guest = found["none"].layout.channels.index("guest")
+    status = found["dead"]["status"][0, : found["dead"].length[0] - 1, guest]
+    assert (status[onset:] == SILENT).all()
+    assert (status[1:onset] != SILENT).all()
+    # It acts on nothing that it is not shown; who has authority is not deceived.
+    for name in ("dead", "deaf"):
+        one, other = found[name], found["none"]
+        assert one["ego"].tobytes() == other["ego"].tobytes()
+        assert one["acceleration"][0, :, 0].tobytes() == other["acceleration"][0, :, 0].tobytes()
+
+
+def test_planned_stop_can_be_deprived_of_its_view_and_says_so(make_project: MakeProject) -> None:
+    faults = [
+        {"id": "lost", "target": "links.safety.truth", "model": "drop", "onset": {"at": "2 s"}}
+    ]
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [{"use": "lead_braking", "faults": ["lost"]}],
+            "faults": faults,
+            "architectures": ["architectures/camera_radar.yaml"],
+        }
+    )
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["safety"]["parameters"] = {"stop": "planned"}
+    plan = project.plan()
+    case = next(case for case in plan.cases if case.faults)
+    trace = run_cases(plan, [case])
+    safety = trace.layout.channels.index("safety")
+    status = trace["status"][0, : trace.length[0] - 1, safety]
+    # Without a recent ego estimate it is in fault: the last one was one tick and a latency old.
+    status = status[round(2.0 / 0.05) :]
+    first = int(np.argmax(status == FAULT))
+    assert first * 0.05 == pytest.approx(0.5 - 0.1 + 0.05, abs=0.051)
+    assert (status[first:] == FAULT).all()

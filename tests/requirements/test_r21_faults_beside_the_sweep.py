@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.project import MINI
+from adeye.campaign.timing import campaign_injections
+from tests.project import CANDIDATE, MINI
 
 if TYPE_CHECKING:
     from tests.conftest import MakeProject
@@ -82,3 +83,49 @@ def test_onset_and_duration_are_axes_of_the_same_sweep(make_project: MakeProject
         if fault.id == "front_camera_out"
     } == {(1.0, 1.0), (1.0, 3.0), (2.0, 1.0), (2.0, 3.0)}
     assert len({case.digest for case in plan.cases}) == len(plan.cases)
+
+
+def test_faults_of_the_switch_and_what_masters_them_are_axes_of_the_same_sweep(
+    make_project: MakeProject,
+) -> None:
+    """Faults, handover time and the monitors' parameters in one file; the times follow."""
+    late = {
+        "id": "late",
+        "target": "switch",
+        "model": "late",
+        "delay": "0.1 s",
+        "onset": {"at": "0 s"},
+    }
+    sweep = {
+        "parameters": {
+            "faults.late.delay": ["0.1 s", "0.3 s"],
+            "architecture.switch.handover": ["0 s", "0.2 s"],
+            "architecture.channels.safety.parameters.confirm": ["0.1 s", "0.2 s"],
+        }
+    }
+    project = make_project(
+        {
+            **MINI,
+            "scenarios": [
+                {"use": "lead_braking", "faults": [["nominal_silent", "late"]], "sweep": sweep}
+            ],
+            "faults": [MINI["faults"][1], late],
+            "architectures": ["architectures/camera_radar.yaml"],
+        }
+    )
+    with project.edited(CANDIDATE) as candidate:
+        # So that the monitor and not the switch finds the silence.
+        candidate["switch"]["staleness"] = "5 s"
+    project.run()
+    points = {row["run"]: row["point"] for row in project.rows()}
+    found = campaign_injections(project.db).injections
+    assert len(found) == 8
+    for item in found:
+        point = points[item.run]
+        assert item.times.switch_s is not None
+        assert item.times.detect_s is not None
+        # The silence is the second fault; the switch is late from the start.
+        confirm = point["architecture.channels.safety.parameters.confirm"]
+        assert item.times.detect_s == pytest.approx(3.0 + 0.15 + confirm)
+        delay = point["faults.late.delay"] + point["architecture.switch.handover"]
+        assert item.times.switch_s - item.times.detect_s == pytest.approx(delay)

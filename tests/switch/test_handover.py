@@ -66,6 +66,13 @@ def test_decision_that_is_withdrawn_takes_no_effect_and_the_next_one_waits_in_fu
     assert found[3].reason == REASON_DEFAULT
 
 
+def test_handover_that_nobody_is_left_for_begins_anew() -> None:
+    made = switch(spec(handover="0.15 s", latch=False))
+    lost = (FAULT, FAULT)
+    found = ticks(made, [QUIET, ASKED, ASKED, lost, *[ASKED] * 4])
+    assert holders(found) == [*[NOMINAL] * 3, NO_CHANNEL, *[NOMINAL] * 3, SAFETY]
+
+
 def test_first_channel_acts_at_once() -> None:
     found = ticks(switch(spec(handover="1 s")), [(SILENT, OK), *all_ok(2)])
     assert [(tick.channel, tick.reason) for tick in found] == [

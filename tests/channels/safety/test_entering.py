@@ -4,7 +4,7 @@ import pytest
 
 from adeye.channels.safety.planner import FOUND_FEASIBLE
 from adeye.kernel.stops import SHOULDER, STRAIGHT
-from tests.channels.safety.test_planner import MIDDLE, SLOW, number, plan
+from tests.channels.safety.test_planner import HARD_SHOULDER, MIDDLE, SLOW, number, plan
 
 
 @pytest.mark.parametrize("place", [MIDDLE, MIDDLE + 1.2])
@@ -36,3 +36,13 @@ def test_path_to_the_right_crosses_a_lane_only_where_that_is_seen_to_be_free() -
     ):
         _, found = plan(things, d=MIDDLE, rear_sight=rear_sight)
         assert found[across, FOUND_FEASIBLE] == is_free
+
+
+def test_shoulder_is_entered_only_where_nobody_comes_along_it() -> None:
+    aside = number(SHOULDER, 1)
+    for things, is_free in (
+        ([(-20.0, HARD_SHOULDER, 30.0, 0.0)], 0.0),
+        ([(-300.0, HARD_SHOULDER, 10.0, 0.0)], 1.0),
+    ):
+        _, found = plan(things)
+        assert found[aside, FOUND_FEASIBLE] == is_free

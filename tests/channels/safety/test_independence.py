@@ -30,6 +30,20 @@ KILLED: Final = {
     "onset": {"at": "3 s"},
 }
 
+STOPS: Final[dict[str, dict[str, Any]]] = {
+    "in_lane": {},
+    "planned": {"stop": "planned"},
+    "supervised": {
+        "stop": "planned",
+        "supervisor": {
+            "monitors": {
+                "silent": {"kind": "channel_silent", "watches": ["nominal"]},
+                "last": {"kind": "last_safe_stop"},
+            }
+        },
+    },
+}
+
 PLAYBACK = '''
 """Gives the commands that another channel gave, and may not be asked after the last of them."""
 
@@ -63,7 +77,7 @@ def project(folder: Path, road: str, stop: str) -> Project:
         if road == "curved":
             scenario["world"]["road"].update(kind="curve", radius="900 m")
     with made.edited(CANDIDATE) as candidate:
-        candidate["channels"]["safety"]["parameters"] = {"stop": stop}
+        candidate["channels"]["safety"]["parameters"] = STOPS[stop]
     return made
 
 
@@ -95,7 +109,7 @@ def assert_same_stop(one: Trace, other: Trace) -> None:
     assert (one["contact"][0, rows] < 0).all()
 
 
-CASES: Final = [(road, stop) for road in ("straight", "curved") for stop in ("in_lane", "planned")]
+CASES: Final = [(road, stop) for road in ("straight", "curved") for stop in STOPS]
 
 
 @pytest.mark.parametrize(("road", "stop"), CASES)
@@ -202,7 +216,7 @@ def test_scribbling_over_all_that_the_nominal_channel_keeps_changes_no_bit(
     assert_same_stop(whole, poisoned)
 
 
-@pytest.mark.parametrize("stop", ["in_lane", "planned"])
+@pytest.mark.parametrize("stop", STOPS)
 def test_no_array_and_no_container_belongs_to_both_channels(
     stop: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
