@@ -18,6 +18,7 @@ OfArchitecture = Annotated[
     typer.Option(
         "--architecture",
         metavar="ID",
+        envvar="ADEYE_ARCHITECTURE",
         help="Only this architecture; default: all of the ODD.",
     ),
 ]

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from adeye.cli.apart import results
+from adeye.cli.narrow import stacked, widths_of
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -131,7 +132,7 @@ def emit_table(
     right: Collection[str] = (),
     sections: Collection[int] = (),
 ) -> None:
-    """Write a table.
+    """Write a table; where its columns do not fit, each row as a few lines.
 
     Args:
         headers: Names of the columns.
@@ -143,14 +144,22 @@ def emit_table(
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for header in headers:
-        justify = "right" if header in right else "left"
-        table.add_column(_text(header), justify=justify, overflow="fold")  # type: ignore[arg-type]
-    for number, row in enumerate(rows):
-        table.add_row(*map(_text, row), end_section=number in sections)
+    cells = [list(map(_text, row)) for row in rows]
+    plain_cells = [[cell.plain for cell in row] for row in cells]
+    # What the box and the padding take beside the cells.
+    available = width() - 3 * len(headers) + 1
+    widths = widths_of(headers, plain_cells, right, available)
     if title:
         emit(f"\n{clean(title)}")
+    if widths is None:
+        emit("\n".join(stacked(headers, plain_cells, right, width())))
+        return
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for header, wide in zip(headers, widths, strict=True):
+        justify = "right" if header in right else "left"
+        table.add_column(_text(header), justify=justify, overflow="fold", width=wide)  # type: ignore[arg-type]
+    for number, row in enumerate(cells):
+        table.add_row(*row, end_section=number in sections)
     emit(_rendered(table))
 
 

@@ -54,6 +54,7 @@ def test_the_verbs_are_these() -> None:
         "db info",
         "db upgrade",
         "db verify",
+        "dependencies",
         "doctor",
         "faults",
         "fork",
