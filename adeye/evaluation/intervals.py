@@ -8,6 +8,7 @@ those that have been on since before the fault.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -79,24 +80,31 @@ def alarms(monitors: NDArray[Any], reason: NDArray[Any], names: Sequence[str]) -
         (..., T, A): each monitor that detects is confirmed; the switch finds the acting channel
         unusable.
     """
-    detects = np.array([name not in MANOEUVRE_MONITORS for name in names], dtype=np.bool_)
-    confirmed = np.asarray(monitors[..., detects, 1], dtype=np.bool_)
-    stale = np.asarray(reason == REASON_STALENESS)
-    return np.concatenate([confirmed, stale[..., np.newaxis]], axis=-1)
+    detecting = [at for at, name in enumerate(names) if name not in MANOEUVRE_MONITORS]
+    confirmed = [monitors[..., at, 1] != 0 for at in detecting]
+    return np.stack([*confirmed, np.asarray(reason == REASON_STALENESS)], axis=-1)
+
+
+def any_of(flags: Bools) -> Bools:
+    """Tell at which rows (..., T) any flag (..., T, A) is on."""
+    # Flag by flag: numpy is slow along an axis of few.
+    return reduce(np.logical_or, np.moveaxis(flags, -1, 0))
 
 
 def held_since_before(on: Bools, onset: Ints) -> Bools:
-    """Tell at which rows an alarm is on that has been on since before a row, without a break.
+    """Tell at which rows from another on an alarm has been on since before it, without a break.
 
     Args:
         on: (R, T, A) alarms.
-        onset: (R,) rows.
+        onset: (R,) rows to begin with.
     """
-    rows = np.arange(on.shape[1])[:, np.newaxis]
-    first = onset[:, np.newaxis, np.newaxis]
+    held = np.zeros_like(on)
     before = on[np.arange(len(onset)), np.maximum(onset - 1, 0)] & (onset > 0)[:, np.newaxis]
-    is_on = on | (rows < first)
-    return np.asarray(on & before[:, np.newaxis] & np.logical_and.accumulate(is_on, axis=1))
+    # Few alarms are on before a fault.
+    for run, alarm in np.argwhere(before):
+        later = on[run, onset[run] :, alarm]
+        held[run, onset[run] :, alarm] = np.logical_and.accumulate(later)
+    return held
 
 
 def others_act(authority: NDArray[Any], default: int) -> Bools:

@@ -13,6 +13,8 @@ from tests.figures import figures_of
 if TYPE_CHECKING:
     from adeye.report.model import MetricSummary
 
+UNITLESS = {"contact", "nominal_availability", "takeovers", "trips"}
+
 
 def row(run: str, distance: float | None, **changes: Any) -> dict[str, Any]:
     return {
@@ -93,4 +95,4 @@ def test_every_metric_of_the_database_has_a_title_without_its_suffix() -> None:
     for name in METRIC_IDS:
         words, unit = metric_title(name)
         assert "_" not in words
-        assert bool(unit) is (name != "contact")
+        assert bool(unit) is (name not in UNITLESS)

@@ -4,6 +4,7 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
@@ -189,6 +190,29 @@ def test_database_of_every_past_schema_upgrades_with_its_results(
         assert repository.verify() == ()
         assert repository.result_table_hash(campaign) == results
         assert repository.progress(campaign).accounted == 8
+
+
+@pytest.mark.parametrize("asset", ASSETS, ids=lambda path: path.stem)
+def test_runs_of_an_older_schema_lack_the_metrics_that_came_later(
+    asset: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "copy.db"
+    shutil.copyfile(asset, path)
+    schema.upgrade(path)
+    is_new = asset.stem >= "v0003"
+    with Repository.open(path) as repository:
+        campaign = ASSET_RESULTS[asset.name][0]
+        figures = repository.figures(campaign)
+        assert len(figures) == 8
+        assert np.isnan(figures.metrics["trips"]).all()
+        stored = repository.run_row(repository.find_run("0", campaign=campaign).result_digest)
+        assert stored is not None
+        assert ("trips" in stored.metrics) is is_new
+    connection = sqlite3.connect(path)
+    for view in ("v_runs", "v_runs_cut_in"):
+        found = connection.execute(f"SELECT DISTINCT trips_status IS NULL FROM {view}").fetchall()  # noqa: S608
+        assert found == [(0 if is_new else 1,)]
+    connection.close()
 
 
 def test_every_schema_has_its_database() -> None:

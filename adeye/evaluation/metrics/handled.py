@@ -15,6 +15,7 @@ import numpy as np
 from adeye.evaluation.intervals import (
     Intervals,
     alarms,
+    any_of,
     first_from,
     held_since_before,
     intervals,
@@ -75,7 +76,7 @@ def handled(trace: Trace) -> Handled:
         is_safe = (found >= 0) & (found < trace.length[chosen])
         decided = decided_rows(trace)[chosen]
         on = alarms(trace["monitors"][chosen], trace["reason"][chosen], trace.layout.monitors)
-        fresh = (on & ~held_since_before(on, onset)).any(axis=2)
+        fresh = any_of(on & ~held_since_before(on, onset))
         acts = others_act(trace["authority"][chosen], default_channel(trace))
         emergency = operates_in_emergency(acts, columns["command"][chosen, :, 0], speed)
         rows[0, chosen] = first_from(fresh & decided, onset)

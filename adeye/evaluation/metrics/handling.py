@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.evaluation.intervals import alarms, others_act
+from adeye.evaluation.intervals import alarms, any_of, others_act
 from adeye.evaluation.metrics.handled import Handled, decided_rows, default_channel, handled
 from adeye.evaluation.metrics.registry import column_of, metric_entry
 from adeye.evaluation.metrics.scans import (
@@ -199,9 +199,8 @@ def trips(series: TraceSeries) -> MetricColumn:
 
     What goes on at the same time is one.
     """
-    on = alarms(
-        series.column("monitors"), series.column("reason"), series.trace.layout.monitors
-    ).any(axis=2)
+    monitors = series.trace.layout.monitors
+    on = any_of(alarms(series.column("monitors"), series.column("reason"), monitors))
     return _counted(series, on | _away(series))
 
 
@@ -214,12 +213,18 @@ def _handled(series: TraceSeries) -> Handled:
 
 def _away(series: TraceSeries) -> Bools:
     """Tell at which rows (B, T) another channel than the default acts, or acted last."""
-    authority = series.column("authority")
-    rows = np.arange(authority.shape[1])
-    last = np.maximum.accumulate(np.where(authority != NO_CHANNEL, rows, -1), axis=1)
-    default = default_channel(series.trace)
-    acting = np.take_along_axis(np.asarray(authority), np.maximum(last, 0), axis=1)
-    return others_act(np.where(last < 0, default, acting), default)
+    if "away" not in series.kept:
+        authority = np.asarray(series.column("authority"))
+        away = others_act(authority, default_channel(series.trace))
+        nobody = authority == NO_CHANNEL
+        # Who acted last counts while nobody does; few runs have both.
+        for run in np.flatnonzero(away.any(axis=1) & nobody.any(axis=1)):
+            rows = np.arange(authority.shape[1])
+            last = np.maximum.accumulate(np.where(nobody[run], -1, rows))
+            away[run] = (last >= 0) & away[run, np.maximum(last, 0)]
+        series.kept["away"] = away
+    found: Bools = series.kept["away"]
+    return found
 
 
 def _counted(series: TraceSeries, on: Bools) -> MetricColumn:
