@@ -56,16 +56,18 @@ from adeye.signals import (
     PLACE_S,
     parameter_record,
 )
+from adeye.spec.channels import SafetyChannel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adeye.signals import Floats
+    from adeye.spec.architecture import Architecture
     from adeye.trace import Trace
 
 DECELERATIONS: Final = {"stop_deceleration": 4.0, "emergency_deceleration": 8.0}
-"""Of the library that says what was reachable [m/s²]: the defaults of the safety channel, for every
-architecture the same, so that regrets can be compared."""
+"""Of the library that says what was reachable, where no safety channel has its own [m/s²]: the
+defaults of the safety channel, so that architectures with and without one can be compared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,18 +86,30 @@ class StopQuality:
     regret: float
 
 
-def rate_run(trace: Trace, run: int, rules: Sequence[float] = DEFAULT_RULES) -> StopQuality:
+def rate_run(
+    trace: Trace,
+    run: int,
+    rules: Sequence[float] = DEFAULT_RULES,
+    architecture: Architecture | None = None,
+) -> StopQuality:
     """Rate where a run stands, against the best that was reachable when its first fault began.
+
+    What comes within reach later does not count as reachable, so a regret may be negative: the run
+    went on to a better place than the library of stops had at the fault.
 
     Args:
         trace: The batch that the run is in.
         run: Its row in the batch.
         rules: (RULES,) rating of each kind of place.
+        architecture: That of the run, whose vehicle and safety channel say how it can stop; that of
+            the trace's layout, the first of the batch, unless given.
     """
     table = np.array(rules, dtype=np.float64)
     active = trace["fault_active"][run, : trace.length[run]].any(axis=-1)
     achieved = achieved_rating(trace, run, table)
-    best = best_rating(trace, run, int(np.argmax(active)), table) if active.any() else np.nan
+    if not active.any():
+        return StopQuality(achieved, np.nan, np.nan)
+    best = best_rating(trace, run, int(np.argmax(active)), table, architecture)
     return StopQuality(achieved, best, achieved - best)
 
 
@@ -132,7 +146,9 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
     )
 
 
-def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
+def best_rating(
+    trace: Trace, run: int, row: int, rules: Floats, architecture: Architecture | None = None
+) -> float:
     """Return the best rating of the stops that were feasible from a row on.
 
     Args:
@@ -140,8 +156,9 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
         run: Its row in the batch.
         row: From which row of the trace on the ego might have stopped.
         rules: (RULES,).
+        architecture: See ``rate_run``.
     """
-    record = _record(trace, run)
+    record = _record(trace, run, architecture or trace.layout.architecture)
     road = trace.layout.context.road
     ego, place = trace["ego"][run, row], trace["ego_place"][run, row]
     s, d, speed = place[PLACE_S], place[PLACE_D], ego[EGO_SPEED]
@@ -181,10 +198,22 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
     return best
 
 
-def _record(trace: Trace, run: int) -> np.void:
+def decelerations_of(architecture: Architecture) -> dict[str, float]:
+    """Return the stop and emergency deceleration [m/s²] of the first built-in safety channel.
+
+    Args:
+        architecture: Without such a channel ``DECELERATIONS`` count.
+    """
+    for channel in architecture.channels.values():
+        if isinstance(channel, SafetyChannel):
+            return {name: getattr(channel.parameters, name) for name in DECELERATIONS}
+    return dict(DECELERATIONS)
+
+
+def _record(trace: Trace, run: int, architecture: Architecture) -> np.void:
     """Pack what the library reads of a run's vehicle and road."""
-    road, vehicle = trace.layout.context.road, trace.layout.architecture.vehicle
-    fields = DECELERATIONS | {
+    road, vehicle = trace.layout.context.road, architecture.vehicle
+    fields = decelerations_of(architecture) | {
         "length": trace.layout.context.ego_size[run : run + 1, 0],
         "width": trace.layout.context.ego_size[run, 1],
         "lane_width": road.lane_width[run],

@@ -1,10 +1,20 @@
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from adeye.evaluation.safe_stop import achieved_rating, best_rating, rate_run
+from adeye.evaluation.safe_stop import (
+    DECELERATIONS,
+    achieved_rating,
+    best_rating,
+    decelerations_of,
+    rate_run,
+)
 from adeye.kernel.stop_rating import CONTACT, DEFAULT_RULES
+from adeye.signals import RoadMap
+from adeye.spec.channels import SafetyChannel, SafetyParameters
+from adeye.trace import Trace
 from tests.evaluation.conftest import HandMade
 
 Make = Callable[..., HandMade]
@@ -74,3 +84,55 @@ def test_contact_is_the_worst_that_can_be_achieved(hand_made: Make) -> None:
 @pytest.mark.parametrize(("d", "rating"), [(MIDDLE, 5.0), (3.5, 5.0), (SLOW, 3.0), (-9.0, 7.0)])
 def test_achieved_rating_is_that_of_the_place(hand_made: Make, d: float, rating: float) -> None:
     assert achieved_rating(stopped(hand_made, d).trace(), 0, RULES) == rating
+
+
+def test_a_bay_that_was_in_reach_is_regretted(hand_made: Make) -> None:
+    trace = stopped(hand_made, SLOW).object("lead", d=8.75).trace()
+    road = trace.layout.context.road
+    bay = np.array([[[0.0, 130.0, 60.0, 4.0, 30.0]]])
+    near = replaced(trace, replace(road, refuges=bay))
+    assert rate_run(near, 0).regret == 3.0
+    far = replaced(trace, replace(road, refuges=np.add(bay, [0.0, 500.0, 0.0, 0.0, 0.0])))
+    assert rate_run(far, 0).regret == 0.0
+
+
+@pytest.mark.parametrize(("d", "rating"), [(-4.0, 0.0), (-2.5, 1.0), (-0.5, 3.0)])
+def test_who_stands_in_a_bay_stands_best(hand_made: Make, d: float, rating: float) -> None:
+    trace = stopped(hand_made, d).trace()
+    bay = np.array([[[0.0, 40.0, 60.0, 4.0, 30.0]]])
+    context = replaced(trace, replace(trace.layout.context.road, refuges=bay))
+    assert achieved_rating(context, 0, RULES) == rating
+
+
+def test_a_free_verge_is_better_than_a_lane_and_worse_than_a_shoulder(hand_made: Make) -> None:
+    trace = stopped(hand_made, -1.25).trace()
+    road = trace.layout.context.road
+    ratings = []
+    for shoulder, verge in ((0.0, 0.0), (0.0, 2.5), (2.5, 0.0)):
+        other = replace(road, shoulder=road.shoulder * 0.0 + shoulder, verge=road.verge + verge)
+        ratings.append(achieved_rating(replaced(trace, other), 0, RULES))
+    assert ratings == [7.0, 2.0, 1.0]
+
+
+def test_the_safety_channel_s_own_decelerations_say_what_was_in_reach(hand_made: Make) -> None:
+    trace = stopped(hand_made, SLOW).object("lead", d=8.75).trace()
+    architecture = trace.layout.architecture
+    assert decelerations_of(architecture) == DECELERATIONS
+    links = ("channels.nominal",)
+    weak = {"stop_deceleration": "1.3 m/s^2", "emergency_deceleration": "1.5 m/s^2"}
+    channel = SafetyChannel(
+        kind="safety", links=links, rate="20 Hz", parameters=SafetyParameters.model_validate(weak)
+    )
+    weaker = architecture.model_copy(update={"channels": {"safety": channel}})
+    slow = decelerations_of(weaker)
+    assert slow == {"stop_deceleration": 1.3, "emergency_deceleration": 1.5}
+    # At 1.5 m/s² it stands 133 m after the fault at 20 m.
+    bay = np.array([[[0.0, 110.0, 40.0, 4.0, 20.0]]])
+    near = replaced(trace, replace(trace.layout.context.road, refuges=bay))
+    assert rate_run(near, 0).best == 0.0
+    assert rate_run(near, 0, architecture=weaker).best == 3.0
+
+
+def replaced(trace: Trace, road: RoadMap) -> Trace:
+    context = replace(trace.layout.context, road=road)
+    return replace(trace, layout=replace(trace.layout, context=context))

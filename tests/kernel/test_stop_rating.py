@@ -10,9 +10,11 @@ from adeye.kernel.stop_rating import (
     RULE_FAST_LANE,
     RULE_NAMES,
     RULE_OFF_ROAD,
+    RULE_REFUGE,
     RULE_SHOULDER,
     RULE_SLOW_LANE,
     RULE_SLOW_LANE_IN_SIGHT,
+    RULE_VERGE,
     RULES,
     SCALE,
     curvature_at,
@@ -89,3 +91,27 @@ def test_body_that_reaches_into_a_curve_is_in_it() -> None:
     assert curvature_at(ROAD, 499.0) == 0.0
     assert curvature_at(ROAD, 501.0) == 1.0 / 250.0
     assert (rate(497.0, 1.75), rate(499.0, 8.75)) == (3.0, 6.0)
+
+
+def test_beside_the_shoulder_a_refuge_is_best_then_a_verge() -> None:
+    def beside(d: float) -> int:
+        return place_kind(0.0, d, 3.5, 3, 2.5, 2.0, 3.0, LIMIT)
+
+    kinds = [beside(d) for d in (-2.4, -2.6, -4.5, -4.6, -5.5, -5.6)]
+    assert kinds == [
+        *(RULE_SHOULDER, RULE_REFUGE, RULE_REFUGE),
+        *(RULE_VERGE, RULE_VERGE, RULE_OFF_ROAD),
+    ]
+    assert place_kind(0.0, -2.6, 3.5, 3, 2.5, 0.0, 3.0, LIMIT) == RULE_VERGE
+    assert [VALUES[kind] for kind in kinds] == [1.0, 0.0, 0.0, 2.0, 2.0, 7.0]
+
+
+def test_a_footprint_across_the_line_of_a_bay_is_rated_by_the_shoulder() -> None:
+    bay = np.array([[0.0, 80.0, 60.0, 4.0, 20.0]])
+
+    def rated(s: float, d: float) -> float:
+        return rate_footprint(VALUES, ROAD, bay, s, d, 0.0, 4.5, 1.8, 3.5, 3, 2.5, 0.0, LIMIT)
+
+    assert [rated(100.0, d) for d in (-4.5, -3.0, -1.25)] == [0.0, 1.0, 1.0]
+    # In the taper the outer corner is off the road.
+    assert rated(70.0, -4.5) == 7.0
