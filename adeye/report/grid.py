@@ -106,8 +106,9 @@ def packed(maps: Sequence[NDArray[Any]]) -> tuple[str, ...]:
     Args:
         maps: (X, Y) codes from 0 to 15.
 
-    >>> packed([np.array([[1, 1], [1, 1], [0, 2]]), np.array([[1, 1], [1, 1], [0, 0]])])
-    ('b2a3c', '+a5c')
+    >>> one, other = np.array([[1, 1], [1, 1], [0, 2]]), np.array([[1, 1], [1, 1], [2, 0]])
+    >>> packed([one, other, other])
+    ('b2a3c', 'b2ca2c', '+a6')
     """
     made = []
     before: NDArray[Any] | None = None
