@@ -124,9 +124,10 @@ def fill_ground(
 @inlined
 def _cells(center: float, reach: float, first: float, cell: float, count: int) -> tuple[int, int]:
     """Return the first cell that an interval about a centre may reach, and that behind the last."""
-    low = math.floor((center - reach - first) / cell + 0.5)
-    high = math.ceil((center + reach - first) / cell - 0.5) + 1
-    return max(0, low), min(count, high)
+    # Bounded before they become whole numbers, which what is far away would not fit into.
+    low = max(0.0, (center - reach - first) / cell + 0.5)
+    high = min(count - 1.0, (center + reach - first) / cell - 0.5)
+    return math.floor(min(low, float(count))), math.ceil(max(high, -1.0)) + 1
 
 
 @compiled
@@ -154,6 +155,8 @@ def cover(
     # Half the shadow of the box on the axes of the cells, and of a cell on those of the box.
     along, across = cosine * length + sine * width, sine * length + cosine * width
     shadow = half * (sine + cosine)
+    if not math.isfinite(x + y + along + across):
+        return
     first, last = _cells(x, along, xs[0], cell, xs.shape[0])
     low, high = _cells(y, across, ys[0], cell, ys.shape[0])
     for i in range(first, last):

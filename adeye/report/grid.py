@@ -20,9 +20,11 @@ if TYPE_CHECKING:
 
     from adeye.trace import Trace
 
-PERIOD: Final = 0.15
-"""Time between two maps that are drawn [s]: every third tick of most campaigns, which keeps the
-maps of a run of 25 s below 60 kB also in a curve."""
+PERIOD: Final = 0.25
+"""Time between two maps of the ground that are drawn [s]; it does not move, the window does."""
+
+MOST: Final = 60_000
+"""Characters of all maps of a run, kept to by drawing fewer of those of what moves."""
 
 TIMES: Final = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Times to occupancy that are told apart [s]; up to the first the cell is occupied now."""
@@ -43,13 +45,19 @@ def grid_of(trace: Trace, run: int, held: Any) -> GridView:
     ground = rating_costs(ratings_of(trace.layout.architecture)).model_copy(update={"rules": ()})
     settings = GridSettings(costs=ground)
     view = view_of(trace, run)
-    # The last row has a place of the ego of its own.
-    rows = range(0, len(held), every)
-    maps = [grid_at(trace, run, row, settings, view=view) for row in rows]
-    levels = sorted({float(value) for item in maps for value in np.unique(item["number"])})
+    maps = [grid_at(trace, run, row, settings, view=view) for row in range(len(held))]
+    levels = sorted({float(value) for item in maps[::every] for value in np.unique(item["number"])})
+    number = packed([np.searchsorted(levels, item["number"]) for item in maps[::every]])
+    room = MOST - sum(len(text) for text in number)
+    codes = [occupancy(item) for item in maps]
+    for occupied_every in range(1, every + 1):
+        occupied = packed(codes[::occupied_every])
+        if sum(len(text) for text in occupied) <= room:
+            break
     first = maps[0]
     return GridView(
         every=every,
+        occupied_every=occupied_every,
         view=view,
         cell_m=first.cell,
         x_m=float(first.x[0]) - 0.5 * first.cell,
@@ -59,8 +67,8 @@ def grid_of(trace: Trace, run: int, held: Any) -> GridView:
         levels=tuple(levels),
         worst=ground.blocked,
         times_s=TIMES,
-        number=packed([np.searchsorted(levels, item["number"]) for item in maps]),
-        occupied=packed([occupancy(item) for item in maps]),
+        number=number,
+        occupied=occupied,
     )
 
 
@@ -98,8 +106,9 @@ def packed(maps: Sequence[NDArray[Any]]) -> tuple[str, ...]:
     Args:
         maps: (X, Y) codes from 0 to 15.
 
-    >>> packed([np.array([[1, 1], [1, 1], [0, 2]]), np.array([[1, 1], [1, 1], [0, 0]])])
-    ('b2a3c', '+a5c')
+    >>> one, other = np.array([[1, 1], [1, 1], [0, 2]]), np.array([[1, 1], [1, 1], [2, 0]])
+    >>> packed([one, other, other])
+    ('b2a3c', 'b2ca2c', '+a6')
     """
     made = []
     before: NDArray[Any] | None = None

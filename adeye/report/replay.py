@@ -127,7 +127,9 @@ class GridView(Part):
     """
 
     every: Annotated[int, Field(ge=1)]
-    """Ticks from one map to the next; the first is at the first tick."""
+    """Ticks from one map of the ground to the next; the first is at the first tick."""
+    occupied_every: Annotated[int, Field(ge=1)]
+    """Ticks from one map of what is occupied to the next."""
     view: Id
     """Whose objects are drawn: ``truth`` or a channel."""
     cell_m: Positive
@@ -256,15 +258,23 @@ class Replay(Part):
             if view.fan is not None and len(view.fan.fans) != -(-self.rows // view.fan.every):
                 msg = f"run {self.run}: channels.{view.id} has {len(view.fan.fans)} fans"
                 raise ValueError(msg)
-        if self.grid is not None:
-            wanted = -(-self.rows // self.grid.every)
-            if not len(self.grid.number) == len(self.grid.occupied) == wanted:
-                msg = f"run {self.run}: the grid has {len(self.grid.number)} maps, not {wanted}"
-                raise ValueError(msg)
         for channel in self.authority:
             if not -1 <= channel < len(self.channels):
                 msg = f"run {self.run}: authority {channel} names none of the channels"
                 raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _grid_covers_the_run(self) -> Self:
+        if self.grid is not None:
+            grid = self.grid
+            for name, texts, every in (
+                ("number", grid.number, grid.every),
+                ("occupied", grid.occupied, grid.occupied_every),
+            ):
+                if len(texts) != -(-self.rows // every):
+                    msg = f"run {self.run}: grid.{name} has {len(texts)} maps"
+                    raise ValueError(msg)
         return self
 
     def _columns(self) -> Iterator[tuple[str, Sized]]:

@@ -98,7 +98,9 @@ def test_earliest_time_stays() -> None:
 
 
 def test_what_is_outside_of_the_window_covers_nothing() -> None:
-    assert np.isinf(covered(500.0, 0.0, 0.0, 4.0, 2.0)).all()
+    for far in (500.0, -500.0, 1e300, -1e300, math.inf, math.nan):
+        assert np.isinf(covered(far, 0.0, 0.0, 4.0, 2.0)).all()
+        assert np.isinf(covered(0.0, far, 0.0, 4.0, 2.0)).all()
     assert np.isinf(covered(-25.0 - 2.0, 0.0, 0.0, 4.0, 2.0)).all()
     assert (covered(-25.0 - 1.9, 0.0, 0.0, 4.0, 2.0) == 0.0).sum() == 4
 

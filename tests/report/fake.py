@@ -289,6 +289,7 @@ def build_grid(count: int, every: int = 3) -> GridView:
     maps = -(-count // every)
     return GridView(
         every=every,
+        occupied_every=1,
         view="safety",
         cell_m=5.0,
         x_m=-5.0,
@@ -299,9 +300,7 @@ def build_grid(count: int, every: int = 3) -> GridView:
         worst=8.0,
         times_s=(0.0, 1.0, 4.0),
         number=("a4b4d4",) + ("+a12",) * (maps - 1),
-        occupied=("a6dca2dc",) + ("+a12", "+a5d2a2d2a") * (maps // 2)
-        if maps % 2
-        else ("a12",) * maps,
+        occupied=tuple("a6dca2dc" if index % 2 else "a5dcaadca" for index in range(count)),
     )
 
 

@@ -57,17 +57,30 @@ def test_map_equal_to_the_one_before_costs_next_to_nothing() -> None:
 def test_drawn_maps_are_those_of_the_run() -> None:
     trace = driving()
     view = grid_of(trace, 0, HELD)
-    # 0.15 s at steps of 0.1 s.
-    assert (view.every, len(view.number)) == (2, 11)
+    # 0.25 s and 0.1 s, at steps of 0.1 s.
+    assert (view.every, len(view.number)) == (3, 7)
+    assert (view.occupied_every, len(view.occupied)) == (1, 21)
     number = unpacked(view.number, view.columns, view.rows)
     occupied = unpacked(view.occupied, view.columns, view.rows)
-    for place, row in enumerate(range(0, 21, view.every)):
+    for row in range(21):
         found = grid_at(trace, 0, row, view="safety")
-        is_free = found["time_to_occupancy"] > 0.0
-        levels = np.array(view.levels)[number[place].T]
-        assert np.array_equal(levels[is_free], found["number"][is_free])
-        assert np.array_equal(occupied[place].T, occupancy(found))
+        assert np.array_equal(occupied[row].T, occupancy(found))
+        if row % 3 == 0:
+            is_free = found["time_to_occupancy"] > 0.0
+            levels = np.array(view.levels)[number[row // 3].T]
+            assert np.array_equal(levels[is_free], found["number"][is_free])
     assert (view.x_m, view.y_m, view.cell_m) == (-25.0, -17.5, 0.5)
+
+
+def test_fewer_maps_are_drawn_where_they_are_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    trace = driving()
+    whole = grid_of(trace, 0, HELD)
+    size = sum(len(text) for text in (*whole.number, *whole.occupied))
+    monkeypatch.setattr("adeye.report.grid.MOST", size - 1)
+    fewer = grid_of(trace, 0, HELD)
+    assert fewer.occupied_every == 2
+    assert fewer.number == whole.number
+    assert len(fewer.occupied) == 11
 
 
 def test_occupied_now_and_later_are_told_apart() -> None:

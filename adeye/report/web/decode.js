@@ -106,7 +106,7 @@ function decodeCells(texts, columns, count) {
 
 function decodeGrid(packed) {
   const cells = (texts) => decodeCells(decodeRepeats(texts), packed.columns, packed.columns * packed.rows);
-  return { ...packed, number: cells(packed.number), occupied: cells(packed.occupied), picture: null };
+  return { ...packed, number: cells(packed.number), occupied: cells(packed.occupied), pictures: {} };
 }
 
 /* The camera turns with the road, not with every twitch of the ego: the mean over two seconds. */

@@ -45,9 +45,9 @@ function ratingColour(grid, level) {
   return `color-mix(in oklab, ${palette["cell-unsafe"]} ${Math.round(100 * share)}%, ${palette["cell-safe"]})`;
 }
 
-/* When a cell is occupied: now, the code 1, or later, the fainter the later. */
+/* When a cell is occupied: never, the code 0, now, 1, or later, the fainter the later. */
 function occupiedColour(grid, code) {
-  if (code === 1) return palette["cell-taken"];
+  if (code < 2) return code ? palette["cell-taken"] : "transparent";
   const later = (code - 2) / Math.max(1, grid.times_s.length - 2);
   return withAlpha(palette["cell-soon"], 0.85 - 0.67 * later);
 }

@@ -235,52 +235,50 @@ function drawRings(camera, ego) {
 }
 
 /* The cells of a map, one pixel each, front to the right and left side up. */
-function gridPicture(grid, shown) {
-  const canvas = grid.picture ? grid.picture.canvas : element("canvas");
-  const look = palette["cell-safe"] + palette["cell-taken"];
-  if (grid.picture && grid.picture.shown === shown && grid.picture.look === look) return canvas;
+function gridPicture(grid, name, shown, colour) {
+  const look = `${shown} ${palette["cell-safe"]} ${palette["cell-taken"]}`;
+  const kept = grid.pictures[name];
+  if (kept && kept.look === look) return kept.canvas;
+  const canvas = kept ? kept.canvas : element("canvas");
   canvas.width = grid.columns;
   canvas.height = grid.rows;
   const context = canvas.getContext("2d");
-  const fill = (cells, colour) => {
-    for (let row = 0; row < grid.rows; row += 1) {
-      const first = row * grid.columns;
-      for (let from = 0; from < grid.columns;) {
-        const code = cells[first + from];
-        let to = from + 1;
-        while (to < grid.columns && cells[first + to] === code) to += 1;
-        context.fillStyle = colour(code);
-        context.fillRect(from, grid.rows - 1 - row, to - from, 1);
-        from = to;
-      }
+  const cells = grid[name][shown];
+  for (let row = 0; row < grid.rows; row += 1) {
+    const first = row * grid.columns;
+    for (let from = 0; from < grid.columns;) {
+      const code = cells[first + from];
+      let to = from + 1;
+      while (to < grid.columns && cells[first + to] === code) to += 1;
+      context.fillStyle = colour(grid, code);
+      context.fillRect(from, grid.rows - 1 - row, to - from, 1);
+      from = to;
     }
-  };
-  fill(grid.number[shown], (level) => ratingColour(grid, level));
-  fill(grid.occupied[shown], (code) => (code ? occupiedColour(grid, code) : "transparent"));
-  grid.picture = { canvas, shown, look };
+  }
+  grid.pictures[name] = { canvas, look };
   return canvas;
 }
 
-/* The newest grid map, where the ego was when it was made. */
+/* The newest maps of the ground and of what is occupied, each where the ego was when it was made. */
 function drawGrid(camera, replay, row) {
   const { context } = camera;
   const { grid } = replay;
-  const shown = Math.floor(row / grid.every);
-  const [x, y] = camera.place(replay.ego.x[shown * grid.every], replay.ego.y[shown * grid.every]);
   const size = grid.cell_m * camera.scale;
-  context.save();
-  context.translate(x, y);
-  context.rotate(camera.pose.heading - replay.ego.heading[shown * grid.every]);
-  context.imageSmoothingEnabled = false;
-  context.globalAlpha = 0.9;
-  const left = grid.x_m * camera.scale;
-  const top = -grid.y_m * camera.scale - grid.rows * size;
-  context.drawImage(gridPicture(grid, shown), left, top, grid.columns * size, grid.rows * size);
-  context.globalAlpha = 1;
-  context.strokeStyle = withAlpha(palette.edge, 0.9);
-  context.lineWidth = 1;
-  context.strokeRect(left, top, grid.columns * size, grid.rows * size);
-  context.restore();
+  const box = [
+    grid.x_m * camera.scale, -grid.y_m * camera.scale - grid.rows * size, grid.columns * size, grid.rows * size,
+  ];
+  const layers = [["number", grid.every, ratingColour], ["occupied", grid.occupied_every, occupiedColour]];
+  for (const [name, every, colour] of layers) {
+    const shown = Math.floor(row / every);
+    const at = shown * every;
+    context.save();
+    context.translate(...camera.place(replay.ego.x[at], replay.ego.y[at]));
+    context.rotate(camera.pose.heading - replay.ego.heading[at]);
+    context.imageSmoothingEnabled = false;
+    context.globalAlpha = 0.9;
+    context.drawImage(gridPicture(grid, name, shown, colour), ...box);
+    context.restore();
+  }
 }
 
 function drawBelief(size, replay, moment, options) {
