@@ -98,6 +98,7 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
     segments: Floats,
     refuges: Floats,
     places: int,
+    any_will_do: bool,  # noqa: FBT001 - a kernel
     pose: Floats,
     wait: float,
     center: float,
@@ -119,6 +120,8 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
         segments: (K, 5) reference line of the road.
         refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
         places: Where the ego may stop: ``ANYWHERE``, ``ROADSIDE`` or ``ONLY_REST_AREA``.
+        any_will_do: Whether the first feasible stop is the answer, because nothing but its being
+            there is asked; ``found`` is filled no further then.
         pose: (POSE_WIDTH,).
         wait: Time before it begins [s].
         center: Centre of the ego's lane [m].
@@ -138,31 +141,33 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
     s, d, slope, bend = _start(pose, wait, kept, driven)
     speed, curvature = pose[POSE_SPEED], pose[POSE_CURVATURE]
     lay_stops(record, s, d, slope, bend, speed, center, curvature, driven, paths)
-    for level in range(STOP_LEVELS):
-        fill_stop(
-            speed,
-            pose[POSE_ACCELERATION],
-            stop_level(record, level),
-            stop_jerk(level),
-            # The brakes answer to the command with their lag.
-            wait + record["acceleration_lag"],
-            profiles[level],
-        )
-    lay_refuge_stops(
-        record,
-        refuges,
-        places,
-        (pose[POSE_S], pose[POSE_D], speed, pose[POSE_ACCELERATION]),
-        (s, d, slope, bend),
-        wait,
-        center,
-        kept % STOP_LEVELS if kept // STOP_LEVELS == REFUGE else NO_STOP,
-        driven,
-        paths,
-        profiles,
-    )
     for stop in range(STOPS):
         row, level = stop // STOP_LEVELS, stop % STOP_LEVELS
+        # What is laid out as it is needed costs nothing where the first stop will do.
+        if row == 0:
+            fill_stop(
+                speed,
+                pose[POSE_ACCELERATION],
+                stop_level(record, level),
+                stop_jerk(level),
+                # The brakes answer to the command with their lag.
+                wait + record["acceleration_lag"],
+                profiles[level],
+            )
+        if stop == REFUGE * STOP_LEVELS:
+            lay_refuge_stops(
+                record,
+                refuges,
+                places,
+                (pose[POSE_S], pose[POSE_D], speed, pose[POSE_ACCELERATION]),
+                (s, d, slope, bend),
+                wait,
+                center,
+                kept % STOP_LEVELS if kept // STOP_LEVELS == REFUGE else NO_STOP,
+                driven,
+                paths,
+                profiles,
+            )
         path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
         _judge(
             record,
@@ -180,6 +185,8 @@ def plan_stop(  # noqa: PLR0913, PLR0917 - a kernel
             line,
             found[stop],
         )
+        if any_will_do and found[stop, FOUND_FEASIBLE] > 0.0:
+            return stop
         found[stop, FOUND_COST] = found[stop, FOUND_RATING] + _LEVEL_COSTS[level] + _PATH_COSTS[row]
     if kept // STOP_LEVELS == REFUGE and driven[PATH_START] > pose[POSE_S]:
         # On the way to a refuge nothing has been begun: what has come within reach may be milder.

@@ -165,7 +165,14 @@ def foresee(batch: Batch, plans: Plans, run: int) -> int:
 
 @inlined
 def ask_for_stop(  # noqa: PLR0913, PLR0917 - a kernel
-    batch: Batch, plans: Plans, run: int, count: int, places: int, wait: float, kept: int
+    batch: Batch,
+    plans: Plans,
+    run: int,
+    count: int,
+    places: int,
+    wait: float,
+    kept: int,
+    any_will_do: bool = False,  # noqa: FBT001, FBT002 - a kernel
 ) -> int:
     """Choose a stop in some places that begins after a while [s], see ``planner.plan_stop``."""
     return plan_stop(
@@ -174,6 +181,7 @@ def ask_for_stop(  # noqa: PLR0913, PLR0917 - a kernel
         batch.segments[run],
         plans.refuges[run],
         places,
+        any_will_do,
         batch.pose[run],
         wait,
         batch.memory[run, MEMORY_PATH],
@@ -248,7 +256,7 @@ def is_last_stop(batch: Batch, plans: Plans, run: int, count: int, wait: float) 
     """Tell whether no safe stop is left, after a while [s] or in the stop that the ego is in."""
     if _is_driven(batch.memory[run], plans.kept[run]):
         return bool(plans.kept[run, KEPT_FEASIBLE] <= 0.0)
-    stop = ask_for_stop(batch, plans, run, count, ANYWHERE, wait, NO_STOP)
+    stop = ask_for_stop(batch, plans, run, count, ANYWHERE, wait, NO_STOP, True)  # noqa: FBT003
     return bool(plans.found[stop, FOUND_FEASIBLE] <= 0.0)
 
 

@@ -112,6 +112,7 @@ def plan(
         ROAD,
         refuges,
         places,
+        False,  # noqa: FBT003 - a kernel
         place,
         0.0,
         3.5 * math.floor(d / 3.5) + 1.75,
