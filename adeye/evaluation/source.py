@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
 
+from adeye.evaluation.road import in_refuge, on_road
 from adeye.evaluation.samples import Statuses, mark_errors, mark_undecided
 from adeye.evaluation.series import SERIES, TraceSeries, series_signals
 from adeye.evaluation.stl.series import SampleStatus, Series
-from adeye.kernel.refuges import mark_in_refuge, mark_on_road
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -25,10 +25,8 @@ from adeye.signals import (
     OBJECT_X,
     OBJECT_Y,
     PLACE_D,
-    PLACE_HEADING,
     PLACE_LANE,
     PLACE_OFFSET,
-    PLACE_S,
     SILENT,
     Bools,
     Floats,
@@ -44,7 +42,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adeye.signals import RoadMap
     from adeye.spec.architecture import Architecture
     from adeye.spec.scenario import LogicalScenario
     from adeye.trace import Layout, Trace
@@ -152,23 +149,6 @@ def _dictionary(
     }
 
 
-def on_road(road: RoadMap, places: Floats) -> Bools:
-    """Tell which places are on a lane, the shoulder, a parking bay, rest area or free verge.
-
-    Args:
-        road: Of B runs.
-        places: (B, T, 6), see ``signals.PLACE_COLUMNS``; what is no number is not on the road.
-    """
-    return mark_on_road(
-        road.refuges,
-        road.shoulder,
-        road.verge,
-        road.lanes * road.lane_width,
-        places[..., PLACE_S],
-        places[..., PLACE_D],
-    )
-
-
 class TraceSignals:
     """Signals of a trace; the source that formulas are evaluated on.
 
@@ -248,19 +228,6 @@ class TraceSignals:
         return on_road(self.trace.layout.context.road, cast("Floats", self._column("ego_place")))
 
     @cached_property
-    def is_in_refuge(self) -> Bools:
-        """(B, T) whether the body of the ego is wholly in a parking bay or rest area."""
-        context, place = self.trace.layout.context, cast("Floats", self._column("ego_place"))
-        return mark_in_refuge(
-            context.road.refuges,
-            context.road.shoulder,
-            context.ego_size,
-            place[..., PLACE_S],
-            place[..., PLACE_D],
-            self._ego(EGO_HEADING) - place[..., PLACE_HEADING],
-        )
-
-    @cached_property
     def is_safe_state(self) -> Bools:
         """(B, T) whether the ego stands on the road, clear of every object."""
         return np.asarray(self.is_standstill & self.is_on_road & ~self.measured.touched)
@@ -317,7 +284,9 @@ class TraceSignals:
         if what == "on_road":
             return _reading(self.is_on_road, self._place(PLACE_D))
         if what == "in_refuge":
-            return _reading(self.is_in_refuge, self._place(PLACE_D), self._ego(EGO_HEADING))
+            places, heading = cast("Floats", self._column("ego_place")), self._ego(EGO_HEADING)
+            stands = in_refuge(self.trace.layout.context, places, heading)
+            return _reading(stands, self._place(PLACE_D), heading)
         if what == "lane":
             return _reading(self._place(PLACE_LANE), self._place(PLACE_D))
         if what == "lane_offset":

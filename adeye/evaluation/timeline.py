@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from adeye.evaluation.metrics.scans import safe_from
-from adeye.evaluation.source import STANDSTILL_SPEED, on_road
+from adeye.evaluation.road import on_road
+from adeye.evaluation.source import STANDSTILL_SPEED
 from adeye.signals import EGO_SPEED, NO_CHANNEL, PLACE_D, REASON_STALENESS
 from adeye.spec.supervisor import MANOEUVRE_MONITORS
 from adeye.trace import COLUMNS, DRAWN

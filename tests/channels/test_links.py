@@ -124,7 +124,8 @@ def test_health_link_shows_stamp_and_validity_of_its_sensor_and_nothing_else() -
     assert (health.stamp == readings["front"].stamp).all()
     assert health.alive.tolist() == [True, False]
     assert health.mask.size == health.detections.size == health.source.size == 0
-    assert health.estimate is health.points is health.hits is health.values is None
+    for name in ("estimate", "points", "hits", "values"):
+        assert getattr(health, name) is None
 
 
 def test_what_stands_for_a_health_link_leaves_the_sensor_itself_alone() -> None:

@@ -71,10 +71,12 @@ class Laid(NamedTuple):
     profiles: Floats
 
     def path(self, level: int) -> Floats:
-        return self.paths[path_of(REFUGE * STOP_LEVELS + level)]
+        row: Floats = self.paths[path_of(REFUGE * STOP_LEVELS + level)]
+        return row
 
     def profile(self, level: int) -> Floats:
-        return self.profiles[profile_of(REFUGE * STOP_LEVELS + level)]
+        rows: Floats = self.profiles[profile_of(REFUGE * STOP_LEVELS + level)]
+        return rows
 
     def exists(self) -> list[bool]:
         return [self.path(level)[PATH_EXISTS] > 0.0 for level in range(STOP_LEVELS)]
@@ -135,7 +137,7 @@ def test_every_level_stands_in_the_middle_of_the_bay() -> None:
     for level in range(STOP_LEVELS):
         path, profile = laid.path(level), laid.profile(level)
         assert profile[-1, PROFILE_S] == pytest.approx(230.0)
-        assert at_path(path, 230.0 - path[PATH_START]) == (pytest.approx(-4.5), 0.0, 0.0)
+        assert at_path(path, 230.0 - path[PATH_START]) == pytest.approx((-4.5, 0.0, 0.0))
         assert refuge_of(RECORD, LONG, 0.0, path, profile) == PARKING_BAY
         hardest = -profile[:, PROFILE_ACCELERATION].min()
         assert hardest == pytest.approx(stop_level(RECORD, level))

@@ -121,7 +121,7 @@ def test_what_a_planned_stop_reads_is_no_part_of_the_identity_where_it_is_left_o
     [
         ({"stop": "shoulder"}, "in_lane"),
         ({"ratings": {"hard_shoulder": 9}}, "less than or equal to 8"),
-        ({"ratings": {"verge": 2}}, "verge"),
+        ({"ratings": {"ditch": 2}}, "ditch"),
         ({"rear_sight": "-1 m"}, "greater than or equal to 0"),
     ],
 )

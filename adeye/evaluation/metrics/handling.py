@@ -20,7 +20,8 @@ from adeye.evaluation.metrics.scans import (
     safe_from,
 )
 from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE
-from adeye.evaluation.source import STANDSTILL_SPEED, on_road
+from adeye.evaluation.road import on_road
+from adeye.evaluation.source import STANDSTILL_SPEED
 from adeye.signals import EGO_SPEED, PLACE_D
 
 if TYPE_CHECKING:
