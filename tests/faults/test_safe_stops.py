@@ -11,7 +11,7 @@ import pytest
 
 from adeye import engine
 from adeye.channels.pose import MAX_AGE
-from adeye.evaluation.source import on_road
+from adeye.evaluation.road import on_road
 from adeye.evaluation.timeline import Timeline, timeline
 from adeye.signals import EGO_SPEED
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
