@@ -92,14 +92,13 @@ class Run:
     def is_safe_to_the_end(self) -> bool:
         """Whether it stands at the end, has touched nothing and was on the road throughout."""
         rows = slice(int(self.trace.length[0]))
-        places = np.asarray(self.trace["ego_place"], dtype=np.float64)
-        is_on_road = on_road(self.trace.layout.context.road, places)[0, rows]
+        places = self.trace["ego_place"][:, rows].astype(np.float64)
         return bool(
             self.times.safe_s is not None
             and self.times.violation_s is None
             and self.trace["ego"][0, rows, EGO_SPEED][-1] == 0.0
             and (self.trace["contact"][0, rows] < 0).all()
-            and is_on_road.all()
+            and on_road(self.trace.layout.context.road, places)[0].all()
             and self.trace["authority"][0, rows][-2] == self.trace.layout.channels.index("safety")
         )
 
@@ -210,6 +209,31 @@ def test_what_only_behaviour_betrays_is_reported_where_it_is_detected(shipped: A
         for run in detected:
             assert run.times.fdti_s is not None
             assert run.times.fdti_s > 0.15
+
+
+def test_supervised_architecture_masters_all_of_them_by_its_counters(tmp_path: Path) -> None:
+    """Times of ``supervised.yaml``, whose monitors are asked at every tick.
+
+    A silent channel is confirmed at the first evaluation that finds it stale: 0.15 s, as above.
+    What is implausible is counted up by 2 from -2 to 4: three evaluations, the first a tick after
+    the fault by the link.
+    """
+    names = ("cut_in", "lead_braking", "free_driving", "motorway_bay")
+    uses = [{"use": name, "faults": ENTRIES} for name in names]
+    made = project(tmp_path, "straight", "in_lane", uses)
+    with made.edited(CANDIDATE) as candidate:
+        del candidate["channels"]["safety"]["parameters"]
+    with made.edited_odd() as odd:
+        odd["architectures"] = ["architectures/supervised.yaml"]
+        odd["gate"] = {"architectures": ["supervised"]}
+    runs = executed(made)
+    assert len(runs) == len(names) * len(ENTRIES)
+    assert [what for what, run in runs.items() if not run.is_safe_to_the_end] == []
+    for (name, entry), run in runs.items():
+        closed = {"killed": 0.15, "no_number": 0.0, "too_much": 0.15}.get(entry)
+        if closed is not None:
+            assert run.times.fdti_s == pytest.approx(closed), (name, entry)
+            assert run.times.switch_s == pytest.approx(run.times.detect_s)
 
 
 def swept(folder: Path, axes: dict[str, Any], entry: Any, **nominal: str) -> list[Any]:
