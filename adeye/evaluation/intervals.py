@@ -117,15 +117,37 @@ def brakes(acceleration: Floats) -> Bools:
     return np.asarray(acceleration <= -BRAKES_FROM)
 
 
-def operates_in_emergency(acts: Bools, acceleration: Floats, speed: Floats) -> Bools:
-    """Tell at which rows (...) there is emergency operation: another channel brakes or stands.
+def manoeuvres(monitors: NDArray[Any], names: Sequence[str]) -> Bools:
+    """Tell at which rows (..., T) a minimal-risk manoeuvre is in force.
+
+    Args:
+        monitors: (..., T, Q, 2) raw and confirmed state of the monitors.
+        names: (Q,) of the monitors; only a supervisor has such that tell the manoeuvre.
+    """
+    found = np.zeros(monitors.shape[:-2], dtype=np.bool_)
+    for at, name in enumerate(names):
+        if name in MANOEUVRE_MONITORS:
+            found |= monitors[..., at, 1] != 0
+    return found
+
+
+def operates_in_emergency(
+    acts: Bools, acceleration: Floats, speed: Floats, is_manoeuvre: Bools
+) -> Bools:
+    """Tell at which rows (...) there is emergency operation.
+
+    Another channel than the default acts, and brakes, stands, or is on its way to a safe stop: one
+    that leads into a refuge may begin without braking. To act is not enough, for a channel may get
+    authority and drive on.
 
     Args:
         acts: (...) whether another channel than the default acts.
         acceleration: (...) of the acting command [m/s²].
         speed: (...) of the ego [m/s].
+        is_manoeuvre: (...) whether a minimal-risk manoeuvre is in force.
     """
-    return np.asarray(acts & (brakes(acceleration) | (np.abs(speed) <= STANDSTILL_SPEED)))
+    does = brakes(acceleration) | (np.abs(speed) <= STANDSTILL_SPEED) | is_manoeuvre
+    return np.asarray(acts & does)
 
 
 def first_from(flags: Bools, onset: Ints) -> Ints:

@@ -18,6 +18,7 @@ from adeye.evaluation.intervals import (
     alarms,
     brakes,
     intervals,
+    manoeuvres,
     operates_in_emergency,
     others_act,
 )
@@ -75,8 +76,8 @@ class Timeline:
             not so in the twin at that time.
         switch_s: Another channel than the default acts.
         brake_s: The acting command brakes, which that of the twin does not at that time.
-        emergency_s: Emergency operation: another channel than the default acts, and brakes or
-            stands.
+        emergency_s: Emergency operation: another channel than the default acts, and brakes, stands
+            or drives a minimal-risk manoeuvre.
         safe_s: The ego stands on the road, clear of every object, to the end. Shoulder, parking
             bays, rest areas and free verge belong to the road.
         violation_s: It touches something, or its centre leaves the road.
@@ -188,7 +189,9 @@ def timeline(trace: Trace, run: int, twin: Trace, twin_run: int) -> Timeline:
     default = trace.layout.channels.index(trace.layout.architecture.switch.default)
     acts = others_act(view.decided("authority"), default)
     own, theirs = view.acceleration(), brakes(other.acceleration())
-    emergency = operates_in_emergency(acts, own, view.rows("ego")[:-1, EGO_SPEED])
+    is_manoeuvre = manoeuvres(view.decided("monitors"), trace.layout.monitors)
+    speed = view.rows("ego")[:-1, EGO_SPEED]
+    emergency = operates_in_emergency(acts, own, speed, is_manoeuvre)
     safe = view.safe_from()
     rows = {
         "effect_s": _departure(view, other, tuple(COLUMNS), onset),

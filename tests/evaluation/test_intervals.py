@@ -14,6 +14,7 @@ from adeye.evaluation.intervals import (
     first_from,
     held_since_before,
     intervals,
+    manoeuvres,
     operates_in_emergency,
     others_act,
 )
@@ -81,8 +82,20 @@ def test_nobody_is_no_other_channel() -> None:
 
 def test_emergency_operation_is_another_channel_that_brakes_or_stands() -> None:
     acts = np.array([True, True, True, False])
-    found = operates_in_emergency(acts, np.array([-4.0, 0.0, 0.0, -4.0]), np.array([9.0, 0, 9, 0]))
+    braking, speed = np.array([-4.0, 0.0, 0.0, -4.0]), np.array([9.0, 0, 9, 0])
+    found = operates_in_emergency(acts, braking, speed, np.zeros(4, dtype=np.bool_))
     assert found.tolist() == [True, True, False, False]
+    found = operates_in_emergency(acts, braking, speed, np.ones(4, dtype=np.bool_))
+    assert found.tolist() == [True, True, True, False]
+
+
+def test_manoeuvre_is_in_force_once_it_is_confirmed_and_a_monitor_is_none() -> None:
+    monitors = np.zeros((4, 3, 2), dtype=np.bool_)
+    monitors[0, 0] = True
+    monitors[1, 1, 0] = True
+    monitors[2, 1, 1] = monitors[3, 2, 1] = True
+    found = manoeuvres(monitors, ("one", "mrm_rest_area", "mrm_stop"))
+    assert found.tolist() == [False, False, True, True]
 
 
 def test_first_row_from_another_on() -> None:

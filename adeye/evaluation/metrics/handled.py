@@ -19,6 +19,7 @@ from adeye.evaluation.intervals import (
     first_from,
     held_since_before,
     intervals,
+    manoeuvres,
     operates_in_emergency,
     others_act,
 )
@@ -78,7 +79,9 @@ def handled(trace: Trace) -> Handled:
         on = alarms(trace["monitors"][chosen], trace["reason"][chosen], trace.layout.monitors)
         fresh = any_of(on & ~held_since_before(on, onset))
         acts = others_act(trace["authority"][chosen], default_channel(trace))
-        emergency = operates_in_emergency(acts, columns["command"][chosen, :, 0], speed)
+        is_manoeuvre = manoeuvres(trace["monitors"][chosen], trace.layout.monitors)
+        braking = columns["command"][chosen, :, 0]
+        emergency = operates_in_emergency(acts, braking, speed, is_manoeuvre)
         rows[0, chosen] = first_from(fresh & decided, onset)
         rows[1, chosen] = first_from(emergency & decided, onset)
         rows[2, chosen] = np.where(is_safe, np.maximum(found, onset), -1)
