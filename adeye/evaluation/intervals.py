@@ -117,37 +117,55 @@ def brakes(acceleration: Floats) -> Bools:
     return np.asarray(acceleration <= -BRAKES_FROM)
 
 
-def manoeuvres(monitors: NDArray[Any], names: Sequence[str]) -> Bools:
-    """Tell at which rows (..., T) a minimal-risk manoeuvre is in force.
+@dataclass(frozen=True, slots=True)
+class Degradation:
+    """What a supervisor makes of its alarms, (..., T); nowhere without a supervisor.
+
+    Attributes:
+        in_force: A minimal-risk manoeuvre is in force.
+        goes_on: A monitor is confirmed, and the drive shall go on without a manoeuvre.
+    """
+
+    in_force: Bools
+    goes_on: Bools
+
+
+def degradation(monitors: NDArray[Any], names: Sequence[str]) -> Degradation:
+    """Read the columns that tell the manoeuvre.
 
     Args:
         monitors: (..., T, Q, 2) raw and confirmed state of the monitors.
-        names: (Q,) of the monitors; only a supervisor has such that tell the manoeuvre.
+        names: (Q,) of the monitors.
     """
-    found = np.zeros(monitors.shape[:-2], dtype=np.bool_)
+    asked, in_force, confirmed = np.zeros((3, *monitors.shape[:-2]), dtype=np.bool_)
     for at, name in enumerate(names):
         if name in MANOEUVRE_MONITORS:
-            found |= monitors[..., at, 1] != 0
-    return found
+            asked |= monitors[..., at, 0] != 0
+            in_force |= monitors[..., at, 1] != 0
+        else:
+            confirmed |= monitors[..., at, 1] != 0
+    if not set(names) & set(MANOEUVRE_MONITORS):
+        confirmed[...] = False
+    return Degradation(in_force, confirmed & ~asked & ~in_force)
 
 
 def operates_in_emergency(
-    acts: Bools, acceleration: Floats, speed: Floats, is_manoeuvre: Bools
+    acts: Bools, acceleration: Floats, speed: Floats, degraded: Degradation
 ) -> Bools:
     """Tell at which rows (...) there is emergency operation.
 
     Another channel than the default acts, and brakes, stands, or is on its way to a safe stop: one
     that leads into a refuge may begin without braking. To act is not enough, for a channel may get
-    authority and drive on.
+    authority and drive on. Or a supervisor lets the drive go on in spite of its alarms.
 
     Args:
         acts: (...) whether another channel than the default acts.
         acceleration: (...) of the acting command [m/s²].
         speed: (...) of the ego [m/s].
-        is_manoeuvre: (...) whether a minimal-risk manoeuvre is in force.
+        degraded: (...) what a supervisor makes of its alarms.
     """
-    does = brakes(acceleration) | (np.abs(speed) <= STANDSTILL_SPEED) | is_manoeuvre
-    return np.asarray(acts & does)
+    does = brakes(acceleration) | (np.abs(speed) <= STANDSTILL_SPEED) | degraded.in_force
+    return np.asarray((acts & does) | degraded.goes_on)
 
 
 def first_from(flags: Bools, onset: Ints) -> Ints:

@@ -17,8 +17,8 @@ from adeye.evaluation.intervals import (
     Intervals,
     alarms,
     brakes,
+    degradation,
     intervals,
-    manoeuvres,
     operates_in_emergency,
     others_act,
 )
@@ -77,7 +77,8 @@ class Timeline:
         switch_s: Another channel than the default acts.
         brake_s: The acting command brakes, which that of the twin does not at that time.
         emergency_s: Emergency operation: another channel than the default acts, and brakes, stands
-            or drives a minimal-risk manoeuvre.
+            or drives a minimal-risk manoeuvre; or a supervisor lets the drive go on in spite of its
+            alarms.
         safe_s: The ego stands on the road, clear of every object, to the end. Shoulder, parking
             bays, rest areas and free verge belong to the road.
         violation_s: It touches something, or its centre leaves the road.
@@ -189,9 +190,9 @@ def timeline(trace: Trace, run: int, twin: Trace, twin_run: int) -> Timeline:
     default = trace.layout.channels.index(trace.layout.architecture.switch.default)
     acts = others_act(view.decided("authority"), default)
     own, theirs = view.acceleration(), brakes(other.acceleration())
-    is_manoeuvre = manoeuvres(view.decided("monitors"), trace.layout.monitors)
+    degraded = degradation(view.decided("monitors"), trace.layout.monitors)
     speed = view.rows("ego")[:-1, EGO_SPEED]
-    emergency = operates_in_emergency(acts, own, speed, is_manoeuvre)
+    emergency = operates_in_emergency(acts, own, speed, degraded)
     safe = view.safe_from()
     rows = {
         "effect_s": _departure(view, other, tuple(COLUMNS), onset),

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.evaluation.intervals import (
+    Degradation,
     alarms,
     first_from,
     held_since_before,
     intervals,
-    manoeuvres,
     operates_in_emergency,
     others_act,
 )
@@ -83,19 +83,28 @@ def test_nobody_is_no_other_channel() -> None:
 def test_emergency_operation_is_another_channel_that_brakes_or_stands() -> None:
     acts = np.array([True, True, True, False])
     braking, speed = np.array([-4.0, 0.0, 0.0, -4.0]), np.array([9.0, 0, 9, 0])
-    found = operates_in_emergency(acts, braking, speed, np.zeros(4, dtype=np.bool_))
+    none = np.zeros(4, dtype=np.bool_)
+    found = operates_in_emergency(acts, braking, speed, Degradation(none, none))
     assert found.tolist() == [True, True, False, False]
-    found = operates_in_emergency(acts, braking, speed, np.ones(4, dtype=np.bool_))
+    found = operates_in_emergency(acts, braking, speed, Degradation(~none, none))
     assert found.tolist() == [True, True, True, False]
+    found = operates_in_emergency(acts, braking, speed, Degradation(none, ~none))
+    assert found.all()
 
 
-def test_manoeuvre_is_in_force_once_it_is_confirmed_and_a_monitor_is_none() -> None:
-    monitors = np.zeros((4, 3, 2), dtype=np.bool_)
-    monitors[0, 0] = True
-    monitors[1, 1, 0] = True
-    monitors[2, 1, 1] = monitors[3, 2, 1] = True
-    found = manoeuvres(monitors, ("one", "mrm_rest_area", "mrm_stop"))
-    assert found.tolist() == [False, False, True, True]
+def test_supervisor_lets_the_drive_go_on_where_it_has_an_alarm_and_asks_for_nothing() -> None:
+    monitors = np.zeros((5, 3, 2), dtype=np.bool_)
+    monitors[1:, 0] = True
+    monitors[2, 1, 0] = monitors[3, 1] = monitors[4, 2, 1] = True
+    found = degradation(monitors, ("one", "mrm_rest_area", "mrm_stop"))
+    assert found.in_force.tolist() == [False, False, False, True, True]
+    assert found.goes_on.tolist() == [False, True, False, False, False]
+
+
+def test_monitors_without_a_supervisor_let_nothing_go_on() -> None:
+    found = degradation(np.ones((2, 1, 2), dtype=np.bool_), ("one",))
+    assert not found.in_force.any()
+    assert not found.goes_on.any()
 
 
 def test_first_row_from_another_on() -> None:

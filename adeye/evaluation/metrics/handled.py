@@ -16,10 +16,10 @@ from adeye.evaluation.intervals import (
     Intervals,
     alarms,
     any_of,
+    degradation,
     first_from,
     held_since_before,
     intervals,
-    manoeuvres,
     operates_in_emergency,
     others_act,
 )
@@ -79,9 +79,9 @@ def handled(trace: Trace) -> Handled:
         on = alarms(trace["monitors"][chosen], trace["reason"][chosen], trace.layout.monitors)
         fresh = any_of(on & ~held_since_before(on, onset))
         acts = others_act(trace["authority"][chosen], default_channel(trace))
-        is_manoeuvre = manoeuvres(trace["monitors"][chosen], trace.layout.monitors)
+        degraded = degradation(trace["monitors"][chosen], trace.layout.monitors)
         braking = columns["command"][chosen, :, 0]
-        emergency = operates_in_emergency(acts, braking, speed, is_manoeuvre)
+        emergency = operates_in_emergency(acts, braking, speed, degraded)
         rows[0, chosen] = first_from(fresh & decided, onset)
         rows[1, chosen] = first_from(emergency & decided, onset)
         rows[2, chosen] = np.where(is_safe, np.maximum(found, onset), -1)
