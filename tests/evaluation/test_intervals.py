@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from adeye.evaluation.intervals import (
     Degradation,
     alarms,
+    degradation,
     first_from,
     held_since_before,
     intervals,
