@@ -12,6 +12,7 @@ from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.channels.factory import PROCESS
 from adeye.channels.process import MOST_PROGRAMS
+from adeye.errors import InputError
 from adeye.kernel.jit import is_cache_warm
 from adeye.recorder import trace_bytes
 from adeye.sensors.lidar import sample_bytes
@@ -161,6 +162,10 @@ def run_campaign(
             for done in executor.run(tasks):
                 state = _absorb(repository, tasks, done, state)
                 report(state)
+        except InputError:
+            # What cannot be used any more was changed after the plan, in whichever block it shows.
+            tasks.unchanged.check()
+            raise
         finally:
             executor.close()
             tasks.release()

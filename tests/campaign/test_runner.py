@@ -293,12 +293,18 @@ def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
         small.run()
 
 
-def test_wrong_use_of_a_plugin_ends_the_campaign(small: Project, tmp_path: Path) -> None:
+@pytest.mark.parametrize("others", [[], MINI["architectures"]], ids=["alone", "beside_others"])
+def test_plugin_that_has_gone_ends_the_campaign_in_whichever_block_it_shows(
+    others: list[str], small: Project, tmp_path: Path
+) -> None:
     with_plugin(small)
+    with small.edited_odd() as odd:
+        odd["architectures"] = [*others, "architectures/own.yaml"]
+        odd["gate"] = {"architectures": ["own"]}
     plan = small.plan()
     # The file is gone between planning and running.
     (small.folder / "odd" / "architectures" / "steady.py").unlink()
-    with pytest.raises(adeye.errors.InputError, match=r"no file .*steady\.py"):
+    with pytest.raises(IntegrityError, match=r"steady\.py.* was changed after .* was planned"):
         run_campaign(plan, db=tmp_path / "adeye.db")
 
 

@@ -1,4 +1,4 @@
-"""R19, links of health: a supervisor watches sensors of another channel, and nothing of content."""
+"""Links of health: a supervisor watches sensors of another channel, and nothing of content."""
 
 from __future__ import annotations
 
@@ -182,9 +182,13 @@ def test_requirements_may_name_the_monitors_and_the_manoeuvre(project: Project) 
     ("old", "new", "message"),
     [
         ("      - health.front_camera\n", "", "add health.front_camera to its links"),
-        ("watches: [rear_camera]", "watches: [camera]", "which is no sensor: front_camera"),
+        ("watches: [rear_camera]", "watches: [camera]", "no sensor: corner_radar, front_camera"),
         ("watches: [nominal]", "watches: [safety]", "add channels.safety to its links"),
-        ("      - health.rear_camera\n", "      - health.rear\n", "none of front_camera"),
+        (
+            "      - health.rear_camera\n",
+            "      - health.rear\n",
+            "none of corner_radar, front_camera",
+        ),
         ("rate: 10 Hz\n        counter", "rate: 7 Hz\n        counter", "10 Hz"),
         ("3: roadside_parking", "3: continue", "milder"),
     ],
