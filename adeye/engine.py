@@ -105,6 +105,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     layout = Layout(
         scenario=first.scenario_id,
         architecture=first.architecture,
+        architectures=tuple(case.architecture for case in cases),
         sensors=tuple(first.architecture.sensors),
         channels=channels,
         monitors=rack.monitor_ids,

@@ -80,6 +80,7 @@ class Layout:
     Attributes:
         scenario: Id of the scenario in its ODD.
         architecture: The architecture of the group's first test case: ids and structure.
+        architectures: B architectures of the runs, swept values applied.
         sensors: S ids.
         channels: C ids.
         monitors: Q ids.
@@ -92,6 +93,7 @@ class Layout:
 
     scenario: str
     architecture: Architecture
+    architectures: tuple[Architecture, ...]
     sensors: tuple[str, ...]
     channels: tuple[str, ...]
     monitors: tuple[str, ...]
@@ -215,7 +217,11 @@ class Trace:
         """Keep some runs, for instance to draw one of them."""
         chosen = np.asarray(runs, dtype=np.int64)
         return Trace(
-            layout=replace(self.layout, context=_context_of(self.layout.context, chosen)),
+            layout=replace(
+                self.layout,
+                architectures=tuple(self.layout.architectures[run] for run in runs),
+                context=_context_of(self.layout.context, chosen),
+            ),
             time=self.time,
             length=self.length[chosen],
             horizon_row=self.horizon_row[chosen],

@@ -118,6 +118,34 @@ def parse_quantity(text: str | float, dimension: Dimension) -> float:
     return _finite(text, text)
 
 
+def read_quantity(text: str) -> tuple[float, tuple[int, int, int]]:
+    """Read a quantity of any dimension and convert it to SI.
+
+    Args:
+        text: A number with a unit, or a plain number.
+
+    Returns:
+        Its value, and the exponents of length, time and angle.
+
+    Raises:
+        UnitError: Not a number, not finite, or no unit that is known.
+
+    >>> read_quantity("1500 ms")
+    (1.5, (0, 1, 0))
+    """
+    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= MAX_LENGTH else None
+    name = "" if match is None else _AROUND_SIGN.sub(r"\1", match[2])
+    if match is None or (name and name not in UNITS):
+        raise UnitError(
+            f"{shown(text)} is not a quantity",
+            remedy=f"Write a number and one of the units {', '.join(UNITS)}.",
+        )
+    if not name:
+        return _finite(float(match[1]), text), Dimension.NONE.exponents
+    unit = UNITS[name]
+    return _finite(convert(float(match[1]), unit), text), unit.exponents
+
+
 def _read(text: str, dimension: Dimension) -> float:
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= MAX_LENGTH else None
     if match is None:

@@ -81,6 +81,7 @@ def context() -> SceneContext:
 LAYOUT = Layout(
     scenario="follow",
     architecture=load_architecture(ARCHITECTURE).spec,
+    architectures=tuple(load_architecture(ARCHITECTURE).spec for _ in range(RUNS)),
     sensors=("camera", "radar"),
     channels=("nominal", "safety"),
     monitors=("danger",),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adeye.campaign.recalling import Counter, together
 from adeye.campaign.reproduce import recall, same_ticks
 from adeye.campaign.work import describe, evaluate
 from adeye.errors import InputError, IntegrityError, UsageError
@@ -16,21 +16,18 @@ from adeye.spec.clock import ticks
 from adeye.store.repository import Repository
 from adeye.store.rows import EngineKey, ForkRecord
 from adeye.sweep.case import AuthorityOverride
-from adeye.sweep.structure import structure_key
 from adeye.trace import COLUMNS, DRAWN, LINK_TICKS
 from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from adeye.campaign.recalling import Report
     from adeye.campaign.reproduce import Recalled
     from adeye.evaluation.judge import Evaluation
-    from adeye.store.stored import CampaignInfo, RunRef
+    from adeye.store.stored import CampaignInfo
     from adeye.trace import Trace
-
-MOST_TOGETHER: Final = 128
-"""Runs that are executed together with their forks."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +77,14 @@ class Forked:
     is_same: bool
 
 
-def fork_run(db: str | Path | None, run: str, *, start: str, authority: str) -> Forked:
+def fork_run(
+    db: str | Path | None,
+    run: str,
+    *,
+    start: str,
+    authority: str,
+    report: Report | None = None,
+) -> Forked:
     """Execute a stored run again with another authority from a tick on, and keep the fork.
 
     Args:
@@ -88,6 +92,7 @@ def fork_run(db: str | Path | None, run: str, *, start: str, authority: str) -> 
         run: Beginning of its result digest.
         start: Tick, or a time with its unit.
         authority: Channel that acts from there on.
+        report: Called with how many of the two runs are executed.
 
     Raises:
         InputError: The run has no such channel or tick, or is a fork itself.
@@ -97,7 +102,10 @@ def fork_run(db: str | Path | None, run: str, *, start: str, authority: str) -> 
     with Repository.open(db, create=False) as repository:
         recalled = recall(repository, repository.find_run(run))
         override = AuthorityOverride(_tick(start, recalled.case.step), authority)
-        return next(iter(make_forks(repository, [(recalled, override)])))
+        counter = Counter("execute", 2, report)
+        (forked,) = next(iter(make_forks(repository, [(recalled, override)])))
+        counter.add(2)
+        return forked
 
 
 def _tick(text: str, step: float) -> int:
@@ -111,7 +119,7 @@ def _tick(text: str, step: float) -> int:
 
 def make_forks(
     repository: Repository, wanted: Sequence[tuple[Recalled, AuthorityOverride]]
-) -> Iterator[Forked]:
+) -> Iterator[list[Forked]]:
     """Execute forks beside the runs that they are forks of, compare them, and save the forks.
 
     Args:
@@ -119,7 +127,7 @@ def make_forks(
         wanted: Runs, and what is to be overridden in each.
 
     Returns:
-        The forks, those of one structure together.
+        The forks, batch by batch; those of a batch are of one structure.
 
     Raises:
         InputError: A run has no such channel or tick, or is a fork itself.
@@ -128,8 +136,8 @@ def make_forks(
     """
     for recalled, override in wanted:
         _check(recalled, override)
-    for part in _batches(wanted):
-        yield from _fork_together(repository, part)
+    for part in together(wanted, lambda item: item[0]):
+        yield list(_fork_together(repository, part))
 
 
 def _check(recalled: Recalled, override: AuthorityOverride) -> None:
@@ -164,35 +172,6 @@ def campaign_of(repository: Repository, name: str | None) -> CampaignInfo:
     if newest is None:
         raise InputError(f"database {repository.path} has no campaign", remedy="Run an ODD first.")
     return newest
-
-
-def sampled(repository: Repository, campaign: str, most: int | None) -> list[RunRef]:
-    """Choose executed runs of a campaign, in an order that has nothing to do with what they are.
-
-    Args:
-        repository: The database.
-        campaign: Id of the campaign.
-        most: How many; None for all.
-
-    Returns:
-        Those with the smallest digests: a digest is as good as a draw, and the same every time.
-    """
-    table = repository.results(campaign)
-    place = table.columns.index("run")
-    digests = sorted({str(row[place]) for row in table.rows})[:most]
-    return [repository.find_run(digest, campaign=campaign) for digest in digests]
-
-
-def _batches(
-    wanted: Iterable[tuple[Recalled, AuthorityOverride]],
-) -> Iterator[list[tuple[Recalled, AuthorityOverride]]]:
-    groups: dict[object, list[tuple[Recalled, AuthorityOverride]]] = defaultdict(list)
-    for recalled, override in wanted:
-        context = (recalled.run.campaign, recalled.folder, recalled.backend, recalled.variant)
-        groups[structure_key(recalled.case), context].append((recalled, override))
-    for group in groups.values():
-        for first in range(0, len(group), MOST_TOGETHER):
-            yield group[first : first + MOST_TOGETHER]
 
 
 def _fork_together(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import collections
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from adeye.campaign.forks import campaign_of, make_forks, sampled
-from adeye.campaign.reproduce import recall
+from adeye.campaign.forks import campaign_of, make_forks
+from adeye.campaign.recalling import Counter, recalled_parts
 from adeye.evaluation.takeovers import (
     TAKEOVER_CLASSES,
     Takeover,
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.forks import Forked
+    from adeye.campaign.recalling import Report
     from adeye.campaign.reproduce import Recalled
 
 
@@ -53,7 +54,11 @@ class TakeoverMatrix:
 
 
 def look_back(
-    db: str | Path | None, campaign: str | None = None, *, most: int | None = None
+    db: str | Path | None,
+    campaign: str | None = None,
+    *,
+    most: int | None = None,
+    report: Report | None = None,
 ) -> TakeoverMatrix:
     """Fork runs of a campaign with the other decision, and say what each decision was.
 
@@ -65,6 +70,7 @@ def look_back(
         db: Database, by default ``.adeye/adeye.db``.
         campaign: Id, its beginning or its number; None for the newest.
         most: Most runs to look at; None for all.
+        report: Called with how many runs are looked at, those that were known not counted.
 
     Raises:
         InputError: There is no such campaign.
@@ -73,22 +79,29 @@ def look_back(
     with Repository.open(db, create=False) as repository:
         info = campaign_of(repository, campaign)
         executed = repository.progress(info.id).executed
-        chosen = sampled(repository, info.id, most)
+        chosen = repository.hindsight.executed(info.id, most)
         known = {line.run: line for line in repository.hindsight.takeovers(info.id)}
         lines = [known[run.result_digest] for run in chosen if run.result_digest in known]
-        runs = [recall(repository, run) for run in chosen if run.result_digest not in known]
-        wanted = [(run, override) for run in runs if (override := _other(run)) is not None]
-        origins = {run.run.result_digest: run for run, _ in wanted}
-        for forked in make_forks(repository, wanted):
-            line = _line(origins[forked.origin.run], forked)
-            repository.hindsight.save_takeovers([line])
-            lines.append(line)
-    counted = Counter(line.class_ for line in lines)
+        others = [run for run in chosen if run.result_digest not in known]
+        counter = Counter("forks", len(others), report)
+        without_choice = 0
+        for part in recalled_parts(repository, others):
+            wanted = [(run, override) for run in part if (override := _other(run)) is not None]
+            without_choice += len(part) - len(wanted)
+            counter.add(len(part) - len(wanted))
+            origins = {run.run.result_digest: run for run, _ in wanted}
+            for batch in make_forks(repository, wanted):
+                made = [_line(origins[forked.origin.run], forked) for forked in batch]
+                # Batch by batch: whoever interrupts and asks again goes on from there.
+                repository.hindsight.save_takeovers(made)
+                lines += made
+                counter.add(len(made))
+    counted = collections.Counter(line.class_ for line in lines)
     return TakeoverMatrix(
         campaign=info.id,
         executed=executed,
         looked_at=len(lines),
-        without_choice=len(runs) - len(wanted),
+        without_choice=without_choice,
         counts={name: counted[name] for name in TAKEOVER_CLASSES},
         avoidable=sum(line.class_ == "missed" and line.fork_violation_s is None for line in lines),
         harmful=sum(line.class_ == "spurious" and line.violation_s is not None for line in lines),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.forks import campaign_of, require_as_recorded, sampled
+from adeye.campaign.forks import campaign_of, require_as_recorded
+from adeye.campaign.recalling import Counter, recalled_parts, together
 from adeye.campaign.reproduce import recall
 from adeye.errors import InputError
 from adeye.evaluation.injections import Injection, InjectionCount, tabulate
@@ -14,18 +14,19 @@ from adeye.evaluation.timeline import classify_injection, timeline, violation_s
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
 from adeye.sweep.groups import NO_FAULT
-from adeye.sweep.structure import structure_key
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from adeye.campaign.recalling import Report
     from adeye.campaign.reproduce import Recalled
     from adeye.sweep.case import TestCase
 
-MOST_TOGETHER: Final = 128
-"""Runs that are executed together."""
 _RANDOM: Final = "random"
+_TWINS: Final = 3
+"""Runs that are executed beside a run with a fault: without the fault, without the mechanism, both.
+"""
 
 
 @dataclass(frozen=True)
@@ -45,12 +46,13 @@ class InjectionTable:
     injections: tuple[Injection, ...]
 
 
-def run_timeline(db: str | Path | None, run: str) -> Injection:
+def run_timeline(db: str | Path | None, run: str, report: Report | None = None) -> Injection:
     """Read the timeline of a stored run.
 
     Args:
         db: Database, by default ``.adeye/adeye.db``.
         run: Beginning of its result digest.
+        report: Called with how many of the run and its twins are executed.
 
     Raises:
         InputError: It has no fault entry.
@@ -63,11 +65,18 @@ def run_timeline(db: str | Path | None, run: str) -> Injection:
             f"run {recalled.run.result_digest[:12]} has no fault",
             remedy="Name a run whose fault entry is not 'none'.",
         )
-    return next(iter(injections([recalled])))
+    counter = Counter("execute", 1 + _TWINS, report)
+    found = next(_injections([recalled]))
+    counter.add(1 + _TWINS)
+    return found
 
 
 def campaign_injections(
-    db: str | Path | None, campaign: str | None = None, *, most: int | None = None
+    db: str | Path | None,
+    campaign: str | None = None,
+    *,
+    most: int | None = None,
+    report: Report | None = None,
 ) -> InjectionTable:
     """Read the timelines of the runs with faults of a campaign, and count their classes.
 
@@ -77,6 +86,7 @@ def campaign_injections(
         db: Database, by default ``.adeye/adeye.db``.
         campaign: Id, its beginning or its number; None for the newest.
         most: Most runs of the campaign to look at, those without faults among them; None for all.
+        report: Called with how many runs are looked at, those that were known not counted.
 
     Raises:
         InputError: There is no such campaign.
@@ -86,15 +96,17 @@ def campaign_injections(
         info = campaign_of(repository, campaign)
         designs = _designs(repository.content("odd", info.odd_digest))
         known = {item.run: item for item in repository.hindsight.injections(info.id)}
-        chosen = sampled(repository, info.id, most)
+        chosen = repository.hindsight.executed(info.id, most, only_faulty=True)
         found = [known[run.result_digest] for run in chosen if run.result_digest in known]
-        others = [recall(repository, run) for run in chosen if run.result_digest not in known]
-        faulty = [item for item in others if item.case.fault_entry != NO_FAULT]
-        for part in _batches(faulty):
-            made = list(_injections(part))
-            # Batch by batch: whoever interrupts and asks again goes on from there.
-            repository.hindsight.save_injections(made)
-            found += made
+        others = [run for run in chosen if run.result_digest not in known]
+        counter = Counter("faults", len(others), report)
+        for part in recalled_parts(repository, others):
+            for batch in together(part, lambda item: item):
+                made = list(_injections(batch))
+                # Batch by batch: whoever interrupts and asks again goes on from there.
+                repository.hindsight.save_injections(made)
+                found += made
+                counter.add(len(batch))
     found.sort(key=lambda item: item.run)
     rows = tabulate(found, lambda scenario: designs.get(scenario) == _RANDOM)
     return InjectionTable(info.id, len(found), rows, tuple(found))
@@ -105,16 +117,6 @@ def _designs(odd: Mapping[str, Any]) -> dict[str, str]:
         str(use.get("as") or use["use"]): str(use["sweep"]["design"])
         for use in odd["odd"]["scenarios"]
     }
-
-
-def injections(recalled: Sequence[Recalled]) -> Iterator[Injection]:
-    """Execute runs with faults beside their twins and read their timelines.
-
-    Raises:
-        IntegrityError: A run does not come out as it was recorded.
-    """
-    for part in _batches(recalled):
-        yield from _injections(part)
 
 
 def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
@@ -139,16 +141,6 @@ def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
             class_=classify_injection(times, without.fault_to_violation_s),
             twins=(of_twins[run], digests[count + run], of_twins[count + run]),
         )
-
-
-def _batches(recalled: Iterable[Recalled]) -> Iterator[list[Recalled]]:
-    groups: dict[object, list[Recalled]] = defaultdict(list)
-    for item in recalled:
-        context = (item.folder, item.backend, item.variant)
-        groups[structure_key(item.case), context].append(item)
-    for group in groups.values():
-        for first in range(0, len(group), MOST_TOGETHER):
-            yield group[first : first + MOST_TOGETHER]
 
 
 def _without_mechanism(case: TestCase) -> TestCase:

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from adeye.cli.options import CampaignId, Db, Json, RunId
+from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, plain, short
+from adeye.cli.progress import watching
+from adeye.trace import LINK_TICKS
 
 if TYPE_CHECKING:
     from adeye.campaign.forks import Forked
@@ -47,7 +49,12 @@ Sample = Annotated[
 
 
 def fork(
-    run: RunId, start: Start, authority: AuthorityId, db: Db = None, json: Json = False
+    run: RunId,
+    start: Start,
+    authority: AuthorityId,
+    db: Db = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Execute a stored run again with another authority from a tick on.
 
@@ -58,7 +65,8 @@ def fork(
     """
     from adeye.campaign.forks import fork_run
 
-    forked = fork_run(db, run, start=start, authority=authority)
+    with watching(quiet=quiet) as report:
+        forked = fork_run(db, run, start=start, authority=authority, report=report)
     if json:
         emit_json("fork", plain(forked))
         return
@@ -93,11 +101,21 @@ def _prefix(forked: Forked) -> str:
     same = f"{forked.from_tick} ticks as recorded"
     if forked.links is None:
         return f"{same}; the run has no digest chain"
-    return f"{same}, {forked.links} links of the digest chain"
+    if forked.links == 0:
+        return (
+            f"{same}, compared bit for bit with the run executed again; shorter than one link of "
+            f"the digest chain ({LINK_TICKS} ticks)"
+        )
+    links = "1 link" if forked.links == 1 else f"{forked.links} links"
+    return f"{same}, {links} of the digest chain"
 
 
 def forks(
-    campaign: CampaignId = None, sample: Sample = 200, db: Db = None, json: Json = False
+    campaign: CampaignId = None,
+    sample: Sample = 200,
+    db: Db = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Say of the takeovers of a campaign whether each was needed, done, late or missed.
 
@@ -107,7 +125,8 @@ def forks(
     """
     from adeye.campaign.takeovers import look_back
 
-    found = look_back(db, campaign, most=sample or None)
+    with watching(quiet=quiet) as report:
+        found = look_back(db, campaign, most=sample or None, report=report)
     if json:
         emit_json("forks", plain(found))
         return

@@ -50,7 +50,7 @@ def _print_factors(planned: CampaignPlan) -> None:
             factor.scenario,
             factor.architecture,
             f"{factor.points} of {factor.raw}" if factor.points != factor.raw else factor.points,
-            f"{len(factor.fault_entries)}: {listed(factor.fault_entries)}",
+            len(factor.fault_entries),
             factor.replicates,
             factor.test_cases,
         ]
@@ -69,7 +69,34 @@ def _print_factors(planned: CampaignPlan) -> None:
         for number, (factor, after) in enumerate(pairwise(factors))
         if factor.scenario != after.scenario
     }
-    emit_table(headers, rows, right=("Points", "Replicates", "Test cases"), sections=ends)
+    emit_table(headers, rows, right=headers[2:], sections=ends)
+    emit("")
+    for line in _fault_entries(factors):
+        emit(clean(line))
+
+
+def _fault_entries(factors: Sequence[Factor]) -> list[str]:
+    """List each different set of fault entries once, with who has it where not everybody has."""
+    having: dict[tuple[str, ...], dict[str, list[str]]] = {}
+    everybody: dict[str, list[str]] = {}
+    for factor in factors:
+        who = having.setdefault(tuple(factor.fault_entries), {})
+        who.setdefault(factor.scenario, []).append(factor.architecture)
+        everybody.setdefault(factor.scenario, []).append(factor.architecture)
+    lines = []
+    for entries, scenarios in having.items():
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for scenario, architectures in scenarios.items():
+            is_all = architectures == everybody[scenario]
+            alike.setdefault(() if is_all else tuple(architectures), []).append(scenario)
+        where = "; ".join(
+            listed(names) + (f" with {listed(architectures)}" if architectures else "")
+            for architectures, names in alike.items()
+        )
+        of = f" of {where}" if len(having) > 1 else ""
+        count = "1 fault entry" if len(entries) == 1 else f"{len(entries)} fault entries"
+        lines.append(f"{count}{of}: {listed(entries)}")
+    return lines
 
 
 def _print_axes(planned: CampaignPlan) -> None:

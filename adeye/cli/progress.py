@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Protocol
 
 from adeye.cli.output import clean, talk
@@ -113,6 +113,15 @@ def reporting(what: str, *, quiet: bool = False) -> Iterator[Report]:
 
         yield count
         talk(f"{what}: done in {duration(time.perf_counter() - began)}")
+
+
+def watching(*, quiet: bool = False) -> AbstractContextManager[Report]:
+    """Show progress on a terminal only: for a command whose output says all when it is done.
+
+    Args:
+        quiet: Show nothing there either.
+    """
+    return reporting("", quiet=quiet or not is_live())
 
 
 def _nothing(_progress: ProgressLike) -> None:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adeye.cli.forks import Sample
-from adeye.cli.options import CampaignId, Db, Json, RunId
+from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId
 from adeye.cli.output import emit, emit_fields, emit_json, emit_table, plain, short
+from adeye.cli.progress import watching
 
 if TYPE_CHECKING:
     from adeye.campaign.timing import InjectionTable
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from adeye.report.fault_parts import Rate
 
 
-def timeline(run: RunId, db: Db = None, json: Json = False) -> None:
+def timeline(run: RunId, db: Db = None, json: Json = False, quiet: Quiet = False) -> None:
     """Show what follows the fault of a run: times, intervals, and the FTTI that was measured.
 
     The run is executed again beside its fault-free twin, and beside its twin in which the default
@@ -28,7 +29,8 @@ def timeline(run: RunId, db: Db = None, json: Json = False) -> None:
     """
     from adeye.campaign.timing import run_timeline
 
-    found = run_timeline(db, run)
+    with watching(quiet=quiet) as report:
+        found = run_timeline(db, run, report)
     if json:
         emit_json("timeline", document(found))
         return
@@ -112,6 +114,7 @@ def faults(
     by: By = None,
     db: Db = None,
     json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Count what became of the faults of a campaign, by scenario, fault entry and architecture.
 
@@ -125,7 +128,8 @@ def faults(
     if by is not None:
         _trade(db, campaign, by, json=json)
         return
-    found = campaign_injections(db, campaign, most=sample or None)
+    with watching(quiet=quiet) as report:
+        found = campaign_injections(db, campaign, most=sample or None, report=report)
     if json:
         runs = [document(item) for item in found.injections]
         emit_json("faults", {**plain(found), "injections": runs})

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.errors import UsageError, suggest
+from adeye.evaluation.safe_stop import ratings_of
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.grid import count_cover, cover_at, fill_ground, sweep
 from adeye.kernel.stop_rating import RULE_NAMES, RULE_OFF_ROAD, RULE_SHOULDER
@@ -33,14 +34,12 @@ from adeye.signals import (
     REFUGE_KIND,
     REFUGE_KINDS,
 )
-from adeye.spec.channels import SafetyChannel, StopRatings
 from adeye.spec.grid import CellCosts, GridSettings, rating_costs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.signals import Floats
-    from adeye.spec.architecture import Architecture
     from adeye.trace import Trace
 
 TRUTH: Final = "truth"
@@ -163,7 +162,7 @@ def grid_at(
         UsageError: There is no such view.
     """
     wanted = settings or GridSettings()
-    costs = wanted.costs or rating_costs(ratings_of(trace.layout.architecture))
+    costs = wanted.costs or rating_costs(ratings_of(trace.layout.architectures[run]))
     made = _Making(trace, run, row, wanted)
     made.lay_ground(costs)
     if view == TRUTH:
@@ -182,14 +181,6 @@ def grid_at(
         layers={name: made.layers[name] for name in LAYERS},
         costs=costs,
     )
-
-
-def ratings_of(architecture: Architecture) -> StopRatings:
-    """Return how the safety channel of an architecture rates places; the defaults without one."""
-    for channel in architecture.channels.values():
-        if isinstance(channel, SafetyChannel):
-            return channel.parameters.ratings
-    return StopRatings()
 
 
 def _channel(trace: Trace, view: str) -> int:

@@ -8,10 +8,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
-from adeye.evaluation.metrics import METRICS, MetricDefinition
+from adeye.evaluation.bounds import Bound, bound_of
+from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import is_decision, plan_dictionary
 from adeye.evaluation.stl.formula import Formula, parse_formula
 from adeye.evaluation.stl.syntax import (
@@ -29,7 +28,6 @@ from adeye.identity import digest
 from adeye.signals import SignalType
 
 if TYPE_CHECKING:
-    from adeye.signals import Bools, Floats
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Concept, Requirement
     from adeye.spec.odd import Attributes
@@ -75,46 +73,6 @@ class JudgedPlan:
             self.faults,
             self.monitors.get(architecture, ()),
         )
-
-
-@dataclass(frozen=True, slots=True)
-class Bound:
-    """A bound on a metric.
-
-    Attributes:
-        column: Id of the metric.
-        limit: In the metric's unit.
-        is_lower: Whether the metric has to be at least, not at most, the limit.
-    """
-
-    column: str
-    limit: float
-    is_lower: bool
-
-    @property
-    def metric(self) -> MetricDefinition:
-        """The metric, as registered in this process."""
-        return METRICS[self.column]
-
-    def margins(self, values: Floats, is_free: Bools) -> Floats:
-        """Give the distances (R,) to the limit in the metric's unit, negative when violated.
-
-        Args:
-            values: (R,) of the metric.
-            is_free: (R,) whether there was no conflict, so that the value is not read.
-        """
-        measured = np.where(is_free, 0.0, values)
-        margin = measured - self.limit if self.is_lower else self.limit - measured
-        if self.metric.cap is None:
-            return margin
-        return np.where(is_free, self.metric.cap if self.is_lower else -self.metric.cap, margin)
-
-    @property
-    def text(self) -> str:
-        """Write it as a predicate."""
-        relation = ">=" if self.is_lower else "<="
-        unit = "" if self.metric.unit == "1" else f" {self.metric.unit}"
-        return f"{self.column} {relation} {self.limit:g}{unit}"
 
 
 @dataclass(frozen=True)
@@ -183,29 +141,9 @@ def compile_requirement(
     if requirement.formula is not None:
         formula = parse_formula(requirement.formula, where)
     else:
-        bound = _bound(requirement, where)
+        bound = bound_of(requirement, where)
     identity = requirement_digest(requirement, attributes)
     return CheckedRequirement(requirement, identity, formula, bound)
-
-
-def _bound(requirement: Requirement, where: SourceLocation | None) -> Bound:
-    written = requirement.bound
-    name = "" if written is None else written.metric
-    if written is None or name not in METRICS:
-        raise SpecError(
-            f"requirement {requirement.id}: there is no metric {name!r}",
-            where=where,
-            remedy=suggest(name, METRICS),
-        )
-    is_lower = written.at_least is not None
-    limit = written.at_least if is_lower else written.at_most
-    if limit is None or not math.isfinite(limit):
-        raise SpecError(
-            f"requirement {requirement.id}: the bound is {limit}",
-            where=where,
-            remedy="Give a finite number.",
-        )
-    return Bound(name, float(limit), is_lower)
 
 
 def check_requirements(
@@ -241,6 +179,16 @@ def check_requirements(
     return tuple(checked)
 
 
+def _place_of(requirement: Requirement) -> tuple[str, ...]:
+    """Name the key that says what is wrong, if anything is."""
+    bound = requirement.bound
+    if bound is None:
+        return ("formula",)
+    if bound.metric not in METRICS:
+        return ("bound", "metric")
+    return ("bound", "at_most" if bound.at_least is None else "at_least")
+
+
 class _Check:
     """One FSR against the plan."""
 
@@ -254,7 +202,7 @@ class _Check:
 
     def run(self) -> CheckedRequirement:
         scenarios = self._scenarios()
-        place = ("formula",) if self._requirement.formula is not None else ("bound", "metric")
+        place = _place_of(self._requirement)
         compiled = compile_requirement(
             self._requirement, self._where(*place), self._plan.attributes
         )

@@ -32,7 +32,8 @@ from adeye.evaluation.stl.program import KIND, WORD
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from adeye.evaluation.requirements import Bound, CheckedRequirement
+    from adeye.evaluation.bounds import Bound
+    from adeye.evaluation.requirements import CheckedRequirement
     from adeye.evaluation.stl.columns import StlColumns
     from adeye.evaluation.stl.program import Words
     from adeye.ports import MetricColumn

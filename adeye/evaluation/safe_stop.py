@@ -8,12 +8,14 @@ not asked, because whoever follows reacts to the ego.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.evaluation.source import STANDSTILL_SPEED
 from adeye.kernel.elementary import atan, tan
 from adeye.kernel.geometry import signed_box_distance
+from adeye.kernel.jit import compiled
 from adeye.kernel.profiles import (
     PATH_EXISTS,
     PATH_ROW,
@@ -25,7 +27,7 @@ from adeye.kernel.profiles import (
 from adeye.kernel.refuge_stops import ANYWHERE, lay_refuge_stops
 from adeye.kernel.refuges import NO_REFUGE
 from adeye.kernel.road import position
-from adeye.kernel.stop_rating import CONTACT, DEFAULT_RULES, rate_footprint
+from adeye.kernel.stop_rating import CONTACT, RULE_NAMES, rate_footprint
 from adeye.kernel.stops import (
     LAID_PATHS,
     LAID_PROFILES,
@@ -56,7 +58,7 @@ from adeye.signals import (
     PLACE_S,
     parameter_record,
 )
-from adeye.spec.channels import SafetyChannel
+from adeye.spec.channels import SafetyChannel, StopRatings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,30 +88,26 @@ class StopQuality:
     regret: float
 
 
-def rate_run(
-    trace: Trace,
-    run: int,
-    rules: Sequence[float] = DEFAULT_RULES,
-    architecture: Architecture | None = None,
-) -> StopQuality:
+def rate_run(trace: Trace, run: int, rules: Sequence[float] | None = None) -> StopQuality:
     """Rate where a run stands, against the best that was reachable when its first fault began.
 
     What comes within reach later does not count as reachable, so a regret may be negative: the run
-    went on to a better place than the library of stops had at the fault.
+    went on to a better place than the library of stops had at the fault. Vehicle and decelerations
+    are those of the run's own architecture, swept values applied.
 
     Args:
         trace: The batch that the run is in.
         run: Its row in the batch.
-        rules: (RULES,) rating of each kind of place.
-        architecture: That of the run, whose vehicle and safety channel say how it can stop; that of
-            the trace's layout, the first of the batch, unless given.
+        rules: (RULES,) rating of each kind of place; those of the run's own safety channel, or the
+            defaults where there is none, unless given.
     """
-    table = np.array(rules, dtype=np.float64)
+    own = rules_of(trace.layout.architectures[run])
+    table = own if rules is None else np.array(rules, dtype=np.float64)
     active = trace["fault_active"][run, : trace.length[run]].any(axis=-1)
     achieved = achieved_rating(trace, run, table)
     if not active.any():
         return StopQuality(achieved, np.nan, np.nan)
-    best = best_rating(trace, run, int(np.argmax(active)), table, architecture)
+    best = best_rating(trace, run, int(np.argmax(active)), table)
     return StopQuality(achieved, best, achieved - best)
 
 
@@ -125,7 +123,7 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
     if trace["contact"][run, last] >= 0:
         return CONTACT
     ego, place = trace["ego"][run, last], trace["ego_place"][run, last]
-    if ego[EGO_SPEED] > 0.0:
+    if not ego[EGO_SPEED] <= STANDSTILL_SPEED:
         return np.nan
     road = trace.layout.context.road
     length, width = trace.layout.context.ego_size[run, :2]
@@ -146,9 +144,7 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
     )
 
 
-def best_rating(
-    trace: Trace, run: int, row: int, rules: Floats, architecture: Architecture | None = None
-) -> float:
+def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
     """Return the best rating of the stops that were feasible from a row on.
 
     Args:
@@ -156,9 +152,8 @@ def best_rating(
         run: Its row in the batch.
         row: From which row of the trace on the ego might have stopped.
         rules: (RULES,).
-        architecture: See ``rate_run``.
     """
-    record = _record(trace, run, architecture or trace.layout.architecture)
+    record = _record(trace, run, trace.layout.architectures[run])
     road = trace.layout.context.road
     ego, place = trace["ego"][run, row], trace["ego_place"][run, row]
     s, d, speed = place[PLACE_S], place[PLACE_D], ego[EGO_SPEED]
@@ -185,17 +180,23 @@ def best_rating(
         paths,
         profiles,
     )
-    best = CONTACT
-    for stop in range(STOPS):
-        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
-        if path[PATH_EXISTS] == 0.0 or stands_at(profile) == STOP_SAMPLES:
-            continue
-        if not fits_limits(record, road.refuges[run], path, s - path[PATH_START], profile, d):
-            continue
-        rating = rate_stop(record, rules, road.segments[run], road.refuges[run], s, path, profile)
-        if rating < best and _is_free(trace, run, row, path, profile):
-            best = rating
-    return best
+    context, objects = trace.layout.context, trace["object_places"][run, row]
+    beside = 0.5 * (context.object_sizes[run, :, 1] + context.ego_size[run, 1])
+    follows = (objects[:, PLACE_S] < s) & (abs(objects[:, PLACE_D] - d) < beside)
+    meets = np.flatnonzero(~follows)
+    later = np.rint((np.arange(STOP_SAMPLES) + 1) * STOP_INTERVAL / context.step).astype(np.int64)
+    rows = np.minimum(int(trace.length[run]) - 1, row + later)
+    return _best_of(
+        record,
+        rules,
+        road.segments[run],
+        road.refuges[run],
+        (s, d),
+        paths,
+        profiles,
+        trace["objects"][run, rows][:, meets],
+        context.object_sizes[run, meets],
+    )
 
 
 def decelerations_of(architecture: Architecture) -> dict[str, float]:
@@ -208,6 +209,20 @@ def decelerations_of(architecture: Architecture) -> dict[str, float]:
         if isinstance(channel, SafetyChannel):
             return {name: getattr(channel.parameters, name) for name in DECELERATIONS}
     return dict(DECELERATIONS)
+
+
+def ratings_of(architecture: Architecture) -> StopRatings:
+    """Return how the safety channel of an architecture rates places; the defaults without one."""
+    for channel in architecture.channels.values():
+        if isinstance(channel, SafetyChannel):
+            return channel.parameters.ratings
+    return StopRatings()
+
+
+def rules_of(architecture: Architecture) -> Floats:
+    """Return the ratings (RULES,) of ``ratings_of`` as a table."""
+    ratings = ratings_of(architecture)
+    return np.array([getattr(ratings, name) for name in RULE_NAMES], dtype=np.float64)
 
 
 def _record(trace: Trace, run: int, architecture: Architecture) -> np.void:
@@ -228,34 +243,72 @@ def _record(trace: Trace, run: int, architecture: Architecture) -> np.void:
     return record
 
 
-def _is_free(trace: Trace, run: int, row: int, path: Floats, profile: Floats) -> bool:
+@compiled
+def _best_of(  # noqa: PLR0913, PLR0917 - the stops, and what decides which are feasible
+    record: Any,
+    rules: Floats,
+    segments: Floats,
+    refuges: Floats,
+    start: tuple[float, float],
+    paths: Floats,
+    profiles: Floats,
+    objects: Floats,
+    sizes: Floats,
+) -> float:
+    """Find the best rating of the feasible stops; contact if none is.
+
+    Args:
+        record: See ``_record``.
+        rules: (RULES,).
+        segments: (K, 5) reference line of the road.
+        refuges: (R, 5).
+        start: Place of the ego on the road [m].
+        paths: (LAID_PATHS, PATH_ROW).
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
+        objects: (STOP_SAMPLES, M, 5) states at the time of each sample of a profile.
+        sizes: (M, 3).
+    """
+    s, d = start
+    best = CONTACT
+    for stop in range(STOPS):
+        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
+        if path[PATH_EXISTS] == 0.0 or stands_at(profile) == STOP_SAMPLES:
+            continue
+        if not fits_limits(record, refuges, path, s - path[PATH_START], profile, d):
+            continue
+        rating = rate_stop(record, rules, segments, refuges, s, path, profile)
+        if rating < best and _is_free(record, segments, s, path, profile, objects, sizes):
+            best = rating
+    return best
+
+
+@compiled
+def _is_free(  # noqa: PLR0913, PLR0917 - a stop and what it may meet
+    record: Any,
+    segments: Floats,
+    start: float,
+    path: Floats,
+    profile: Floats,
+    objects: Floats,
+    sizes: Floats,
+) -> bool:
     """Tell whether a stop meets no object, as these moved; after the end of the run they stay."""
-    context = trace.layout.context
-    segments, size = context.road.segments[run], context.ego_size[run]
-    last = int(trace.length[run]) - 1
-    places, start = trace["object_places"][run, row], trace["ego_place"][run, row]
-    beside = 0.5 * (context.object_sizes[run, :, 1] + size[1])
-    behind = (places[:, PLACE_S] < start[PLACE_S]) & (
-        abs(places[:, PLACE_D] - start[PLACE_D]) < beside
-    )
     for sample in range(min(stands_at(profile) + 1, STOP_SAMPLES)):
-        s = start[PLACE_S] + profile[sample, PROFILE_S]
+        s = start + profile[sample, PROFILE_S]
         d, slope, _ = at_path(path, s - path[PATH_START])
         x, y, heading = position(segments, s, d)
-        then = min(last, row + round((sample + 1) * STOP_INTERVAL / context.step))
-        for index in np.flatnonzero(~behind):
-            other = trace["objects"][run, then, index]
+        for index in range(sizes.shape[0]):
             apart = signed_box_distance(
                 x,
                 y,
                 heading + atan(slope),
-                size[0],
-                size[1],
-                other[OBJECT_X],
-                other[OBJECT_Y],
-                other[OBJECT_HEADING],
-                context.object_sizes[run, index, 0],
-                context.object_sizes[run, index, 1],
+                record["length"],
+                record["width"],
+                objects[sample, index, OBJECT_X],
+                objects[sample, index, OBJECT_Y],
+                objects[sample, index, OBJECT_HEADING],
+                sizes[index, 0],
+                sizes[index, 1],
             )
             if not apart > 0.0:
                 return False

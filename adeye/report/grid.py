@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.evaluation.grid import TRUTH, GridMap, grid_at, ratings_of
+from adeye.evaluation.grid import TRUTH, GridMap, grid_at
+from adeye.evaluation.safe_stop import ratings_of
 from adeye.report.replay import GridView
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.grid import GridSettings, rating_costs
@@ -42,7 +43,8 @@ def grid_of(trace: Trace, run: int, held: Any) -> GridView:
         held: (rows,) row of the trace that each row of the replay shows.
     """
     every = max(1, math.ceil(PERIOD / trace.layout.context.step - 1e-6))
-    ground = rating_costs(ratings_of(trace.layout.architecture)).model_copy(update={"rules": ()})
+    ratings = ratings_of(trace.layout.architectures[run])
+    ground = rating_costs(ratings).model_copy(update={"rules": ()})
     settings = GridSettings(costs=ground)
     view = view_of(trace, run)
     maps = [grid_at(trace, run, row, settings, view=view) for row in range(len(held))]

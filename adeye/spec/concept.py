@@ -8,13 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from datetime import date
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, Strict, model_validator
+from pydantic import (
+    Field,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    Strict,
+    WithJsonSchema,
+    model_validator,
+)
 
-from adeye.errors import suggest
+from adeye.errors import UnitError, suggest
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import REFERENCE, Duration, Identifier, Many, Record, Text
+from adeye.units import read_quantity
 
 Asil = Literal["QM", "A", "B", "C", "D"]
 ASIL_ORDER: tuple[Asil, ...] = ("QM", "A", "B", "C", "D")
@@ -99,12 +107,46 @@ class Element(Record):
     resources: Many[str] = ()
 
 
+Limit = Annotated[
+    float | int, WithJsonSchema({"type": ["string", "number"], "examples": ["1.5 s", 1.5]})
+]
+
+
 class MetricBound(Record):
-    """A bound on a metric of the run, in the metric's own unit."""
+    """A bound on a metric of the run: a number in the metric's own unit, or text with a unit.
+
+    Text becomes a number in SI, so that both ways to write it are one FSR; whether its unit is
+    one of the metric's is checked where the metric is known.
+    """
 
     metric: str
-    at_least: float | int | None = None
-    at_most: float | int | None = None
+    at_least: Limit | None = None
+    at_most: Limit | None = None
+
+    _written: str | None = PrivateAttr(default=None)
+
+    @property
+    def written(self) -> str | None:
+        """The bound with its unit, where it was written with one; a stored concept has it in SI."""
+        return self._written
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _read_text(cls, content: Any, read: ModelWrapValidatorHandler[Self]) -> Self:
+        text = None
+        if isinstance(content, dict):
+            content = dict(content)
+            for side in ("at_least", "at_most"):
+                if isinstance(content.get(side), str):
+                    text = content[side]
+                    try:
+                        content[side], _ = read_quantity(text)
+                    except UnitError as error:
+                        raise misplaced([((side,), str(error))]) from error
+        made = read(content)
+        if text is not None:
+            made._written = text
+        return made
 
     @model_validator(mode="after")
     def _one_bound(self) -> Self:

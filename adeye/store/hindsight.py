@@ -10,12 +10,16 @@ import json
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from sqlalchemy import select
+
 from adeye.errors import IntegrityError
 from adeye.evaluation.injections import Injection
 from adeye.evaluation.takeovers import TAKEOVERS_VERSION, TakeoverClass
 from adeye.evaluation.timeline import TIMELINE_VERSION, Timeline
 from adeye.store import tables
 from adeye.store.encoding import Row, insert_rows, json_text, row
+from adeye.store.reading import run_ref
+from adeye.sweep.groups import NO_FAULT
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -23,6 +27,7 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from adeye.store.database import Database
+    from adeye.store.stored import RunRef
 
 _TIMES = tuple(f"{name}_s" for name in tables.MOMENTS)
 
@@ -60,6 +65,33 @@ class Hindsight:
     def __init__(self, database: Database) -> None:
         """Use an open database of the current schema."""
         self._database = database
+
+    def executed(
+        self, campaign: str, most: int | None = None, *, only_faulty: bool = False
+    ) -> list[RunRef]:
+        """Choose executed runs of a campaign, in an order that has nothing to do with them.
+
+        Args:
+            campaign: Id of the campaign.
+            most: How many are chosen; None for all.
+            only_faulty: Leave out, of those chosen, the runs without a fault.
+
+        Returns:
+            Those with the smallest digests: a digest is as good as a draw, and the same every time.
+        """
+        cases, case = tables.campaign_case, tables.test_case
+        query = (
+            select(cases, case.c.fault_entry)
+            .join(tables.run, tables.run.c.result_digest == cases.c.result_digest)
+            .join(case, case.c.digest == cases.c.test_case_digest)
+            .where(cases.c.campaign_id == campaign)
+            .order_by(cases.c.result_digest, cases.c.ordinal.desc())
+        )
+        with self._database.read() as connection:
+            # Of several test cases with one result the first of the plan counts.
+            found = {item.result_digest: item for item in connection.execute(query)}
+        chosen = list(found.values())[:most]
+        return [run_ref(item) for item in chosen if not only_faulty or item.fault_entry != NO_FAULT]
 
     def save_injections(self, found: Sequence[Injection]) -> None:
         """Keep what became of the faults of runs; what is known stays.

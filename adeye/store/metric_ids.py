@@ -41,6 +41,8 @@ TIMING_IDS: Final = (
     "nominal_availability",
     "takeovers",
     "trips",
+    "stop_rating",
+    "stop_regret",
 )
 """Since schema 0003, in ``timing``."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.campaign import forks
-from adeye.campaign.forks import fork_run, sampled
+from adeye.campaign.forks import fork_run
 from adeye.campaign.reproduce import recall, replay_run
 from adeye.errors import InputError, IntegrityError
 from adeye.store.repository import Repository
@@ -165,7 +165,13 @@ def test_sample_is_the_same_every_time_and_part_of_a_larger_one(db: Path) -> Non
     with Repository.open(db, create=False) as repository:
         newest = repository.latest_campaign()
         assert newest is not None
-        small, large, whole = (sampled(repository, newest.id, most) for most in (3, 7, None))
+        small, large, whole = (
+            repository.hindsight.executed(newest.id, most) for most in (3, 7, None)
+        )
+        faulty = repository.hindsight.executed(newest.id, 7, only_faulty=True)
+        entries = {run.result_digest: recall(repository, run).case.fault_entry for run in large}
     assert small == large[:3]
     assert large == whole[:7]
     assert len(whole) == 28
+    assert [run for run in large if entries[run.result_digest] != "none"] == faulty
+    assert 0 < len(faulty) < 7

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import adeye.campaign.forks
+from adeye.cli import progress
 from adeye.errors import IntegrityError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from tests.project import Executed
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
 def db(folder: Path, mini: Executed) -> str:
     """A copy of the mini campaign, which may be written to."""
     shutil.copyfile(mini.db, folder / "adeye.db")
+    shutil.copyfile(mini.db, folder / "adeye.db.before")
     return str(folder / "adeye.db")
 
 
@@ -38,6 +42,8 @@ def test_fork_prints_both_sides(adeye: Any, db: str, run: str) -> None:
     assert done.code == 0, done.err
     assert "safety from tick 40, 2 s" in done.out
     assert "FSR-01" in done.out
+    assert "0 links" not in done.out
+    assert "shorter than one link of the digest chain (100 ticks)" in " ".join(done.out.split())
     fork = next(line.split()[1] for line in done.out.splitlines() if line.startswith("Fork"))
     shown = adeye("show", fork[:12], "--db", db, "--json").document
     assert (shown["fork_of"], shown["from_tick"], shown["authority"]) == (run, 40, "safety")
@@ -49,6 +55,41 @@ def test_fork_as_json_names_both_runs(adeye: Any, db: str, run: str) -> None:
     assert document["origin"]["run"] == run
     assert document["fork"]["run"] != run
     assert (document["from_tick"], document["links"]) == (150, 1)
+
+
+def test_prefix_of_one_link_says_so(adeye: Any, db: str, run: str) -> None:
+    done = adeye("fork", run, "--from", "150", "--authority", "safety", "--db", db)
+    assert "150 ticks as recorded, 1 link of the digest chain" in done.out
+
+
+@pytest.mark.parametrize(
+    "arguments", [("forks", "--sample", "4"), ("faults", "--sample", "12"), ("timeline", "RUN")]
+)
+def test_progress_is_shown_on_a_terminal_only_and_never_when_quiet(
+    adeye: Any, db: str, run: str, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
+) -> None:
+    words = [run if word == "RUN" else word for word in arguments]
+    shown: list[tuple[int, int]] = []
+
+    @contextmanager
+    def bar() -> Iterator[Any]:
+        yield lambda progress: shown.append((progress.done, progress.total))
+
+    monkeypatch.setattr(progress, "_bar", bar)
+    done = adeye(*words, "--db", db)
+    assert (done.code, done.err, shown) == (0, "", [])
+    monkeypatch.setattr(progress, "is_live", lambda: True)
+    assert adeye(*words, "--db", db, "--quiet").code == 0
+    assert shown == []
+    shutil.copyfile(mini_of(db), db)
+    assert adeye(*words, "--db", db).code == 0
+    assert shown[0][0] == 0
+    assert shown[-1][0] == shown[-1][1] > 0
+
+
+def mini_of(db: str) -> str:
+    """The mini campaign as it was before anybody looked back."""
+    return f"{db}.before"
 
 
 def test_altered_prefix_ends_with_code_4(

@@ -8,6 +8,7 @@ import pytest
 
 import adeye.campaign.plan
 from adeye.campaign.plan import SignalRow
+from adeye.cli.planning import _fault_entries
 from adeye.cli.starter import write_project
 
 
@@ -21,7 +22,13 @@ def odd(folder: Path) -> str:
 def test_factors_and_total_are_printed(adeye: Any, odd: str) -> None:
     ended = adeye("plan", odd)
     assert ended.code == 0, ended.err
-    assert "3: none, front_camera_out, nominal_silent" in ended.out
+    lines = ended.out.splitlines()
+    assert lines[0].split()[3:5] == ["Fault", "entries"]
+    assert [word for line in lines if "cut_in   " in line for word in line.split()][2:4] == [
+        "2",
+        "3",
+    ]
+    assert "3 fault entries: none, front_camera_out, nominal_silent" in lines
     assert "2 x 3 x 1 x 1 + 2 x 3 x 1 x 1 = 12" in ended.out.replace("\N{MULTIPLICATION SIGN}", "x")
     assert "Traffic batch (reference-1)" in ended.out
     assert "driver stepwise" in ended.out
@@ -54,7 +61,35 @@ def test_architectures_that_differ_are_summed(
     monkeypatch.setattr(adeye_module(), "make_plan", lambda *_a, **_o: changed)
     ended = adeye("plan", odd)
     assert "Test cases: 8 = 8" in ended.out
+    lines = [line for line in ended.out.splitlines() if "fault entr" in line]
+    assert lines == [
+        "3 fault entries of cut_in with camera_radar: none, front_camera_out, nominal_silent",
+        "1 fault entry of cut_in with b: none",
+    ]
     assert ended.err == "note: an axis is dead\n"
+
+
+def test_fault_entries_are_listed_once_for_who_has_them(adeye: Any, odd: str) -> None:
+    first = adeye_plan(odd).expansion.factors[0]
+    lists = {
+        ("s", "a"): ("none", "f"),
+        ("s", "b"): ("none", "f"),
+        ("t", "a"): ("none",),
+        ("t", "b"): ("none",),
+        ("u", "a"): ("none", "f"),
+        ("u", "b"): ("none",),
+        ("v", "a"): ("none", "f"),
+        ("v", "b"): ("none",),
+    }
+    factors = [
+        replace(first, scenario=scenario, architecture=name, fault_entries=entries)
+        for (scenario, name), entries in lists.items()
+    ]
+    assert _fault_entries(factors) == [
+        "2 fault entries of s; u, v with a: none, f",
+        "1 fault entry of t; u, v with b: none",
+    ]
+    assert _fault_entries(factors[:2]) == ["2 fault entries: none, f"]
 
 
 def adeye_module() -> Any:

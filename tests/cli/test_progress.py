@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from adeye.cli.progress import Meter, duration, is_live, reporting
+from adeye.cli.progress import Meter, duration, is_live, reporting, watching
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,14 @@ def test_no_terminal_gets_one_line_at_each_end(capsys: pytest.CaptureFixture[str
 
 def test_quiet_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     with reporting("12 test cases", quiet=True) as report:
+        report(State(1))
+    assert capsys.readouterr() == ("", "")
+
+
+def test_who_watches_without_a_terminal_is_told_nothing(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with watching() as report:
         report(State(1))
     assert capsys.readouterr() == ("", "")
 

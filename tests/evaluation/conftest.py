@@ -186,6 +186,7 @@ class HandMade:
         layout = Layout(
             scenario="follow",
             architecture=Architecture.model_validate(ARCHITECTURE),
+            architectures=(Architecture.model_validate(ARCHITECTURE),) * runs,
             sensors=("camera", "truth"),
             channels=("nominal", "safety"),
             monitors=("danger",),

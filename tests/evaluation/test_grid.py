@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.evaluation.grid import LAYERS, grid_at, grid_map, ratings_of
+from adeye.evaluation.grid import LAYERS, grid_at, grid_map
+from adeye.evaluation.safe_stop import ratings_of
 from adeye.kernel.stop_rating import RULE_NAMES, place_kind, rate_footprint
 from adeye.spec.channels import StopRatings
 from adeye.spec.grid import ADEYE_COSTS, CellCosts, CellRule, GridSettings
@@ -121,7 +122,7 @@ def test_ratings_are_those_of_the_safety_channel(
         }
     )
     trace = hand_made(objects=()).trace()
-    found = grid_map(replace(trace, layout=replace(trace.layout, architecture=other)), 0, 0.0)
+    found = grid_map(replace(trace, layout=replace(trace.layout, architectures=(other,))), 0, 0.0)
     assert ratings_of(other).hard_shoulder == 2
     # The outer edge of the shoulder runs through the middle of the last cells.
     assert set(found["number"][found["shoulder"]].tolist()) == {2.0, 7.0}

@@ -10,9 +10,11 @@ from adeye.evaluation.safe_stop import (
     best_rating,
     decelerations_of,
     rate_run,
+    rules_of,
 )
 from adeye.kernel.stop_rating import CONTACT, DEFAULT_RULES
 from adeye.signals import RoadMap
+from adeye.spec.architecture import Architecture
 from adeye.spec.channels import SafetyChannel, SafetyParameters
 from adeye.trace import Trace
 from tests.evaluation.conftest import HandMade
@@ -130,7 +132,31 @@ def test_the_safety_channel_s_own_decelerations_say_what_was_in_reach(hand_made:
     bay = np.array([[[0.0, 110.0, 40.0, 4.0, 20.0]]])
     near = replaced(trace, replace(trace.layout.context.road, refuges=bay))
     assert rate_run(near, 0).best == 0.0
-    assert rate_run(near, 0, architecture=weaker).best == 3.0
+    assert rate_run(of_architecture(near, weaker), 0).best == 3.0
+
+
+def test_each_run_of_a_batch_has_its_own_decelerations_and_ratings(hand_made: Make) -> None:
+    trace = stopped(hand_made, SLOW, runs=2).object("lead", d=8.75).trace()
+    trace.layout.context.road.shoulder[:] = 2.5
+    ratings = {"slow_lane_in_sight": 0, "hard_shoulder": 2}
+    parameters = {"stop": "planned", "ratings": ratings}
+    channel = SafetyChannel(
+        kind="safety",
+        links=("channels.nominal",),
+        rate="20 Hz",
+        parameters=SafetyParameters.model_validate(parameters),
+    )
+    first = trace.layout.architecture
+    other = first.model_copy(update={"channels": {"safety": channel}})
+    mixed = of_architecture(trace, first, other)
+    found = [rate_run(mixed, run) for run in range(2)]
+    assert [(item.achieved, item.best) for item in found] == [(3.0, 1.0), (0.0, 0.0)]
+    assert rate_run(mixed.select([1]), 0) == found[1]
+    assert rules_of(other)[[1, 3]].tolist() == [2.0, 0.0]
+
+
+def of_architecture(trace: Trace, *architectures: Architecture) -> Trace:
+    return replace(trace, layout=replace(trace.layout, architectures=architectures))
 
 
 def replaced(trace: Trace, road: RoadMap) -> Trace:

@@ -32,6 +32,7 @@ def layout(context: SceneContext) -> Layout:
     return Layout(
         scenario="tested",
         architecture=architecture(SENSORS),
+        architectures=(architecture(SENSORS),) * RUNS,
         sensors=("front", "pose"),
         channels=("nominal", "safety"),
         monitors=("first", "second"),

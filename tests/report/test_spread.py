@@ -13,7 +13,10 @@ from tests.figures import figures_of
 if TYPE_CHECKING:
     from adeye.report.model import MetricSummary
 
-UNITLESS = {"contact", "nominal_availability", "takeovers", "trips"}
+UNITLESS = {
+    *("contact", "nominal_availability", "takeovers", "trips"),
+    *("stop_rating", "stop_regret"),
+}
 
 
 def row(run: str, distance: float | None, **changes: Any) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Metrics: one number per run with its status, time and actor of the worst case."""
 
-from adeye.evaluation.metrics import criticality, handling, motion, perception
+from adeye.evaluation.metrics import criticality, handling, motion, perception, stopping
 from adeye.evaluation.metrics.registry import (
     METRICS,
     MetricDefinition,
@@ -19,4 +19,5 @@ __all__ = [
     "motion",
     "perception",
     "register_metric",
+    "stopping",
 ]

@@ -32,6 +32,14 @@ CREATE TABLE timing (
 	trips_status TEXT NOT NULL, 
 	trips_time_s FLOAT, 
 	trips_actor TEXT, 
+	stop_rating FLOAT, 
+	stop_rating_status TEXT NOT NULL, 
+	stop_rating_time_s FLOAT, 
+	stop_rating_actor TEXT, 
+	stop_regret FLOAT, 
+	stop_regret_status TEXT NOT NULL, 
+	stop_regret_time_s FLOAT, 
+	stop_regret_actor TEXT, 
 	row_hash VARCHAR(32) NOT NULL, 
 	CONSTRAINT pk_timing PRIMARY KEY (run_number), 
 	CONSTRAINT ck_timing_fault_detection_time_s CHECK (CASE fault_detection_time_s_status WHEN 'value' THEN fault_detection_time_s IS NOT NULL WHEN 'no_conflict' THEN fault_detection_time_s IS NULL WHEN 'not_applicable' THEN fault_detection_time_s IS NULL WHEN 'undefined' THEN fault_detection_time_s IS NULL WHEN 'incomplete' THEN fault_detection_time_s IS NULL WHEN 'error' THEN fault_detection_time_s IS NULL ELSE 0 END), 
@@ -41,6 +49,8 @@ CREATE TABLE timing (
 	CONSTRAINT ck_timing_nominal_availability CHECK (CASE nominal_availability_status WHEN 'value' THEN nominal_availability IS NOT NULL WHEN 'no_conflict' THEN nominal_availability IS NULL WHEN 'not_applicable' THEN nominal_availability IS NULL WHEN 'undefined' THEN nominal_availability IS NULL WHEN 'incomplete' THEN nominal_availability IS NULL WHEN 'error' THEN nominal_availability IS NULL ELSE 0 END), 
 	CONSTRAINT ck_timing_takeovers CHECK (CASE takeovers_status WHEN 'value' THEN takeovers IS NOT NULL WHEN 'no_conflict' THEN takeovers IS NULL WHEN 'not_applicable' THEN takeovers IS NULL WHEN 'undefined' THEN takeovers IS NULL WHEN 'incomplete' THEN takeovers IS NULL WHEN 'error' THEN takeovers IS NULL ELSE 0 END), 
 	CONSTRAINT ck_timing_trips CHECK (CASE trips_status WHEN 'value' THEN trips IS NOT NULL WHEN 'no_conflict' THEN trips IS NULL WHEN 'not_applicable' THEN trips IS NULL WHEN 'undefined' THEN trips IS NULL WHEN 'incomplete' THEN trips IS NULL WHEN 'error' THEN trips IS NULL ELSE 0 END), 
+	CONSTRAINT ck_timing_stop_rating CHECK (CASE stop_rating_status WHEN 'value' THEN stop_rating IS NOT NULL WHEN 'no_conflict' THEN stop_rating IS NULL WHEN 'not_applicable' THEN stop_rating IS NULL WHEN 'undefined' THEN stop_rating IS NULL WHEN 'incomplete' THEN stop_rating IS NULL WHEN 'error' THEN stop_rating IS NULL ELSE 0 END), 
+	CONSTRAINT ck_timing_stop_regret CHECK (CASE stop_regret_status WHEN 'value' THEN stop_regret IS NOT NULL WHEN 'no_conflict' THEN stop_regret IS NULL WHEN 'not_applicable' THEN stop_regret IS NULL WHEN 'undefined' THEN stop_regret IS NULL WHEN 'incomplete' THEN stop_regret IS NULL WHEN 'error' THEN stop_regret IS NULL ELSE 0 END), 
 	CONSTRAINT fk_timing_run_number FOREIGN KEY(run_number) REFERENCES run (number)
 )
 
@@ -158,6 +168,8 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
     n.nominal_availability, n.nominal_availability_status, n.nominal_availability_time_s, n.nominal_availability_actor,
     n.takeovers, n.takeovers_status, n.takeovers_time_s, n.takeovers_actor,
     n.trips, n.trips_status, n.trips_time_s, n.trips_actor,
+    n.stop_rating, n.stop_rating_status, n.stop_rating_time_s, n.stop_rating_actor,
+    n.stop_regret, n.stop_regret_status, n.stop_regret_time_s, n.stop_regret_actor,
     (SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"'), '') || '}'
         FROM (
             SELECT v.fsr, v.verdict FROM v_verdicts v

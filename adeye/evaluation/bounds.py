@@ -1,0 +1,111 @@
+"""A bound on a metric: what an FSR without a formula asks for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adeye.errors import SpecError, suggest
+from adeye.evaluation.metrics import METRICS, MetricDefinition
+from adeye.evaluation.stl.check import unit_exponents
+from adeye.units import UNITS, Dimension, read_quantity, shown
+
+if TYPE_CHECKING:
+    from adeye.errors import SourceLocation
+    from adeye.signals import Bools, Floats
+    from adeye.spec.concept import Requirement
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A bound on a metric.
+
+    Attributes:
+        column: Id of the metric.
+        limit: In the metric's unit.
+        is_lower: Whether the metric has to be at least, not at most, the limit.
+    """
+
+    column: str
+    limit: float
+    is_lower: bool
+
+    @property
+    def metric(self) -> MetricDefinition:
+        """The metric, as registered in this process."""
+        return METRICS[self.column]
+
+    def margins(self, values: Floats, is_free: Bools) -> Floats:
+        """Give the distances (R,) to the limit in the metric's unit, negative when violated.
+
+        Args:
+            values: (R,) of the metric.
+            is_free: (R,) whether there was no conflict, so that the value is not read.
+        """
+        measured = np.where(is_free, 0.0, values)
+        margin = measured - self.limit if self.is_lower else self.limit - measured
+        if self.metric.cap is None:
+            return margin
+        return np.where(is_free, self.metric.cap if self.is_lower else -self.metric.cap, margin)
+
+    @property
+    def text(self) -> str:
+        """Write it as a predicate."""
+        relation = ">=" if self.is_lower else "<="
+        unit = "" if self.metric.unit == "1" else f" {self.metric.unit}"
+        return f"{self.column} {relation} {self.limit:g}{unit}"
+
+
+def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> Bound:
+    """Find the metric of an FSR with a bound.
+
+    Args:
+        requirement: What the concept says.
+        where: Place of the bound in the concept's file.
+
+    Raises:
+        SpecError: There is no such metric, the bound is not finite, or it was written with a unit
+            of something else than the metric's.
+    """
+    written = requirement.bound
+    name = "" if written is None else written.metric
+    if written is None or name not in METRICS:
+        raise SpecError(
+            f"requirement {requirement.id}: there is no metric {name!r}",
+            where=where,
+            remedy=suggest(name, METRICS),
+        )
+    if written.written is not None:
+        _check_unit(requirement.id, name, written.written, where)
+    is_lower = written.at_least is not None
+    limit = written.at_least if is_lower else written.at_most
+    if limit is None or not math.isfinite(limit):
+        raise SpecError(
+            f"requirement {requirement.id}: the bound is {limit}",
+            where=where,
+            remedy="Give a finite number.",
+        )
+    return Bound(name, float(limit), is_lower)
+
+
+def _check_unit(name: str, column: str, text: str, where: SourceLocation | None) -> None:
+    """Refuse a bound that was written with a unit of something else than its metric."""
+    unit = METRICS[column].unit
+    wanted, (_, found) = unit_exponents(unit), read_quantity(text)
+    known = UNITS.get(unit)
+    is_si = known is not None and known.numerator == known.denominator
+    if wanted == found and (is_si or found == Dimension.NONE.exponents):
+        return
+    remedy = "Write a plain number."
+    measured = "is a plain number" if wanted == Dimension.NONE.exponents else f"is in {unit}"
+    if is_si:
+        names = ", ".join(item for item, other in UNITS.items() if other.exponents == wanted)
+        remedy = f"Write a plain number in {unit}, or one with a unit ({names})."
+    raise SpecError(
+        f"requirement {name}: {shown(text)} does not fit metric {column}, which {measured}",
+        where=where,
+        remedy=remedy,
+    )
