@@ -125,8 +125,10 @@ def over_budget(concept: Concept) -> Iterator[str]:
             if fdti + frti > goal.ftti + _ROUNDING_S:
                 parts = [("FDTI", fdti), ("FRTI", frti)]
                 said = [f"{word} {time:g} s" for word, time in parts if time > 0.0]
-                exceed = "exceed" if len(said) > 1 else "exceeds"
-                yield f"{goal.id}: {' and '.join(said)} of {name} {exceed} its FTTI of {goal.ftti:g} s"
+                yield (
+                    f"{goal.id}: {' and '.join(said)} of {name} "
+                    f"{'exceed' if len(said) > 1 else 'exceeds'} its FTTI of {goal.ftti:g} s"
+                )
 
 
 def check_cases(expansion: Expansion) -> None:
