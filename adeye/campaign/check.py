@@ -123,9 +123,11 @@ def over_budget(concept: Concept) -> Iterator[str]:
         budgets.append((names, detect[0], react[0]))
         for name, fdti, frti in budgets:
             if fdti + frti > goal.ftti + _ROUNDING_S:
+                parts = [("FDTI", fdti), ("FRTI", frti)]
+                said = [f"{word} {time:g} s" for word, time in parts if time > 0.0]
                 yield (
-                    f"{goal.id}: FDTI {fdti:g} s and FRTI {frti:g} s of {name} exceed its FTTI of "
-                    f"{goal.ftti:g} s"
+                    f"{goal.id}: {' and '.join(said)} of {name} "
+                    f"{'exceed' if len(said) > 1 else 'exceeds'} its FTTI of {goal.ftti:g} s"
                 )
 
 

@@ -20,3 +20,18 @@ def catalogue_folder(chosen: Path | None) -> Path:
         return chosen
     here = Path("scenarios_db")
     return here if here.is_dir() else shipped("scenarios_db")
+
+
+def catalogue_files(chosen: Path | None) -> dict[str, Path]:
+    """List the scenarios that the verbs read by id: those of a folder chosen, or of both others.
+
+    One in ``scenarios_db`` here takes the place of the shipped one of the same id.
+
+    Raises:
+        UsageError: The chosen one is not a folder.
+        SpecError: Two files of one folder have one id.
+    """
+    from adeye.spec.load import SCENARIOS, scenario_files, shipped
+
+    found = {} if chosen is not None else scenario_files(shipped(SCENARIOS))
+    return dict(sorted((found | scenario_files(catalogue_folder(chosen))).items()))

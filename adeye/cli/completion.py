@@ -30,12 +30,11 @@ def _quiet(complete: Callable[[typer.Context, str], Iterable[Offer]]) -> Callabl
 @_quiet
 def complete_scenarios(ctx: typer.Context, incomplete: str) -> Iterable[Offer]:  # noqa: ARG001
     """Offer the scenarios of the catalogue."""
-    from adeye.cli.catalogue import catalogue_folder
+    from adeye.cli.catalogue import catalogue_files
     from adeye.cli.output import clean
-    from adeye.spec.load import scenario_files
 
     chosen = ctx.params.get("catalogue")
-    known = scenario_files(catalogue_folder(None if chosen is None else Path(chosen)))
+    known = catalogue_files(None if chosen is None else Path(chosen))
     return [(clean(name), clean(path.parent.name)) for name, path in known.items()]
 
 

@@ -131,7 +131,7 @@ Catalogue = Annotated[
         "--catalogue",
         metavar="DIR",
         envvar="ADEYE_CATALOGUE",
-        help="Folder of scenarios; default: scenarios_db here, else the shipped one.",
+        help="Folder of scenarios; default: scenarios_db here, and the shipped ones.",
     ),
 ]
 

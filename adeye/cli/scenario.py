@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from adeye.cli.catalogue import catalogue_folder
+from adeye.cli.catalogue import catalogue_files, catalogue_folder
 from adeye.cli.completion import complete_scenarios
 from adeye.cli.options import Catalogue, Json, add
 from adeye.cli.output import (
@@ -44,10 +44,9 @@ LintFiles = Annotated[
 
 def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
     """List the scenarios of the catalogue with their parameters and ranges."""
-    from adeye.spec.load import load_scenario, scenario_files
+    from adeye.spec.load import load_scenario
 
-    folder = catalogue_folder(catalogue)
-    loaded = {name: load_scenario(path) for name, path in scenario_files(folder).items()}
+    loaded = {name: load_scenario(path) for name, path in catalogue_files(catalogue).items()}
     if json:
         emit_json("scenario-list", {"scenarios": [_entry(*item) for item in loaded.items()]})
         return
@@ -66,13 +65,13 @@ def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
 def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = False) -> None:
     """Show one scenario: parameters with their ranges, actors, storyboard, origin."""
     from adeye.errors import UsageError, suggest
-    from adeye.spec.load import load_scenario, scenario_files
+    from adeye.spec.load import load_scenario
 
-    folder = catalogue_folder(catalogue)
-    known = scenario_files(folder)
+    known = catalogue_files(catalogue)
     if name not in known:
         raise UsageError(
-            f"there is no scenario {name!r} in {folder}", remedy=suggest(name, sorted(known))
+            f"there is no scenario {name!r} in {catalogue_folder(catalogue)}",
+            remedy=suggest(name, sorted(known)),
         )
     loaded = load_scenario(known[name])
     if json:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from adeye.cli.forks import Sample
 from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId
-from adeye.cli.output import emit, emit_fields, emit_json, emit_table, plain, short
+from adeye.cli.output import emit, emit_fields, emit_json, emit_table, plain, short, width
 from adeye.cli.progress import watching
 
 if TYPE_CHECKING:
@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from adeye.evaluation.injections import Injection, InjectionCount
     from adeye.evaluation.timeline import Timeline
     from adeye.report.fault_parts import Rate
+
+_CLASSES: Final = ("not activated", "masked", "in time", "late", "undetected", "violating")
+"""In the order in which they are counted."""
+
+_WIDE: Final = 160
 
 
 def timeline(run: RunId, db: Db = None, json: Json = False, quiet: Quiet = False) -> None:
@@ -143,12 +148,7 @@ def _print_table(found: InjectionTable) -> None:
         "Scenario",
         "Fault entry",
         "Architecture",
-        "Not activated",
-        "Masked",
-        "In time",
-        "Late",
-        "Undetected",
-        "Violating",
+        *(name.capitalize() for name in _CLASSES),
         "Detected",
         "Least FTTI [s]",
         "Most FHTI [s]",
@@ -165,7 +165,25 @@ def _print_table(found: InjectionTable) -> None:
         ]
         for row in found.rows
     ]
+    if width() < _WIDE:
+        # Nine columns of numbers, most of them zero, would leave no table.
+        headers = (*headers[:3], "Classes", *headers[9:])
+        rows = [
+            [*cells[:3], _classes(row), *cells[9:]]
+            for cells, row in zip(rows, found.rows, strict=True)
+        ]
+        emit_table(headers, rows, right=headers[4:])
+        return
     emit_table(headers, rows, right=headers[3:])
+
+
+def _classes(row: InjectionCount) -> str:
+    """Write the classes that there are with their counts."""
+    return ", ".join(
+        f"{count} {word}"
+        for word, count in zip(_CLASSES, row.counts.values(), strict=True)
+        if count
+    )
 
 
 def _coverage(row: InjectionCount) -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Final, Literal
 
-from adeye.spec.architecture import ACTUATORS
+from adeye.spec.architecture import ACTUATORS, HEALTH
 from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel, SafetyChannel
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def _pair(
         _map(architecture, first, second),
         *_resources(architecture, stated, one, other),
         *_code(architecture, first, second),
-        *_influences(architecture, first, second),
+        *_influences(architecture, one, other),
         _switch(architecture, stated, one, other),
         Shared(
             "vehicle",
@@ -359,20 +359,31 @@ def _source(name: str) -> str:
     return posixpath.normpath(source) if source.endswith(".py") else source.partition(".")[0]
 
 
-def _influences(architecture: Architecture, first: str, second: str) -> Iterator[Shared]:
-    for reader, read in ((first, second), (second, first)):
-        if f"channels.{read}" in architecture.channels[reader].links:
-            yield Shared(
-                "influence",
-                f"{read} \N{RIGHTWARDS ARROW} {reader}",
+def _influences(architecture: Architecture, one: _Reach, other: _Reach) -> Iterator[Shared]:
+    for reads, is_read in ((one, other), (other, one)):
+        reader, read = reads.channel, is_read.channel
+        links = architecture.channels[reader].links
+        if f"channels.{read}" in links:
+            yield _influence(
+                read,
+                reader,
                 f"{reader} reads the command and the state of {read}",
-                (f"links.{reader}.channels.{read}",),
+                f"channels.{read}",
             )
-    readers = [name for name in (first, second) if "switch" in architecture.channels[name].links]
-    for name in readers:
-        yield Shared(
-            "influence",
-            f"switch \N{RIGHTWARDS ARROW} {name}",
-            f"{name} reads who acts, and so what the switch made of the other",
-            (f"links.{name}.switch",),
-        )
+        for sensor in is_read.sensors:
+            if f"{HEALTH}{sensor}" in links:
+                yield _influence(
+                    sensor,
+                    reader,
+                    f"{reader} reads whether {sensor}, by which {read} sees, delivers",
+                    f"{HEALTH}{sensor}",
+                )
+    for name in (one.channel, other.channel):
+        if "switch" in architecture.channels[name].links:
+            how = f"{name} reads who acts, and so what the switch made of the other"
+            yield _influence("switch", name, how, "switch")
+
+
+def _influence(read: str, reader: str, how: str, link: str) -> Shared:
+    what = f"{read} \N{RIGHTWARDS ARROW} {reader}"
+    return Shared("influence", what, how, (f"links.{reader}.{link}",))

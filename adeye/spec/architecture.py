@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
+from adeye.errors import suggest
 from adeye.spec.channels import Channel, PositiveAcceleration, SafetyChannel
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
@@ -72,7 +73,8 @@ class Architecture(Record):
                 loc = ("channels", name, "links", at)
                 if link not in known:
                     text = f"channel {name!r} links {link!r}, which is none of {', '.join(known)}"
-                    found.append((loc, text))
+                    near = suggest(link, known)
+                    found.append((loc, f"{text}. {near}" if near.endswith("?") else text))
                 elif at in repeated(channel.links):
                     found.append((loc, f"channel {name!r} links {link!r} twice"))
             if isinstance(channel, SafetyChannel):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.spec.architecture import Architecture
@@ -20,6 +20,9 @@ from adeye.units import shown
 
 Spec = TypeVar("Spec", bound=Record)
 Loc = tuple[str | int, ...]
+
+SCENARIOS: Final = "scenarios_db"
+"""Folder of scenarios, of a project and of the package."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,13 @@ def load_odd(path: str | Path) -> OddFiles:
     scenarios: dict[str, Loaded[LogicalScenario]] = {}
     for number, use in enumerate(odd.spec.scenarios):
         where = odd.locate(("scenarios", number, "use"))
-        scenario = load_scenario(_find_scenario(use.use, catalogue, where))
+        if use.use not in catalogue:
+            raise SpecError(
+                f"there is no scenario {use.use!r} in {odd.spec.catalogue or SCENARIOS}",
+                where=where,
+                remedy=suggest(use.use, sorted(catalogue)),
+            )
+        scenario = load_scenario(catalogue[use.use])
         if scenario.spec.scenario != use.use:
             raise SpecError(
                 f"the scenario is named {scenario.spec.scenario!r}, its file {use.use!r}",
@@ -108,7 +117,10 @@ def load_odd(path: str | Path) -> OddFiles:
 
 
 def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
-    """Load one scenario file with what it extends; its formulas are not yet checked."""
+    """Load one scenario file with what it extends; its formulas are not yet checked.
+
+    What it extends by an id is the file of that name beside it, else the scenario of the package.
+    """
     return _load(Path(path), LogicalScenario)
 
 
@@ -142,7 +154,7 @@ def shipped(folder: str) -> Path:
 
 
 def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
-    documents = _with_bases(path)
+    documents = _with_bases(path, is_scenario=model is LogicalScenario)
     content = documents[-1].value
     if len(documents) == 1:
         return Loaded(validate(documents[0], model), content, path, documents)
@@ -170,15 +182,15 @@ class _Merged:
         return "" if is_own else self.documents[0].path
 
 
-def _with_bases(path: Path) -> tuple[Document, ...]:
+def _with_bases(path: Path, *, is_scenario: bool) -> tuple[Document, ...]:
     documents: list[Document] = []
     seen: list[Path] = []
     current: Path | None = path
     while current is not None:
-        document = load_document(current)
-        seen.append(current.resolve())
+        naming, current = current, None
+        document = load_document(naming)
+        seen.append(naming.resolve())
         documents.append(document)
-        current = None
         if isinstance(document.value, dict) and "extends" in document.value:
             base = document.value.pop("extends")
             where = document.locate(("extends",))
@@ -188,14 +200,24 @@ def _with_bases(path: Path) -> tuple[Document, ...]:
                     where=where,
                     remedy="Write a file, or the id of one in the same folder.",
                 )
-            name = base if base.endswith((".yaml", ".yml")) else f"{base}.yaml"
-            current = _beside(path, name, where)
+            current = _base(naming, base, where, is_scenario=is_scenario)
             if current.resolve() in seen:
                 chain = " → ".join(file.stem for file in [*seen, current])
                 raise SpecError(
                     f"extends is cyclic: {chain}", where=where, remedy="Remove one of the links."
                 )
     return tuple(documents)
+
+
+def _base(path: Path, base: str, where: SourceLocation, *, is_scenario: bool) -> Path:
+    """Find what a file extends: beside it, or a scenario of the package by its id."""
+    is_file = base.endswith((".yaml", ".yml"))
+    name = base if is_file else f"{base}.yaml"
+    if is_scenario and not is_file and not _is(Path.is_file, path.parent / name):
+        known = scenario_files(shipped(SCENARIOS))
+        if base in known:
+            return known[base]
+    return _beside(path, name, where)
 
 
 def merge(base: Any, override: Any) -> Any:
@@ -255,7 +277,8 @@ def _is(kind: Callable[[Path], bool], path: Path) -> bool:
         return False
 
 
-def _catalogue(odd: Loaded[Odd]) -> Path:
+def _catalogue(odd: Loaded[Odd]) -> dict[str, Path]:
+    """List the scenarios that an ODD may use: of its folder, and those of the package."""
     if odd.spec.catalogue is not None:
         folder = odd.path.parent / odd.spec.catalogue
         if not _is(Path.is_dir, folder):
@@ -264,11 +287,12 @@ def _catalogue(odd: Loaded[Odd]) -> Path:
                 where=odd.locate(("catalogue",)),
                 remedy=f"Looked for {shown(str(folder))}; check the path.",
             )
-        return folder
-    for folder in (odd.path.parent.parent / "scenarios_db", odd.path.parent / "scenarios_db"):
+        return scenario_files(folder)
+    found = scenario_files(shipped(SCENARIOS))
+    for folder in (odd.path.parent.parent / SCENARIOS, odd.path.parent / SCENARIOS):
         if folder.is_dir():
-            return folder
-    return shipped("scenarios_db")
+            return found | scenario_files(folder)
+    return found
 
 
 def scenario_files(catalogue: Path) -> dict[str, Path]:
@@ -287,17 +311,6 @@ def scenario_files(catalogue: Path) -> dict[str, Path]:
             )
         found[path.stem] = path
     return found
-
-
-def _find_scenario(name: str, catalogue: Path, where: SourceLocation) -> Path:
-    known = scenario_files(catalogue)
-    if name not in known:
-        raise SpecError(
-            f"there is no scenario {name!r} in {catalogue}",
-            where=where,
-            remedy=suggest(name, sorted(known)),
-        )
-    return known[name]
 
 
 def _check_gate(files: OddFiles) -> None:

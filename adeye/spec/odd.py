@@ -193,7 +193,8 @@ class Odd(Record):
     max_test_cases: Annotated[int, Field(ge=1)] = 100_000
     outside: Literal["refuse", "robustness"] = "refuse"
     catalogue: Text | None = None
-    """Folder of scenarios, relative to this file; default: ``scenarios_db`` beside its folder."""
+    """Folder of scenarios, relative to this file; default: ``scenarios_db`` beside its folder, and
+    the scenarios of the package."""
     plugins: Many[Text] = ()
     """Metrics from outside the package, by entry point; files are relative to this one."""
 

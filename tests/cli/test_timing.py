@@ -59,6 +59,19 @@ def test_faults_count_by_scenario_fault_and_architecture(
     assert {row["coverage"] for row in document["rows"]} == {None}
 
 
+def test_faults_leave_out_classes_that_are_not_there_on_a_narrow_terminal(
+    adeye: Any, mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    db = shutil.copyfile(mini.db, tmp_path / "adeye.db")
+    rows = adeye("faults", "--sample", "0", "--db", str(db), "--json").document["rows"]
+    monkeypatch.setenv("COLUMNS", "120")
+    printed = adeye("faults", "--sample", "0", "--db", str(db)).out
+    assert "Not activated" not in printed
+    assert max(map(len, printed.splitlines())) <= 120
+    (row, *_) = [row for row in rows if row["counts"]["detected_in_time"]]
+    assert f"{row['counts']['detected_in_time']} in time" in printed
+
+
 def test_trade_of_an_axis_is_a_table_and_json(
     adeye: Any, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -154,6 +154,19 @@ def test_what_is_behind_the_other_channel_is_one_influence() -> None:
     assert targets == [("links.a.channels.b",), ("links.a.switch",)]
 
 
+def test_health_of_a_sensor_of_the_other_is_an_influence_and_no_shared_sensor() -> None:
+    pair = only(architecture(a=safety("radar", "health.camera"), b=nominal("camera")))
+    assert named(pair, "sensor") == []
+    (item,) = [item for item in pair.shared if item.kind == "influence"]
+    assert item.what == "camera → a"
+    assert item.targets == ("links.a.health.camera",)
+
+
+def test_health_of_a_sensor_of_its_own_is_no_influence() -> None:
+    pair = only(architecture(a=safety("radar", "health.radar"), b=nominal("camera")))
+    assert named(pair, "influence") == []
+
+
 def test_resource_of_a_sensor_and_of_a_channel_is_shared_by_all_that_need_it() -> None:
     made = architecture(
         {"camera": "eyes", "a": "guard", "b": "pilot", "radar": "ears"},

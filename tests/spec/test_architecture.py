@@ -61,6 +61,12 @@ def test_link_to_what_is_not_there_is_refused_at_its_place() -> None:
     assert "channels.nominal" in message
 
 
+def test_link_that_is_nearly_right_is_named() -> None:
+    links = ["truth", "health.front_camara"]
+    ((_, message),) = errors(content("channels", "safety", "links", value=links))
+    assert message.endswith("Did you mean 'health.front_camera'?")
+
+
 def test_every_wrong_reference_is_listed() -> None:
     changed = content("channels", "safety", "links", value=["a", "truth", "b", "truth"])
     changed["switch"]["priority"] = ["safety", "nominal", "backup"]

@@ -134,6 +134,26 @@ def test_extends_is_found_beside_the_file_that_names_it(write: Any, tmp_path: Pa
         load_scenario(write("sub/lost", "extends: base\nscenario: lost\n"))
 
 
+def test_every_file_of_a_chain_names_what_is_beside_itself(write: Any, tmp_path: Path) -> None:
+    for folder in ("near", "far"):
+        (tmp_path / folder).mkdir()
+    write("far/base", (tmp_path / "base.yaml").read_text())
+    write("far/middle", "extends: base\nscenario: middle\n")
+    path = write("near/last", "extends: ../far/middle.yaml\nscenario: last\n")
+    assert load_scenario(path).spec.title == "A base"
+
+
+def test_scenario_extends_one_of_the_package_that_is_not_beside_it(write: Any) -> None:
+    loaded = load_scenario(write("mine", "extends: motorway_bay\nscenario: mine\ntitle: Mine\n"))
+    assert loaded.spec.title == "Mine"
+    assert [document.path for document in loaded.documents][-1].endswith("free_driving.yaml")
+
+
+def test_scenario_beside_it_goes_before_one_of_the_package(write: Any) -> None:
+    write("cut_in", "extends: base\nscenario: cut_in\n")
+    assert load_scenario(write("mine", "extends: cut_in\nscenario: mine\n")).spec.title == "A base"
+
+
 @pytest.mark.parametrize(
     ("first", "second", "chain"),
     [("b", "a", "a → b → a"), ("a", "a", "a → a"), ("b", "b", "a → b → b")],
