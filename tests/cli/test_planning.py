@@ -69,7 +69,7 @@ def test_architectures_that_differ_are_summed(
     assert ended.err == "note: an axis is dead\n"
 
 
-def test_fault_entries_are_listed_once_for_who_has_them(adeye: Any, odd: str) -> None:
+def test_fault_entries_are_listed_once_for_who_has_them(odd: str) -> None:
     first = adeye_plan(odd).expansion.factors[0]
     lists = {
         ("s", "a"): ("none", "f"),
