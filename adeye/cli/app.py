@@ -120,7 +120,14 @@ add(
     "adeye timeline 3f2a --json",
     panel=RESULTS,
 )
-add(app, faults, "adeye faults", "adeye faults 3 --sample 0 --json", panel=RESULTS)
+add(
+    app,
+    faults,
+    "adeye faults",
+    "adeye faults 3 --sample 0 --json",
+    "adeye faults --by safety.parameters.confirm",
+    panel=RESULTS,
+)
 add(
     app,
     fork,

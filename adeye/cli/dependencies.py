@@ -34,7 +34,7 @@ _ABSENT: Final[tuple[Kind, ...]] = (
 
 
 def dependencies(odd: OddFile, architecture: OfArchitecture = None, json: Json = False) -> None:
-    """List what channels share that the switch may give authority to. Nothing is executed.
+    """List what could make two channels of the switch fail together. Nothing is executed.
 
     Common sensors and ego estimate, the map, resources such as power of the elements that they
     realise, code, links from one to the other, switch and vehicle; and what a fault entry has to

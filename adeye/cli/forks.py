@@ -43,7 +43,8 @@ Sample = Annotated[
         min=0,
         metavar="N",
         envvar="ADEYE_SAMPLE",
-        help="Look at so many runs of the campaign, the same every time; 0 for all.",
+        help="Look at so many runs of the campaign, with and without faults, the same every "
+        "time; 0 for all.",
     ),
 ]
 
