@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from adeye.errors import ExpressionError, InputErrors, SourceLocation, SpecError
+from adeye.evaluation.bounds import Bound
 from adeye.evaluation.requirements import (
-    Bound,
     CheckedRequirement,
     JudgedPlan,
     check_requirements,
