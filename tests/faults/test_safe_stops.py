@@ -216,7 +216,8 @@ def test_supervised_architecture_masters_all_of_them_by_its_counters(tmp_path: P
 
     A silent channel is confirmed at the first evaluation that finds it stale: 0.15 s, as above.
     What is implausible is counted up by 2 from -2 to 4: three evaluations, the first a tick after
-    the fault by the link.
+    the fault by the link. A frozen plan is the same command for 0.5 s, counted from the one before
+    the fault, two ticks later by computing time and link, and three evaluations: 0.65 s.
     """
     names = ("cut_in", "lead_braking", "free_driving", "motorway_bay")
     uses = [{"use": name, "faults": ENTRIES} for name in names]
@@ -228,15 +229,9 @@ def test_supervised_architecture_masters_all_of_them_by_its_counters(tmp_path: P
         odd["gate"] = {"architectures": ["supervised"]}
     runs = executed(made)
     assert len(runs) == len(names) * len(ENTRIES)
-    # It froze while it braked for the vehicle that cuts in, which the corner radar shows it early,
-    # and brakes to standstill itself.
-    left = ("cut_in", "frozen")
-    assert [what for what, run in runs.items() if not run.is_safe_to_the_end] == [left]
-    assert runs[left].times.safe_s is not None
-    assert runs[left].times.violation_s is None
-    assert runs[left].times.detect_s is None
+    assert [what for what, run in runs.items() if not run.is_safe_to_the_end] == []
     for (name, entry), run in runs.items():
-        closed = {"killed": 0.15, "no_number": 0.0, "too_much": 0.15}.get(entry)
+        closed = {"killed": 0.15, "no_number": 0.0, "too_much": 0.15, "frozen": 0.65}.get(entry)
         if closed is not None:
             assert run.times.fdti_s == pytest.approx(closed), (name, entry)
             assert run.times.switch_s == pytest.approx(run.times.detect_s)

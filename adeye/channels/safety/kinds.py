@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 (
     CHANNEL_SILENT,
     CHANNEL_IMPLAUSIBLE,
+    CHANNEL_STUCK,
     SENSOR_SILENT,
     OFF_ROAD,
     LANE_DEPARTURE,
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     RSS_DANGER,
     ODD_EXIT,
     LAST_SAFE_STOP,
-) = range(10)
+) = range(11)
 """Kinds, in the order of ``spec.supervisor.KINDS``."""
 
 # Columns of a rule: what a monitor is, and from RULE_FIRST on its thresholds in the order of
@@ -78,8 +79,9 @@ SENSOR_ROW: Final = 2
     CHANGE_STAMP,  # [s], -1 before the first
     CHANGE_JERK,  # largest since the monitors were asked [m/s³]
     CHANGE_RATE,  # of the steering angle [rad/s]
-) = range(5)
-CHANGE_ROW: Final = 5
+    CHANGE_SINCE,  # when the newest command was first given [s]
+) = range(6)
+CHANGE_ROW: Final = 6
 
 _TIME_TOLERANCE: Final = 1e-9
 
@@ -119,21 +121,27 @@ def remember(batch: Batch, watch: Watch, run: int, time: float, knows_pose: bool
             sensor[SENSOR_CAME] = time
         sensor[SENSOR_STAMP] = stamp
     for channel in range(batch.numbers.shape[1]):
-        numbers, change = batch.numbers[run, channel], watch.changes[run, channel]
-        if not batch.heard[run, channel]:
-            continue
-        age = numbers[2] - change[CHANGE_STAMP]
-        if change[CHANGE_STAMP] >= 0.0 and age > 0.0:
-            jerk = abs(numbers[0] - change[CHANGE_ACCELERATION]) / age
-            rate = abs(numbers[1] - change[CHANGE_STEERING]) / age
-            # A comparison with what is no number must not let it pass.
-            if not jerk <= change[CHANGE_JERK]:
-                change[CHANGE_JERK] = jerk
-            if not rate <= change[CHANGE_RATE]:
-                change[CHANGE_RATE] = rate
-        if age > 0.0:
-            change[CHANGE_ACCELERATION], change[CHANGE_STEERING] = numbers[0], numbers[1]
-            change[CHANGE_STAMP] = numbers[2]
+        if batch.heard[run, channel]:
+            _compare(batch.numbers[run, channel], watch.changes[run, channel])
+
+
+@inlined
+def _compare(numbers: Floats, change: Floats) -> None:
+    """Compare a command (3,) with the one before, and keep it."""
+    age, is_first = numbers[2] - change[CHANGE_STAMP], change[CHANGE_STAMP] < 0.0
+    if not age > 0.0:
+        return
+    other = abs(numbers[0] - change[CHANGE_ACCELERATION])
+    turned = abs(numbers[1] - change[CHANGE_STEERING])
+    if is_first or other + turned != 0.0:
+        change[CHANGE_SINCE] = numbers[2]
+    # A comparison with what is no number must not let it pass.
+    if not (is_first or other / age <= change[CHANGE_JERK]):
+        change[CHANGE_JERK] = other / age
+    if not (is_first or turned / age <= change[CHANGE_RATE]):
+        change[CHANGE_RATE] = turned / age
+    change[CHANGE_ACCELERATION], change[CHANGE_STEERING] = numbers[0], numbers[1]
+    change[CHANGE_STAMP] = numbers[2]
 
 
 @inlined
@@ -179,6 +187,18 @@ def channel_implausible(batch: Batch, watch: Watch, run: int, channel: int, rule
         and change[CHANGE_RATE] <= rule[RULE_FIRST + 4]
     )
     return not is_plausible
+
+
+@inlined
+def channel_stuck(batch: Batch, watch: Watch, run: int, channel: int, rule: Floats) -> bool:
+    """Fire when a moving vehicle is given the same command for too long, to the bit."""
+    if not batch.heard[run, channel]:
+        return False
+    change = watch.changes[run, channel]
+    held = change[CHANGE_STAMP] - change[CHANGE_SINCE]
+    is_alive = held < rule[RULE_FIRST] - _TIME_TOLERANCE
+    is_number = not math.isnan(change[CHANGE_ACCELERATION] + change[CHANGE_STEERING])
+    return not (is_number and (is_alive or batch.pose[run, POSE_SPEED] < rule[RULE_FIRST + 1]))
 
 
 @inlined
@@ -314,6 +334,8 @@ def of_watched(batch: Batch, watch: Watch, run: int, monitor: int, time: float) 
             fires = channel_silent(batch, run, number, time, rule)
         elif kind == CHANNEL_IMPLAUSIBLE:
             fires = channel_implausible(batch, watch, run, number, rule)
+        elif kind == CHANNEL_STUCK:
+            fires = channel_stuck(batch, watch, run, number, rule)
         else:
             fires = sensor_silent(watch, run, number, time, rule)
         if fires:

@@ -46,6 +46,7 @@ THRESHOLDS: Final[Mapping[str, Mapping[str, float]]] = {
         "max_jerk": _ENDLESS,
         "max_steering_rate": _ENDLESS,
     },
+    "channel_stuck": {"timeout": _ENDLESS, "min_speed": 0.0},
     "sensor_silent": {"timeout": _ENDLESS, "max_age": _ENDLESS},
     "off_road": {"margin": 0.0},
     "lane_departure": {"max_offset": _ENDLESS},

@@ -8,6 +8,7 @@ from adeye.channels.perception import NOTE_END
 from adeye.channels.pose import POSE_ACCELERATION, POSE_S
 from adeye.channels.safety.kinds import (
     CHANNEL_IMPLAUSIBLE,
+    CHANNEL_STUCK,
     LAST_SAFE_STOP,
     OBJECT_DANGER,
     RULE_KIND,
@@ -140,7 +141,7 @@ def _ask_monitors(  # noqa: PLR0913, PLR0917 - a kernel
     for monitor in range(watch.rules.shape[1]):
         rule = watch.rules[run, monitor]
         kind = int(rule[RULE_KIND])
-        asks_pose = kind == CHANNEL_IMPLAUSIBLE or kind > CHANNEL_KINDS
+        asks_pose = kind in (CHANNEL_IMPLAUSIBLE, CHANNEL_STUCK) or kind > CHANNEL_KINDS
         fires = asks_pose and misses_pose(watch, run, time, knows_pose)
         if kind <= CHANNEL_KINDS:
             fires = fires or of_watched(batch, watch, run, monitor, time)

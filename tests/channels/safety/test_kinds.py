@@ -85,6 +85,7 @@ def fires(monitor: Scene, scene: Scene | None = None, ticks: int = 8) -> bool:
 NAN = float("nan")
 SILENT = {"kind": "channel_silent", "watches": ["nominal"], "timeout": "0.1 s"}
 WRONG = {"kind": "channel_implausible", "watches": ["nominal"]}
+STUCK = {"kind": "channel_stuck", "watches": ["nominal"], "timeout": "0.2 s"}
 SENSOR = {"kind": "sensor_silent", "watches": ["front"]}
 AREA = {"kind": "critical_area"}
 RSS = {"kind": "rss_danger"}
@@ -123,6 +124,13 @@ def alternating(size: float) -> Numbers:
         (WRONG | {"max_jerk": "100 m/s^3"}, {"acceleration": alternating(4.0)}, True),
         (WRONG, {"speed": 0.0, "steering": alternating(0.1)}, False),
         (WRONG, {"speed": 0.0, "steering": alternating(0.2)}, True),
+        (STUCK, {}, True),
+        (STUCK, {"speed": 0.5}, False),
+        (STUCK | {"min_speed": "0 m/s"}, {"speed": 0.5}, True),
+        (STUCK, {"steering": alternating(1e-12)}, False),
+        (STUCK, {"acceleration": alternating(1e-12)}, False),
+        (STUCK, {"acceleration": NAN, "speed": 0.5}, True),
+        (STUCK | {"timeout": "30 s"}, {}, False),
         (SENSOR, {}, False),
         (SENSOR, {"alive": lambda time: time < 0.2}, True),
         (SENSOR, {"sample_age": 0.3}, False),
@@ -178,6 +186,7 @@ def test_fires_where_it_should_and_nowhere_else(
     "monitor",
     [
         WRONG,
+        STUCK | {"timeout": "30 s"},
         {"kind": "off_road"},
         {"kind": "lane_departure"},
         {"kind": "object_danger"},
