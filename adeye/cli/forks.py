@@ -9,7 +9,6 @@ import typer
 from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, plain, short
 from adeye.cli.progress import watching
-from adeye.trace import LINK_TICKS
 
 if TYPE_CHECKING:
     from adeye.campaign.forks import Forked
@@ -103,6 +102,8 @@ def _prefix(forked: Forked) -> str:
     if forked.links is None:
         return f"{same}; the run has no digest chain"
     if forked.links == 0:
+        from adeye.trace import LINK_TICKS
+
         return (
             f"{same}, compared bit for bit with the run executed again; shorter than one link of "
             f"the digest chain ({LINK_TICKS} ticks)"
