@@ -123,7 +123,8 @@ class Degradation:
 
     Attributes:
         in_force: A minimal-risk manoeuvre is in force.
-        goes_on: A monitor is confirmed, and the drive shall go on without a manoeuvre.
+        goes_on: A monitor is confirmed, and the drive shall go on without a manoeuvre, now and to
+            the end: what leads to a manoeuvre later has not been handled by going on till then.
     """
 
     in_force: Bools
@@ -146,7 +147,9 @@ def degradation(monitors: NDArray[Any], names: Sequence[str]) -> Degradation:
             confirmed |= monitors[..., at, 1] != 0
     if not set(names) & set(MANOEUVRE_MONITORS):
         confirmed[...] = False
-    return Degradation(in_force, confirmed & ~asked & ~in_force)
+    is_needed = asked | in_force
+    later = np.logical_or.accumulate(is_needed[..., ::-1], axis=-1)[..., ::-1]
+    return Degradation(in_force, confirmed & ~later)
 
 
 def operates_in_emergency(

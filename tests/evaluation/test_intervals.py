@@ -95,11 +95,19 @@ def test_emergency_operation_is_another_channel_that_brakes_or_stands() -> None:
 
 def test_supervisor_lets_the_drive_go_on_where_it_has_an_alarm_and_asks_for_nothing() -> None:
     monitors = np.zeros((5, 3, 2), dtype=np.bool_)
-    monitors[1:, 0] = True
-    monitors[2, 1, 0] = monitors[3, 1] = monitors[4, 2, 1] = True
+    monitors[1, 1, 0] = monitors[2, 1] = monitors[2, 2, 1] = True
+    monitors[3:, 0] = True
     found = degradation(monitors, ("one", "mrm_rest_area", "mrm_stop"))
-    assert found.in_force.tolist() == [False, False, False, True, True]
-    assert found.goes_on.tolist() == [False, True, False, False, False]
+    assert found.in_force.tolist() == [False, False, True, False, False]
+    assert found.goes_on.tolist() == [False, False, False, True, True]
+
+
+def test_mild_alarm_before_a_manoeuvre_is_asked_for_handles_nothing() -> None:
+    monitors = np.zeros((2, 4, 2, 2), dtype=np.bool_)
+    monitors[:, :, 0] = True
+    monitors[0, 2, 1, 0] = True
+    found = degradation(monitors, ("one", "mrm_stop"))
+    assert found.goes_on.tolist() == [[False, False, False, True], [True, True, True, True]]
 
 
 def test_monitors_without_a_supervisor_let_nothing_go_on() -> None:
