@@ -215,11 +215,12 @@ def _session(pid: int) -> int:
 
 
 def _signal_group(pid: int, name: signal.Signals) -> None:
-    # Between fork and setsid it has no group of its own yet.
-    with suppress(OSError):
-        os.kill(pid, name)
-    with suppress(OSError):
+    # Once and no more: a program that is already leaving has no handler left for a second signal.
+    try:
         os.killpg(pid, name)
+    except OSError:  # between fork and setsid it has no group of its own yet
+        with suppress(OSError):
+            os.kill(pid, name)
 
 
 def _kill_all(pid: int) -> None:

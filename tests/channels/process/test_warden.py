@@ -129,6 +129,28 @@ def test_told_to_end_a_program_it_asks_first_and_then_kills(warden: Warden) -> N
     os.close(stdout)
 
 
+def test_a_group_is_signalled_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    # While a program leaves, its handler is gone: a second request would be its exit code.
+    sent: list[str] = []
+    monkeypatch.setattr(os, "kill", lambda *_: sent.append("process"))
+    monkeypatch.setattr(os, "killpg", lambda *_: sent.append("group"))
+    subject._signal_group(7, signal.SIGTERM)
+    assert sent == ["group"]
+
+
+def test_a_process_without_a_group_of_its_own_is_signalled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def no_group(*_: object) -> None:
+        raise ProcessLookupError
+
+    sent: list[int] = []
+    monkeypatch.setattr(os, "kill", lambda pid, _: sent.append(pid))
+    monkeypatch.setattr(os, "killpg", no_group)
+    subject._signal_group(7, signal.SIGTERM)
+    assert sent == [7]
+
+
 def test_program_that_does_not_listen_is_killed(warden: Warden) -> None:
     stdout = warden.start(
         "import signal, time\nsignal.signal(15, signal.SIG_IGN)\nprint(1, flush=True)\n"
