@@ -22,6 +22,8 @@ from adeye.evaluation.stl.syntax import (
     children,
     names_in,
     needed_time,
+    shortest_look_back,
+    window_of,
     window_rows,
 )
 from adeye.identity import digest
@@ -318,11 +320,12 @@ def last_decision(node: Node, horizon_s: float) -> float:
     inner = max((last_decision(child, horizon_s) for child in children(node)), default=-math.inf)
     if isinstance(node, Temporal | Until):
         return inner + (horizon_s if node.window is None else node.window.last_s)
-    return inner
+    return inner - shortest_look_back(node)
 
 
 def _windows(node: Node) -> Iterator[Window]:
-    if isinstance(node, Temporal | Until) and node.window is not None:
-        yield node.window
+    window = window_of(node)
+    if window is not None:
+        yield window
     for child in children(node):
         yield from _windows(child)

@@ -50,9 +50,11 @@ _STATUS_WORDS: Final = {
     statuses.UNDEFINED: "the metric is undefined in this run",
     statuses.INCOMPLETE: "the run ended before the metric was complete",
 }
-_NO_CONFLICT, _NOT_APPLICABLE, _BEYOND = (
-    BINDING_STATUSES.index(word) for word in ("no_conflict", "not_applicable", "beyond_trace")
+_NO_CONFLICT, _NOT_APPLICABLE, _BEYOND, _BEFORE = (
+    BINDING_STATUSES.index(word)
+    for word in ("no_conflict", "not_applicable", "beyond_trace", "before_trace")
 )
+_KINDS: Final = len(BINDING_STATUSES)
 _AS_FOUND, _BY_CONTACT, _UNCERTAIN = range(3)
 """What the rules about contact and numeric uncertainty did to a verdict."""
 
@@ -195,19 +197,19 @@ class Frame:
             axis=1,
         )
         # The last binding is that of an error: none.
-        binding = np.where(error, 4 * len(words), 4 * node + status)
-        bindings = tuple(_binding(item, code) for item in words for code in range(4))
+        binding = np.where(error, _KINDS * len(words), _KINDS * node + status)
+        bindings = tuple(_binding(item, code) for item in words for code in range(_KINDS))
         # A word is part of the reason; where a sample does not apply there is none.
         code = np.where((kinds[node] == WORD) & (status == 0), result.value[runs] + 1.0, 0.0)
         widest = 1 + max((len(item.values) for item in words), default=0)
-        reason = (verdict * (4 * len(words)) + 4 * node + status) * widest + np.nan_to_num(
-            code
-        ).astype(np.int64)
+        reason = (
+            verdict * (_KINDS * len(words)) + _KINDS * node + status
+        ) * widest + np.nan_to_num(code).astype(np.int64)
 
         def explain(key: int) -> str | None:
             rest, word = divmod(key, widest)
-            kind, place = divmod(rest, 4 * len(words))
-            return _reason(kind, words[place // 4], place % 4, word)
+            kind, place = divmod(rest, _KINDS * len(words))
+            return _reason(kind, words[place // _KINDS], place % _KINDS, word)
 
         return _Ruling(
             verdict,
@@ -298,7 +300,7 @@ def _binding(words: Words, status: int) -> Binding:
     unit = words.unit
     if status == _NOT_APPLICABLE:
         unit = words.empty_unit
-    elif status == _BEYOND:
+    elif status in {_BEYOND, _BEFORE}:
         unit = ""
     return unit or None, words.signal, words.text
 
@@ -313,6 +315,8 @@ def _reason(verdict: int, words: Words, status: int, word: int) -> str | None:
         detail = "the precondition never held"
     if status == _NO_CONFLICT:
         return _and(detail, "no conflict")
+    if status == _BEFORE:
+        return _and(detail, "nothing lies that far back")
     if word and words.values:
         return _and(detail, f"{words.signal} is {words.values[word - 1].lower()}")
     return detail
