@@ -12,7 +12,9 @@ from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, sug
 from adeye.evaluation.bounds import Bound, bound_of
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import is_decision, plan_dictionary
+from adeye.evaluation.stl.check import TRUTH_LABELS
 from adeye.evaluation.stl.formula import Formula, parse_formula
+from adeye.evaluation.stl.lexer import KEYWORDS
 from adeye.evaluation.stl.syntax import (
     PREDICATES,
     Node,
@@ -141,7 +143,7 @@ def compile_requirement(
     """
     formula = bound = None
     if requirement.formula is not None:
-        formula = parse_formula(requirement.formula, where)
+        formula = parse_formula(requirement.formula, where, requirement.constants)
     else:
         bound = bound_of(requirement, where)
     identity = requirement_digest(requirement, attributes)
@@ -211,6 +213,7 @@ class _Check:
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
+        self._check_parameters(compiled.formula, scenarios)
         self._check_windows(compiled.formula, scenarios)
         missing = self._not_applicable(compiled.formula, scenarios)
         return CheckedRequirement(
@@ -242,7 +245,8 @@ class _Check:
         anywhere = {name for dictionary in known.values() for name in dictionary}
         for name in formula.names:
             if name not in anywhere:
-                near = difflib.get_close_matches(name, sorted(anywhere), n=1)
+                words = sorted(anywhere) + sorted(self._requirement.parameters)
+                near = difflib.get_close_matches(name, words, n=1)
                 raise self._refuse(
                     f"no scenario and architecture has a signal {name!r}",
                     f"Did you mean {near[0]!r}?" if near else "See `adeye signals`.",
@@ -256,6 +260,30 @@ class _Check:
                 )
         for dictionary in known.values():
             formula.check(dictionary)
+
+    def _check_parameters(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        named = {name for name, _ in formula.parameters}
+        read = {word for text in formula.names for word in self._labels(text, scenarios)}
+        for name in self._requirement.parameters:
+            if name in KEYWORDS:
+                reason = "is a word of the language"
+            elif any(name in self._union(scenario) for scenario in scenarios):
+                reason = "is the name of a signal, too"
+            elif name in read:
+                reason = "is a value of a signal, too"
+            elif name not in named:
+                text = f"the formula does not name parameter {name!r}"
+                raise self._refuse(text, "Remove it or name it.", "parameters", name)
+            else:
+                continue
+            text = f"parameter {name!r} {reason}"
+            raise self._refuse(text, "Give it another name.", "parameters", name)
+
+    def _labels(self, signal: str, scenarios: Sequence[str]) -> Iterator[str]:
+        """List the words that a signal can be compared with."""
+        for scenario in scenarios:
+            entry = self._union(scenario)[signal]
+            yield from TRUTH_LABELS if entry.kind == "boolean" else entry.labels
 
     def _union(self, scenario: str) -> dict[str, SignalType]:
         union: dict[str, SignalType] = {}
