@@ -24,7 +24,7 @@ from adeye.evaluation.stl.syntax import (
     children,
     names_in,
     needed_time,
-    shortest_look_back,
+    read_back,
     window_of,
     window_rows,
 )
@@ -345,10 +345,11 @@ def last_decision(node: Node, horizon_s: float) -> float:
     """
     if isinstance(node, PREDICATES):
         return 0.0 if any(is_decision(name) for name in names_in(node)) else -math.inf
-    inner = max((last_decision(child, horizon_s) for child in children(node)), default=-math.inf)
+    reads = (last_decision(child, horizon_s) - back for child, back in read_back(node))
+    inner = max(reads, default=-math.inf)
     if isinstance(node, Temporal | Until):
         return inner + (horizon_s if node.window is None else node.window.last_s)
-    return inner - shortest_look_back(node)
+    return inner
 
 
 def _windows(node: Node) -> Iterator[Window]:

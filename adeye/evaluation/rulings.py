@@ -129,7 +129,30 @@ class Frame:
         else:
             # Every run is invalid, so that nothing was evaluated.
             found = _nothing(len(runs))
-        verdict, override = self._settled(found, runs, least, fails=item.requirement.on_contact)
+        return self._columns(
+            found, runs, least, item.requirement.id, item.digest, item.requirement.on_contact
+        )
+
+    def judge_formula(self, evaluated: StlColumns, name: str) -> JudgementColumns:
+        """Judge a formula that belongs to no FSR, on all runs.
+
+        Args:
+            evaluated: The formula on the runs.
+            name: What stands in the place of the FSR's id.
+        """
+        runs = np.arange(len(evaluated.verdict))
+        return self._columns(self._by_formula(evaluated, runs), runs, 0.0, name, "", "inconclusive")
+
+    def _columns(
+        self,
+        found: _Ruling,
+        runs: Ints,
+        least: float,
+        fsr_id: str,
+        fsr_digest: str,
+        fails: str,
+    ) -> JudgementColumns:
+        verdict, override = self._settled(found, runs, least, fails=fails)
         # Invalid runs have reasons of their own, in front of the others.
         own = sorted({reason for run in runs if (reason := self.invalid[run]) is not None})
         keys = (found.reason * len(found.bindings) + found.binding) * 3 + override
@@ -138,8 +161,8 @@ class Frame:
         unique, detail = np.unique(keys, return_inverse=True)
         details = [self._detail(found, int(key), least) for key in unique]
         judged = JudgementColumns(
-            fsr_id=item.requirement.id,
-            fsr_digest=item.digest,
+            fsr_id=fsr_id,
+            fsr_digest=fsr_digest,
             runs=runs,
             verdict=verdict,
             exercised=found.exercised,

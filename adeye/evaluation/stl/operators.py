@@ -56,8 +56,15 @@ def needs_rows(node: Ints) -> bool:
     kind = node[KIND]
     if kind in (NOT, AND, OR, IMPLIES):
         return False
+    return not is_open_ended(node)
+
+
+@compiled
+def is_open_ended(node: Ints) -> bool:
+    """Tell whether a condition ranges over the rows to the horizon: outermost, without window."""
+    kind = node[KIND]
     is_temporal = kind == EVENTUALLY or kind == ALWAYS or kind == UNTIL  # noqa: PLR1714
-    return bool(node[HAS_WINDOW]) or not is_temporal
+    return bool(node[IS_START]) and is_temporal and not node[HAS_WINDOW]
 
 
 @compiled

@@ -226,18 +226,24 @@ def future_reach(node: Node, *, is_outermost: bool = True) -> float:
                 return node.window.last_s + inner
             return inner if is_outermost else float("inf")
         case Edge() | Previous() | Past() | Since():
-            inner = max(future_reach(child, is_outermost=False) for child in children(node))
-            return max(inner - shortest_look_back(node), 0.0)
+            reaches = (
+                future_reach(child, is_outermost=False) - back for child, back in read_back(node)
+            )
+            return max(0.0, *reaches)
         case _:
             parts = (future_reach(child, is_outermost=is_outermost) for child in children(node))
             return max(parts, default=0.0)
 
 
-def shortest_look_back(node: Node) -> float:
-    """Give the time to the latest row that an operator which looks back reads its parts at [s]."""
-    if isinstance(node, Past | Since) and node.window is not None:
-        return node.window.first_s
-    return 0.0
+def read_back(node: Node) -> Iterator[tuple[Node, float]]:
+    """List the parts of a node with the time to the latest row that it reads them at, before [s].
+
+    ``since`` reads what has to hold up to the row itself, whatever its window.
+    """
+    window = window_of(node) if isinstance(node, Past | Since) else None
+    for child in children(node):
+        is_held = isinstance(node, Since) and child is node.left
+        yield child, 0.0 if window is None or is_held else window.first_s
 
 
 def first_looking_back(node: Node) -> Node | None:
