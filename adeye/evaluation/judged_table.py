@@ -96,9 +96,9 @@ def judge_table(text: str, table: Table, reading: Reading) -> JudgedTable:
     column = time_column(table, reading.time)
     times, step = sampling(table, column, reading.units.get(column, "s"))
     signals = TableSignals(table, {column: "s", **reading.units}, reading.words)
-    parameters = _parameters(reading.parameters)
+    parameters = _parameters(reading.parameters, table)
     formula = parse_formula(text, parameters=parameters)
-    _check_names(formula, signals, parameters)
+    _check_names(formula, table, parameters)
     horizon, row = _horizon(reading.horizon, step, len(times))
     length, complete = np.array([len(times)]), np.array([row < len(times)])
     result = evaluate_columns(
@@ -128,28 +128,28 @@ def judge_table(text: str, table: Table, reading: Reading) -> JudgedTable:
     )
 
 
-def _parameters(given: Mapping[str, str | float]) -> Parameters:
-    return {name: read_quantity(str(value)) for name, value in given.items()}
-
-
-def _check_names(formula: Formula, signals: TableSignals, parameters: Parameters) -> None:
-    columns = signals.table.columns
-    named = {name for name, _ in formula.parameters}
-    for name in parameters:
-        if name in KEYWORDS or name in TRUTH_LABELS or name in columns:
-            kind = "a column" if name in columns else "a word of the language"
+def _parameters(given: Mapping[str, str | float], table: Table) -> Parameters:
+    for name in given:
+        if name in KEYWORDS or name in TRUTH_LABELS or name in table.columns:
+            kind = "a column" if name in table.columns else "a word of the language"
             raise InputError(
                 f"parameter {shown(name)} is {kind}, too", remedy="Give it another name."
             )
+    return {name: read_quantity(str(value)) for name, value in given.items()}
+
+
+def _check_names(formula: Formula, table: Table, parameters: Parameters) -> None:
+    named = {name for name, _ in formula.parameters}
+    for name in parameters:
         if name not in named:
             raise InputError(
                 f"the formula does not name parameter {shown(name)}", remedy="Remove it or name it."
             )
     for name in formula.names:
-        if name not in columns:
+        if name not in table.columns:
             raise InputError(
-                f"{signals.table.name} has no column {shown(name)}, which the formula names",
-                remedy=suggest(name, columns),
+                f"{table.name} has no column {shown(name)}, which the formula names",
+                remedy=suggest(name, table.columns),
             )
 
 
