@@ -206,6 +206,7 @@ class _Check:
 
     def run(self) -> CheckedRequirement:
         scenarios = self._scenarios()
+        self._check_parameter_names(scenarios)
         place = _place_of(self._requirement)
         compiled = compile_requirement(
             self._requirement, self._where(*place), self._plan.attributes
@@ -261,29 +262,32 @@ class _Check:
         for dictionary in known.values():
             formula.check(dictionary)
 
+    def _check_parameter_names(self, scenarios: Sequence[str]) -> None:
+        for name in self._requirement.parameters:
+            if name in KEYWORDS or name in TRUTH_LABELS:
+                raise self._refuse_parameter(name, "is a word of the language")
+            if any(name in self._union(scenario) for scenario in scenarios):
+                raise self._refuse_parameter(name, "is the name of a signal, too")
+
     def _check_parameters(self, formula: Formula, scenarios: Sequence[str]) -> None:
         named = {name for name, _ in formula.parameters}
-        read = {word for text in formula.names for word in self._labels(text, scenarios)}
+        words = {word for name in formula.names for word in self._labels(name, scenarios)}
         for name in self._requirement.parameters:
-            if name in KEYWORDS:
-                reason = "is a word of the language"
-            elif any(name in self._union(scenario) for scenario in scenarios):
-                reason = "is the name of a signal, too"
-            elif name in read:
-                reason = "is a value of a signal, too"
-            elif name not in named:
+            if name in words:
+                raise self._refuse_parameter(name, "is a value of a signal, too")
+            if name not in named:
                 text = f"the formula does not name parameter {name!r}"
                 raise self._refuse(text, "Remove it or name it.", "parameters", name)
-            else:
-                continue
-            text = f"parameter {name!r} {reason}"
-            raise self._refuse(text, "Give it another name.", "parameters", name)
+
+    def _refuse_parameter(self, name: str, reason: str) -> SpecError:
+        text = f"parameter {name!r} {reason}"
+        return self._refuse(text, "Give it another name.", "parameters", name)
 
     def _labels(self, signal: str, scenarios: Sequence[str]) -> Iterator[str]:
         """List the words that a signal can be compared with."""
         for scenario in scenarios:
             entry = self._union(scenario)[signal]
-            yield from TRUTH_LABELS if entry.kind == "boolean" else entry.labels
+            yield from entry.labels
 
     def _union(self, scenario: str) -> dict[str, SignalType]:
         union: dict[str, SignalType] = {}
