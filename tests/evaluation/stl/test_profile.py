@@ -113,7 +113,7 @@ def compare_with_rtamt(seed: int, count: int) -> int:
 def test_robustness_agrees_with_rtamt_at_every_row() -> None:
     """1,080 pairs of a formula and a trace: past and future, with and without windows, arithmetic.
 
-    Where rtamt (0.3.5 offline, discrete time) differs, on purpose:
+    Where rtamt (offline, discrete time) differs, on purpose:
 
     - At the end of a trace rtamt cuts windows off, or answers infinity; a window that reaches
       beyond the trace is open here, with an interval (compared are rows whose window is whole).
