@@ -2,7 +2,7 @@
 
 >>> import adeye
 >>> sorted(adeye.__all__)
-['CompareOptions', '__version__', 'compare', 'plan', 'replay', 'results', 'run']
+['CompareOptions', '__version__', 'compare', 'plan', 'replay', 'results', 'run', 'stl']
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from adeye.api import CompareOptions, compare, plan, replay, results, run
+    from adeye.api import CompareOptions, compare, plan, replay, results, run, stl
 
 from adeye.version import __version__
 
-__all__ = ["CompareOptions", "__version__", "compare", "plan", "replay", "results", "run"]
+__all__ = ["CompareOptions", "__version__", "compare", "plan", "replay", "results", "run", "stl"]
 
 
 def __getattr__(name: str) -> Any:

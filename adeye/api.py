@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
 from adeye.campaign.runner import CampaignSummary, Progress, run_campaign
 from adeye.engine import DEFAULT_BACKEND
+from adeye.evaluation.judged_table import JudgedTable, Reading, judge_table
+from adeye.evaluation.stl.table import read_table, table_of
 from adeye.report.compare import compare as compare_architectures
 from adeye.report.options import CompareOptions
 from adeye.reporting import find_campaign, find_compared
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
+    from collections.abc import Callable, Mapping, Sequence
 
     import pandas as pd
 
     from adeye.report.comparison import Comparison
 
-__all__ = ["CompareOptions", "compare", "plan", "replay", "results", "run"]
+__all__ = ["CompareOptions", "compare", "plan", "replay", "results", "run", "stl"]
 
 
 def plan(
@@ -113,3 +116,31 @@ def compare(
     """
     with Repository.open(db, create=False) as repository:
         return compare_architectures(repository, find_compared(repository, campaign), options)
+
+
+def stl(  # noqa: PLR0913 - as the verb
+    formula: str,
+    table: str | Path | Mapping[str, Any] | pd.DataFrame,
+    *,
+    time: str | None = None,
+    units: Mapping[str, str] = MappingProxyType({}),
+    words: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    parameters: Mapping[str, str | float] = MappingProxyType({}),
+    horizon: str | None = None,
+) -> JudgedTable:
+    """Evaluate a formula of signal temporal logic on a table with a column of times.
+
+    Args:
+        formula: The formula, over the columns of the table.
+        table: File (CSV or Parquet), data frame, or columns by name.
+        time: Column of the times; by default ``time``, ``time_s`` or ``t``.
+        units: Unit of a column's numbers, by column; without one they are plain numbers.
+        words: Words that a column may have, by column; by default those that occur.
+        parameters: Values of what the formula names beside columns: text with a unit, or numbers.
+        horizon: Time after the first row until which obligations begin; None: to the last row.
+
+    Raises:
+        adeye.errors.InputError: The formula, the table or what is told of it cannot be used.
+    """
+    read = read_table(Path(table)) if isinstance(table, str | Path) else table_of(table)
+    return judge_table(formula, read, Reading(time, units, words, parameters, horizon))

@@ -214,6 +214,20 @@ def units_of(dimension: Dimension) -> list[str]:
     return [name for name, unit in UNITS.items() if unit.exponents == dimension.exponents]
 
 
+def si_unit(exponents: tuple[int, int, int]) -> str:
+    """Name the SI unit with these exponents of length, time and angle; empty if there is none.
+
+    >>> si_unit((1, -1, 0)), si_unit((0, 0, 0))
+    ('m/s', '')
+    """
+    names = (
+        name
+        for name, unit in UNITS.items()
+        if unit.exponents == exponents and unit.numerator == unit.denominator
+    )
+    return next(names, "")
+
+
 def _refuse(what: str, dimension: Dimension) -> UnitError:
     if dimension is Dimension.NONE:
         return UnitError(what, remedy="Write a plain number, for instance 0.5.")

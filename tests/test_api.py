@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def test_exported_names_are_pinned() -> None:
     assert adeye.__all__ == [
-        "CompareOptions", "__version__", "compare", "plan", "replay", "results", "run",
+        "CompareOptions", "__version__", "compare", "plan", "replay", "results", "run", "stl",
     ]  # fmt: skip
     for name in adeye.__all__:
         assert getattr(adeye, name) is not None

@@ -22,6 +22,7 @@ from adeye.cli.run import report, run
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
 from adeye.cli.starter import init
+from adeye.cli.stl import stl
 from adeye.cli.timing import faults, timeline
 from adeye.cli.warmup import warmup
 
@@ -141,6 +142,14 @@ add(
     query,
     "adeye query failing-fsrs",
     "adeye query 'SELECT scenario, min_ttc_s FROM v_runs ORDER BY 2' --format csv",
+    panel=RESULTS,
+)
+add(
+    app,
+    stl,
+    "adeye stl 'always(gap > 2 m)' drive.csv --unit gap=m",
+    "adeye stl 'always(brake implies once[0 s, tau](ttc < 2 s))' drive.csv --unit ttc=s "
+    "--set tau=0.5s --json",
     panel=RESULTS,
 )
 add(

@@ -78,10 +78,14 @@ def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> B
             where=where,
             remedy=suggest(name, METRICS),
         )
-    if written.written is not None:
-        _check_unit(requirement.id, name, written.written, where)
+    limit, text = written.limit, written.written
+    if isinstance(limit, str):
+        # A parameter without a unit is in the metric's own, like a plain number.
+        value = requirement.parameters[limit]
+        limit, text = requirement.constants[limit][0], value if isinstance(value, str) else None
+    if text is not None:
+        _check_unit(requirement.id, name, text, where)
     is_lower = written.at_least is not None
-    limit = written.at_least if is_lower else written.at_most
     if limit is None or not math.isfinite(limit):
         raise SpecError(
             f"requirement {requirement.id}: the bound is {limit}",

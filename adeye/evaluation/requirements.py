@@ -12,7 +12,9 @@ from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, sug
 from adeye.evaluation.bounds import Bound, bound_of
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import is_decision, plan_dictionary
+from adeye.evaluation.stl.check import TRUTH_LABELS
 from adeye.evaluation.stl.formula import Formula, parse_formula
+from adeye.evaluation.stl.lexer import KEYWORDS
 from adeye.evaluation.stl.syntax import (
     PREDICATES,
     Node,
@@ -22,6 +24,8 @@ from adeye.evaluation.stl.syntax import (
     children,
     names_in,
     needed_time,
+    read_back,
+    window_of,
     window_rows,
 )
 from adeye.identity import digest
@@ -139,7 +143,7 @@ def compile_requirement(
     """
     formula = bound = None
     if requirement.formula is not None:
-        formula = parse_formula(requirement.formula, where)
+        formula = parse_formula(requirement.formula, where, requirement.constants)
     else:
         bound = bound_of(requirement, where)
     identity = requirement_digest(requirement, attributes)
@@ -202,6 +206,7 @@ class _Check:
 
     def run(self) -> CheckedRequirement:
         scenarios = self._scenarios()
+        self._check_parameter_names(scenarios)
         place = _place_of(self._requirement)
         compiled = compile_requirement(
             self._requirement, self._where(*place), self._plan.attributes
@@ -209,6 +214,7 @@ class _Check:
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
+        self._check_parameters(compiled.formula, scenarios)
         self._check_windows(compiled.formula, scenarios)
         missing = self._not_applicable(compiled.formula, scenarios)
         return CheckedRequirement(
@@ -240,7 +246,8 @@ class _Check:
         anywhere = {name for dictionary in known.values() for name in dictionary}
         for name in formula.names:
             if name not in anywhere:
-                near = difflib.get_close_matches(name, sorted(anywhere), n=1)
+                words = sorted(anywhere) + sorted(self._requirement.parameters)
+                near = difflib.get_close_matches(name, words, n=1)
                 raise self._refuse(
                     f"no scenario and architecture has a signal {name!r}",
                     f"Did you mean {near[0]!r}?" if near else "See `adeye signals`.",
@@ -254,6 +261,33 @@ class _Check:
                 )
         for dictionary in known.values():
             formula.check(dictionary)
+
+    def _check_parameter_names(self, scenarios: Sequence[str]) -> None:
+        for name in self._requirement.parameters:
+            if name in KEYWORDS or name in TRUTH_LABELS:
+                raise self._refuse_parameter(name, "is a word of the language")
+            if any(name in self._union(scenario) for scenario in scenarios):
+                raise self._refuse_parameter(name, "is the name of a signal, too")
+
+    def _check_parameters(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        named = {name for name, _ in formula.parameters}
+        words = {word for name in formula.names for word in self._labels(name, scenarios)}
+        for name in self._requirement.parameters:
+            if name in words:
+                raise self._refuse_parameter(name, "is a value of a signal, too")
+            if name not in named:
+                text = f"the formula does not name parameter {name!r}"
+                raise self._refuse(text, "Remove it or name it.", "parameters", name)
+
+    def _refuse_parameter(self, name: str, reason: str) -> SpecError:
+        text = f"parameter {name!r} {reason}"
+        return self._refuse(text, "Give it another name.", "parameters", name)
+
+    def _labels(self, signal: str, scenarios: Sequence[str]) -> Iterator[str]:
+        """List the words that a signal can be compared with."""
+        for scenario in scenarios:
+            entry = self._union(scenario)[signal]
+            yield from entry.labels
 
     def _union(self, scenario: str) -> dict[str, SignalType]:
         union: dict[str, SignalType] = {}
@@ -315,14 +349,16 @@ def last_decision(node: Node, horizon_s: float) -> float:
     """
     if isinstance(node, PREDICATES):
         return 0.0 if any(is_decision(name) for name in names_in(node)) else -math.inf
-    inner = max((last_decision(child, horizon_s) for child in children(node)), default=-math.inf)
+    reads = (last_decision(child, horizon_s) - back for child, back in read_back(node))
+    inner = max(reads, default=-math.inf)
     if isinstance(node, Temporal | Until):
         return inner + (horizon_s if node.window is None else node.window.last_s)
     return inner
 
 
 def _windows(node: Node) -> Iterator[Window]:
-    if isinstance(node, Temporal | Until) and node.window is not None:
-        yield node.window
+    window = window_of(node)
+    if window is not None:
+        yield window
     for child in children(node):
         yield from _windows(child)

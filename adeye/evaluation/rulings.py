@@ -50,9 +50,11 @@ _STATUS_WORDS: Final = {
     statuses.UNDEFINED: "the metric is undefined in this run",
     statuses.INCOMPLETE: "the run ended before the metric was complete",
 }
-_NO_CONFLICT, _NOT_APPLICABLE, _BEYOND = (
-    BINDING_STATUSES.index(word) for word in ("no_conflict", "not_applicable", "beyond_trace")
+_NO_CONFLICT, _NOT_APPLICABLE, _BEYOND, _BEFORE = (
+    BINDING_STATUSES.index(word)
+    for word in ("no_conflict", "not_applicable", "beyond_trace", "before_trace")
 )
+_KINDS: Final = len(BINDING_STATUSES)
 _AS_FOUND, _BY_CONTACT, _UNCERTAIN = range(3)
 """What the rules about contact and numeric uncertainty did to a verdict."""
 
@@ -127,7 +129,30 @@ class Frame:
         else:
             # Every run is invalid, so that nothing was evaluated.
             found = _nothing(len(runs))
-        verdict, override = self._settled(found, runs, least, fails=item.requirement.on_contact)
+        return self._columns(
+            found, runs, least, item.requirement.id, item.digest, item.requirement.on_contact
+        )
+
+    def judge_formula(self, evaluated: StlColumns, name: str) -> JudgementColumns:
+        """Judge a formula that belongs to no FSR, on all runs.
+
+        Args:
+            evaluated: The formula on the runs.
+            name: What stands in the place of the FSR's id.
+        """
+        runs = np.arange(len(evaluated.verdict))
+        return self._columns(self._by_formula(evaluated, runs), runs, 0.0, name, "", "inconclusive")
+
+    def _columns(
+        self,
+        found: _Ruling,
+        runs: Ints,
+        least: float,
+        fsr_id: str,
+        fsr_digest: str,
+        fails: str,
+    ) -> JudgementColumns:
+        verdict, override = self._settled(found, runs, least, fails=fails)
         # Invalid runs have reasons of their own, in front of the others.
         own = sorted({reason for run in runs if (reason := self.invalid[run]) is not None})
         keys = (found.reason * len(found.bindings) + found.binding) * 3 + override
@@ -136,8 +161,8 @@ class Frame:
         unique, detail = np.unique(keys, return_inverse=True)
         details = [self._detail(found, int(key), least) for key in unique]
         judged = JudgementColumns(
-            fsr_id=item.requirement.id,
-            fsr_digest=item.digest,
+            fsr_id=fsr_id,
+            fsr_digest=fsr_digest,
             runs=runs,
             verdict=verdict,
             exercised=found.exercised,
@@ -195,19 +220,19 @@ class Frame:
             axis=1,
         )
         # The last binding is that of an error: none.
-        binding = np.where(error, 4 * len(words), 4 * node + status)
-        bindings = tuple(_binding(item, code) for item in words for code in range(4))
+        binding = np.where(error, _KINDS * len(words), _KINDS * node + status)
+        bindings = tuple(_binding(item, code) for item in words for code in range(_KINDS))
         # A word is part of the reason; where a sample does not apply there is none.
         code = np.where((kinds[node] == WORD) & (status == 0), result.value[runs] + 1.0, 0.0)
         widest = 1 + max((len(item.values) for item in words), default=0)
-        reason = (verdict * (4 * len(words)) + 4 * node + status) * widest + np.nan_to_num(
-            code
-        ).astype(np.int64)
+        reason = (
+            verdict * (_KINDS * len(words)) + _KINDS * node + status
+        ) * widest + np.nan_to_num(code).astype(np.int64)
 
         def explain(key: int) -> str | None:
             rest, word = divmod(key, widest)
-            kind, place = divmod(rest, 4 * len(words))
-            return _reason(kind, words[place // 4], place % 4, word)
+            kind, place = divmod(rest, _KINDS * len(words))
+            return _reason(kind, words[place // _KINDS], place % _KINDS, word)
 
         return _Ruling(
             verdict,
@@ -298,7 +323,7 @@ def _binding(words: Words, status: int) -> Binding:
     unit = words.unit
     if status == _NOT_APPLICABLE:
         unit = words.empty_unit
-    elif status == _BEYOND:
+    elif status in {_BEYOND, _BEFORE}:
         unit = ""
     return unit or None, words.signal, words.text
 
@@ -313,6 +338,8 @@ def _reason(verdict: int, words: Words, status: int, word: int) -> str | None:
         detail = "the precondition never held"
     if status == _NO_CONFLICT:
         return _and(detail, "no conflict")
+    if status == _BEFORE:
+        return _and(detail, "nothing lies that far back")
     if word and words.values:
         return _and(detail, f"{words.signal} is {words.values[word - 1].lower()}")
     return detail

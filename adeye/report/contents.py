@@ -239,13 +239,7 @@ def waivers_of(content: CampaignContent, cells: Sequence[Cell]) -> Iterable[Waiv
 
 def measure_text(item: Requirement) -> str:
     """Write what an FSR measures: its formula or its bound."""
-    if item.formula is not None:
-        return item.formula
-    assert item.bound is not None
-    low = item.bound.at_least
-    return f"{item.bound.metric} {'>=' if low is not None else '<='} " + str(
-        low if low is not None else item.bound.at_most
-    )
+    return item.measure
 
 
 def _today() -> date:

@@ -67,7 +67,7 @@ def plots_of(
 
 def _signals(item: Requirement) -> Iterator[str]:
     if item.formula is not None:
-        yield from sorted(parse_formula(item.formula).names)
+        yield from sorted(parse_formula(item.formula, parameters=item.constants).names)
     elif item.bound is not None:
         series = _series_of(item.bound.metric)
         if series is not None:

@@ -6,23 +6,36 @@ The ASIL of a hazardous event is derived from severity, exposure and controllabi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from datetime import date
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
+    BeforeValidator,
     Field,
     ModelWrapValidatorHandler,
     PrivateAttr,
+    SerializerFunctionWrapHandler,
     Strict,
     WithJsonSchema,
+    model_serializer,
     model_validator,
 )
 
 from adeye.errors import UnitError, suggest
 from adeye.spec.misplaced import Loc, misplaced, repeated
-from adeye.spec.quantity import REFERENCE, Duration, Identifier, Many, Record, Text
-from adeye.units import read_quantity
+from adeye.spec.quantity import (
+    IDENTIFIER,
+    REFERENCE,
+    ById,
+    Duration,
+    Identifier,
+    Many,
+    Record,
+    Text,
+)
+from adeye.units import read_quantity, shown, si_unit
 
 Asil = Literal["QM", "A", "B", "C", "D"]
 ASIL_ORDER: tuple[Asil, ...] = ("QM", "A", "B", "C", "D")
@@ -108,7 +121,28 @@ class Element(Record):
 
 
 Limit = Annotated[
-    float | int, WithJsonSchema({"type": ["string", "number"], "examples": ["1.5 s", 1.5]})
+    float | int | Identifier,
+    WithJsonSchema({"type": ["string", "number"], "examples": ["1.5 s", 1.5, "tau"]}),
+]
+
+
+def _read_parameter(value: Any) -> str | float:
+    """Write a parameter in SI, so that `1.5 s` and `1500 ms` are one; a plain number stays one."""
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        msg = f"{shown(value)} is not a quantity"
+        raise ValueError(msg)
+    try:
+        number, exponents = read_quantity(value if isinstance(value, str) else repr(value))
+    except UnitError as error:
+        raise ValueError(str(error)) from error
+    unit = si_unit(exponents)
+    return f"{number!r} {unit}" if unit else number
+
+
+ParameterValue = Annotated[
+    str | float,
+    BeforeValidator(_read_parameter),
+    WithJsonSchema({"type": ["string", "number"], "examples": ["1.5 s", 2]}),
 ]
 
 
@@ -116,7 +150,7 @@ class MetricBound(Record):
     """A bound on a metric of the run: a number in the metric's own unit, or text with a unit.
 
     Text becomes a number in SI, so that both ways to write it are one FSR; whether its unit is
-    one of the metric's is checked where the metric is known.
+    one of the metric's is checked where the metric is known. The name of a parameter stays a name.
     """
 
     metric: str
@@ -124,6 +158,16 @@ class MetricBound(Record):
     at_most: Limit | None = None
 
     _written: str | None = PrivateAttr(default=None)
+
+    @property
+    def side(self) -> Literal["at_least", "at_most"]:
+        """Which of the two is given."""
+        return "at_least" if self.at_least is not None else "at_most"
+
+    @property
+    def limit(self) -> float | str | None:
+        """The one that is given: a number, or the name of a parameter."""
+        return self.at_least if self.at_least is not None else self.at_most
 
     @property
     def written(self) -> str | None:
@@ -138,6 +182,8 @@ class MetricBound(Record):
             content = dict(content)
             for side in ("at_least", "at_most"):
                 if isinstance(content.get(side), str):
+                    if re.fullmatch(IDENTIFIER, content[side]):
+                        continue
                     text = content[side]
                     try:
                         content[side], _ = read_quantity(text)
@@ -165,6 +211,8 @@ class Requirement(Record):
     formula: str | None = None
     """Signal temporal logic over the signal dictionary."""
     bound: MetricBound | None = None
+    parameters: ById[ParameterValue] = Field(default_factory=dict)
+    """Constants that the formula or the bound names."""
     threshold_source: Text
     asil: Asil
     mandatory: bool = True
@@ -184,11 +232,50 @@ class Requirement(Record):
             raise ValueError(msg)
         return self
 
+    @model_validator(mode="after")
+    def _bound_names_parameters(self) -> Self:
+        if self.bound is None:
+            return self
+        side, name = self.bound.side, self.bound.limit
+        if isinstance(name, str) and name not in self.parameters:
+            text = f"there is no parameter {name!r}. {suggest(name, self.parameters)}".rstrip()
+            raise misplaced([(("bound", side), text)])
+        unused = [
+            (("parameters", item), f"the bound does not name {item!r}. Remove it or name it")
+            for item in self.parameters
+            if item != name
+        ]
+        if unused:
+            raise misplaced(unused)
+        return self
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # What is judged is the FSR's identity: that of files without parameters stays.
+        content: dict[str, Any] = write(self)
+        if not self.parameters:
+            content.pop("parameters", None)
+        return content
+
+    @property
+    def constants(self) -> dict[str, tuple[float, tuple[int, int, int]]]:
+        """Parameters in SI with their exponents of length, time and angle."""
+        return {name: read_quantity(str(value)) for name, value in self.parameters.items()}
+
+    @property
+    def measure(self) -> str:
+        """The formula or the bound with the values of its parameters, for people."""
+        text = self.formula or ""
+        if self.bound is not None:
+            relation = ">=" if self.bound.at_least is not None else "<="
+            text = f"{self.bound.metric} {relation} {self.bound.limit}"
+        values = ", ".join(f"{name} = {value}" for name, value in self.parameters.items())
+        return f"{text.rstrip()} where {values}" if values else text
+
     def judged(self) -> dict[str, object]:
         """The part that a verdict depends on: a new threshold is a new FSR digest."""
-        return self.model_dump(
-            mode="json", include={"id", "formula", "bound", "on_contact", "applies", "scenarios"}
-        )
+        parts = {"id", "formula", "bound", "parameters", "on_contact", "applies", "scenarios"}
+        return self.model_dump(mode="json", include=parts)
 
 
 class Assumption(Record):

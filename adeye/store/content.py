@@ -98,20 +98,11 @@ def _fsr(key: str, item: Requirement) -> Row:
             item.mandatory,
             item.min_exercised,
             item.text,
-            _measure(item),
+            item.measure,
             item.threshold_source,
             json_text(item.model_dump(mode="json")),
         ),
     )
-
-
-def _measure(item: Requirement) -> str:
-    bound = item.bound
-    if bound is None:
-        return item.formula or ""
-    if bound.at_most is not None:
-        return f"{bound.metric} <= {bound.at_most}"
-    return f"{bound.metric} >= {bound.at_least}"
 
 
 def _elements(key: str, concept: Concept) -> list[Row]:

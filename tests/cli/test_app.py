@@ -74,6 +74,7 @@ def test_the_verbs_are_these() -> None:
         "sensors",
         "show",
         "signals",
+        "stl",
         "timeline",
         "warmup",
     ]

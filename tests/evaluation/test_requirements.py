@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.errors import ExpressionError, InputErrors, SourceLocation, SpecError
+from adeye.errors import ExpressionError, InputError, InputErrors, SourceLocation, SpecError
 from adeye.evaluation.bounds import Bound
 from adeye.evaluation.requirements import (
     CheckedRequirement,
@@ -266,6 +266,8 @@ def test_all_errors_come_together(plan: JudgedPlan) -> None:
         ("always(authority.safety)", 10.0),
         ("always(contact implies eventually[1 s, 3 s](authority.safety))", 13.0),
         ("contact until[0 s, 2 s] authority.safety", 2.0),
+        ("always(once[1 s, 3 s](authority.safety))", 9.0),
+        ("always(authority.safety since[1 s, 3 s] contact)", 10.0),
     ],
 )
 def test_last_decision_that_a_formula_reads(formula: str, last: float) -> None:
@@ -299,3 +301,90 @@ def test_evidence_counts_where_the_fsr_applies(
 def test_margin_of_a_bound(bound: Bound, value: float, *, is_free: bool, margin: float) -> None:
     found = bound.margins(np.array([value, 0.0]), np.array([is_free, is_free]))
     assert found[0] == margin
+
+
+# --- parameters
+
+
+def test_parameters_stand_in_formula_and_bound(check: Check) -> None:
+    tau = {"tau": "1500 ms"}
+    formula = check(formula="always(time_gap > tau or contact)", parameters=tau).formula
+    assert formula is not None
+    assert formula.parameters == (("tau", 1.5),)
+    bound = check(bound={"metric": "min_ttc_s", "at_least": "tau"}, parameters=tau).bound
+    assert bound is not None
+    assert (bound.limit, bound.is_lower) == (1.5, True)
+    plain = check(bound={"metric": "min_ttc_s", "at_least": "tau"}, parameters={"tau": 2}).bound
+    assert plain is not None
+    assert plain.limit == 2.0
+
+
+def test_a_parameter_is_part_of_what_is_judged_whatever_its_unit(check: Check) -> None:
+    def digest(value: Any) -> str:
+        return check(formula="always(time_gap > tau)", parameters={"tau": value}).digest
+
+    assert digest("1.5 s") == digest("1500 ms")
+    assert digest("1.5 s") != digest("1.6 s")
+
+
+@pytest.mark.parametrize(
+    ("item", "place", "message"),
+    [
+        (
+            {"formula": "always(time_gap > tua)", "parameters": {"tau": "1 s"}},
+            "formula",
+            "no scenario and architecture has a signal 'tua'. Did you mean 'tau'?",
+        ),
+        (
+            {"formula": "always(time_gap > 1 s)", "parameters": {"tau": "1 s"}},
+            "parameters/tau",
+            "the formula does not name parameter 'tau'",
+        ),
+        (
+            {"formula": "always(time_gap > tau)", "parameters": {"tau": "1 m"}},
+            "formula",
+            "'tau' is a length",
+        ),
+        (
+            {"formula": "always[0 s, tau](not contact)", "parameters": {"tau": "1 m"}},
+            "formula",
+            "'tau' is not a time",
+        ),
+        (
+            {"formula": "always(not contact)", "parameters": {"contact": "1 s"}},
+            "parameters/contact",
+            "parameter 'contact' is the name of a signal, too",
+        ),
+        (
+            {"formula": "always(not contact)", "parameters": {"since": "1 s"}},
+            "parameters/since",
+            "parameter 'since' is a word of the language",
+        ),
+        (
+            {
+                "formula": "always(not contact and channel.nominal.status != fault)",
+                "parameters": {"silent": "1 s"},
+            },
+            "parameters/silent",
+            "parameter 'silent' is a value of a signal, too",
+        ),
+        (
+            {"bound": {"metric": "min_ttc_s", "at_least": "tau"}, "parameters": {"tau": "1 m"}},
+            "bound/at_least",
+            "'1.0 m' does not fit metric min_ttc_s",
+        ),
+    ],
+)
+def test_a_parameter_that_does_not_fit_is_refused_at_its_place(
+    check: Check, item: dict[str, Any], place: str, message: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        check(**item)
+    assert message in str(caught.value)
+    assert f"requirements/0/{place}:1:1" in str(caught.value)
+
+
+def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
+    checked = check(formula="always(rise(contact) implies once[0 s, 30 s](authority.safety))")
+    assert checked.formula is not None
+    assert checked.formula.reach_s == 0.0

@@ -135,3 +135,45 @@ def test_verdict_depends_on_the_measure_not_on_the_text() -> None:
     assert Concept.model_validate(other).requirements[0].judged() == first.judged()
     other["requirements"][0]["formula"] = "always(standstill)"
     assert Concept.model_validate(other).requirements[0].judged() != first.judged()
+
+
+def with_parameters(measure: dict[str, Any], parameters: dict[str, Any]) -> Any:
+    made = content()
+    made["requirements"][0].pop("formula", None)
+    made["requirements"][0].pop("bound", None)
+    made["requirements"][0] |= {**measure, "parameters": parameters}
+    return Concept.model_validate(made).requirements[0]
+
+
+def test_parameters_are_kept_in_si_and_read_again_as_they_were_stored() -> None:
+    item = with_parameters({"bound": {"metric": "m", "at_most": "limit"}}, {"limit": "36 km/h"})
+    assert item.parameters == {"limit": "10.0 m/s"}
+    assert item.constants == {"limit": (10.0, (1, -1, 0))}
+    assert item.measure == "m <= limit where limit = 10.0 m/s"
+    stored = item.model_dump(mode="json")
+    assert stored["bound"]["at_most"] == "limit"
+    assert type(item).model_validate(stored) == item
+    assert item.judged()["parameters"] == {"limit": "10.0 m/s"}
+
+
+def test_an_fsr_without_parameters_is_what_it_was_before_there_were_any() -> None:
+    item = Concept.model_validate(content()).requirements[0]
+    assert "parameters" not in item.model_dump(mode="json")
+    assert "parameters" not in item.judged()
+
+
+@pytest.mark.parametrize(
+    ("measure", "parameters", "message"),
+    [
+        ({"bound": {"metric": "m", "at_most": "tua"}}, {"tau": 1}, "there is no parameter 'tua'"),
+        ({"bound": {"metric": "m", "at_most": 1}}, {"tau": 1}, "the bound does not name 'tau'"),
+        ({"formula": "a"}, {"tau": "1 parsec"}, "'1 parsec' is not a quantity"),
+        ({"formula": "a"}, {"tau": True}, "True is not a quantity"),
+        ({"formula": "a"}, {"Tau": 1}, "should match pattern"),
+    ],
+)
+def test_parameters_that_do_not_fit_are_refused(
+    measure: dict[str, Any], parameters: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValidationError, match=message):
+        with_parameters(measure, parameters)

@@ -100,13 +100,9 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
         KeyError: The source lacks a signal.
         ValueError: The arrays do not fit together.
     """
-    inputs = {name: source.series(name) for name in formula.names}
-    if not step_s > 0.0:
-        msg = f"step_s is {step_s}, not above 0"
-        raise ValueError(msg)
-    _check_shapes(inputs, length, horizon, complete, chosen)
+    inputs = checked_inputs(formula, source, step_s, (length, horizon, complete, chosen))
     program = compile_formula(formula, inputs, step_s)
-    samples, statuses = _stacked(inputs)
+    samples, statuses = stacked(inputs)
     runs = length.shape[0]
     numbers = np.full((runs, 5), np.nan)
     facts = np.zeros((runs, 7), dtype=np.int64)
@@ -157,22 +153,42 @@ def joined(parts: Sequence[StlColumns]) -> StlColumns:
     return StlColumns(program=parts[0].program, **whole)
 
 
-def _check_shapes(
-    inputs: Mapping[str, Series], length: Ints, horizon: Ints, complete: Bools, chosen: Bools
-) -> None:
-    """Refuse what compiled code, which checks no bounds, would read beyond."""
+def checked_inputs(
+    formula: Formula,
+    source: SignalSource,
+    step_s: float,
+    of_runs: tuple[Ints | Bools, ...],
+) -> dict[str, Series]:
+    """Give the signals of a formula; refuse what compiled code would read beyond.
+
+    Args:
+        formula: The formula.
+        source: Its signals, arrays (B, T).
+        step_s: Time between rows [s].
+        of_runs: (B,) length and horizon in rows, and whatever else is told of each run.
+
+    Raises:
+        KeyError: The source lacks a signal.
+        ValueError: The arrays do not fit together.
+    """
+    inputs = {name: source.series(name) for name in formula.names}
+    if not step_s > 0.0:
+        msg = f"step_s is {step_s}, not above 0"
+        raise ValueError(msg)
     shapes = {series.values.shape for series in inputs.values()}
-    runs = {part.shape for part in (length, horizon, complete, chosen)}
+    runs = {part.shape for part in of_runs}
     if len(shapes) != 1 or runs != {next(iter(shapes))[:1]}:
         msg = f"series of shapes {sorted(shapes)} do not fit lengths of shapes {sorted(runs)}"
         raise ValueError(msg)
+    length, horizon = of_runs[:2]
     rows = next(iter(shapes))[1]
     if np.any(length < 1) or np.any(length > rows) or np.any(horizon < 0):
         msg = "a run needs at least one row, no more than the arrays have, and a horizon >= 0"
         raise ValueError(msg)
+    return inputs
 
 
-def _stacked(inputs: Mapping[str, Series]) -> tuple[Floats, NDArray[np.int8]]:
+def stacked(inputs: Mapping[str, Series]) -> tuple[Floats, NDArray[np.int8]]:
     """Give samples (S, B, T) and their statuses."""
     shape = next(iter(inputs.values())).values.shape
     samples = np.empty((len(inputs), *shape))

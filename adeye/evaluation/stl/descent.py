@@ -21,14 +21,17 @@ from adeye.evaluation.stl.program import (
     FLAG,
     FROM_ROW,
     HAS_WINDOW,
+    HISTORICALLY,
     IMPLIES,
     IS_START,
     KIND,
     LOWER_CAP,
     NOT,
     OR,
+    PREVIOUS,
     RISE,
     SECOND_PART,
+    SINCE,
     THRESHOLD,
     TO_ROW,
     UNTIL,
@@ -46,9 +49,15 @@ if TYPE_CHECKING:
 
     Bytes = NDArray[np.int8]
 
-BINDING_STATUSES: Final = ("value", "no_conflict", "not_applicable", "beyond_trace")
+BINDING_STATUSES: Final = (
+    "value",
+    "no_conflict",
+    "not_applicable",
+    "beyond_trace",
+    "before_trace",
+)
 """What a binding predicate can be, by code."""
-_NO_CONFLICT, _NOT_APPLICABLE, _BEYOND = 1, 2, 3
+_NO_CONFLICT, _NOT_APPLICABLE, _BEYOND, _BEFORE = 1, 2, 3, 4
 
 
 @compiled
@@ -88,6 +97,7 @@ def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
     while row < known and nodes[node, KIND] > WORD:
         kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
         is_start = nodes[node, IS_START] != 0
+        above = node
         if kind == NOT:
             node, side = first, 1 - side
         elif kind in (AND, OR, IMPLIES):
@@ -101,14 +111,12 @@ def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
             row, side = _edge(kind, first, row, side, bounds, truth)
             node = first
         else:
-            begin, end = _window(nodes[node], row, is_start, known, last, is_cut)
-            if kind == UNTIL:
-                node, row = _until(first, second, row, begin, end, side, known, bounds, truth)
-            else:
-                row = _temporal(kind == ALWAYS, first, begin, end, side, known, bounds, truth)
-                if is_start and not nodes[node, HAS_WINDOW]:
-                    obligation = row
-                node = first
+            node, row = _through_time(node, nodes, row, side, known, last, is_cut, bounds, truth)
+            if row < 0:
+                row = -1 - row
+                break
+            if is_start and not nodes[above, HAS_WINDOW] and kind != UNTIL:
+                obligation = row
     facts[3], facts[4], facts[5] = node, row, obligation
     if row >= known:
         facts[4], facts[6] = -1, _BEYOND
@@ -117,6 +125,35 @@ def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
     facts[6] = _read(nodes[node], limits[node], values, flags, row, numbers)
     if side != bound:
         numbers[4] = -numbers[4]
+
+
+@compiled
+def _through_time(  # noqa: PLR0913, PLR0917 - a kernel
+    node: int,
+    nodes: Ints,
+    row: int,
+    side: int,
+    known: int,
+    last: int,
+    is_cut: bool,  # noqa: FBT001 - compiled
+    bounds: Floats,
+    truth: Bytes,
+) -> tuple[int, int]:
+    """Go to the part and row that decide a temporal operator; row is -1 - row if there is none."""
+    kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    if kind < PREVIOUS:
+        is_start = nodes[node, IS_START] != 0
+        begin, end = _window(nodes[node], row, is_start, known, last, is_cut)
+        if kind == UNTIL:
+            return _until(first, second, row, begin, end, side, known, bounds, truth)
+        return first, _temporal(kind == ALWAYS, first, begin, end, side, known, bounds, truth)
+    oldest, newest = _look_back(nodes[node], row)
+    if newest < 0:
+        return node, -1 - row
+    if kind == SINCE:
+        return _since(first, second, row, oldest, newest, side, bounds, truth)
+    is_least = kind == HISTORICALLY
+    return first, _temporal(is_least, first, oldest, newest, side, known, bounds, truth)
 
 
 @compiled
@@ -202,6 +239,16 @@ def _window(
 
 
 @compiled
+def _look_back(node: Ints, row: int) -> tuple[int, int]:
+    """Give first and last row that an operator reads before a row; below 0 there is none."""
+    if node[KIND] == PREVIOUS:
+        return row - 1, row - 1
+    if node[HAS_WINDOW]:
+        return max(row - node[TO_ROW], 0), row - node[FROM_ROW]
+    return 0, row
+
+
+@compiled
 def _temporal(  # noqa: PLR0913, PLR0917 - a kernel
     is_always: bool,  # noqa: FBT001 - compiled
     first: int,
@@ -266,6 +313,37 @@ def _until(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
+def _since(  # noqa: PLR0913, PLR0917 - a kernel
+    first: int,
+    second: int,
+    row: int,
+    oldest: int,
+    newest: int,
+    side: int,
+    bounds: Floats,
+    truth: Bytes,
+) -> tuple[int, int]:
+    """Find the part and row that decide a ``since``: of several, the latest."""
+    held = best = (math.inf, math.inf)
+    held_row = -1
+    found_node, found_row = second, newest
+    has_best = False
+    for k in range(row, oldest - 1, -1):
+        if k <= newest:
+            key = _key(second, k, side, row + 1, bounds, truth)
+            node, place = second, k
+            if held_row >= 0 and not _is_less(key, held):
+                key, node, place = held, first, held_row
+            if not has_best or _is_less(best, key):
+                has_best = True
+                best, found_node, found_row = key, node, place
+        left = _key(first, k, side, row + 1, bounds, truth)
+        if held_row < 0 or _is_less(left, held):
+            held, held_row = left, k
+    return found_node, found_row
+
+
+@compiled
 def _read(
     node: Ints, limits: Floats, values: Floats, flags: Bytes, row: int, numbers: Floats
 ) -> int:
@@ -273,8 +351,8 @@ def _read(
     numbers[2] = numbers[3] = numbers[4] = math.nan
     kind = node[KIND]
     if kind > WORD:
-        # An edge at row 0 is false by definition: nothing is measured.
-        return 0
+        # At row 0 an edge is false by definition, and nothing lies before: nothing is measured.
+        return _BEFORE if kind >= PREVIOUS else 0
     first, second = node[FIRST_PART], node[SECOND_PART]
     if (flags[first, row] | flags[second, row]) & 1:
         return _NOT_APPLICABLE

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 KEYWORDS: Final = frozenset(
     {"always", "eventually", "until", "implies", "and", "or", "not"}
+    | {"once", "historically", "since", "previous"}
     | {"abs", "min", "max", "rise", "fall"}
 )
 """Words that cannot be the name of a signal."""
@@ -25,13 +26,13 @@ _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _WORD = re.compile(r"[^\W\d]\w*(?:\.\w+)*")
 _SYMBOL = re.compile(r"[<>=!]=|[-+*/()\[\],<>]")
 _UNIT = re.compile(r"\s*([^\W\d_]+(?:/[^\W\d_]+(?:[²³]|\^?\d)?)?)")
-_CONNECTIVES: Final = frozenset({"and", "or", "implies", "until"})
+_CONNECTIVES: Final = frozenset({"and", "or", "implies", "until", "since"})
 _MISTAKES: Final = {
     "=": "Write == for equality.",
     "&": "Write and.",
     "|": "Write or.",
     "!": "Write not.",
-    "{": "A formula has no parameters; write the value.",
+    "{": "Write a value, or a parameter's name without braces.",
 }
 
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.evaluation.stl.kernels import sliding_maximum
-from adeye.evaluation.stl.measures import OPEN
+from adeye.evaluation.stl.measures import EXACT, OPEN
+from adeye.evaluation.stl.past import fill_past, fill_since, restrict
 from adeye.evaluation.stl.program import (
     ALWAYS,
     AND,
@@ -30,13 +30,15 @@ from adeye.evaluation.stl.program import (
     KIND,
     NOT,
     OR,
+    PREVIOUS,
     RISE,
     SECOND_PART,
+    SINCE,
     TO_ROW,
     UNTIL,
 )
 from adeye.evaluation.stl.sliding import slide
-from adeye.kernel.jit import allocating, compiled
+from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,8 +56,15 @@ def needs_rows(node: Ints) -> bool:
     kind = node[KIND]
     if kind in (NOT, AND, OR, IMPLIES):
         return False
+    return not is_open_ended(node)
+
+
+@compiled
+def is_open_ended(node: Ints) -> bool:
+    """Tell whether a condition ranges over the rows to the horizon: outermost, without window."""
+    kind = node[KIND]
     is_temporal = kind == EVENTUALLY or kind == ALWAYS or kind == UNTIL  # noqa: PLR1714
-    return bool(node[HAS_WINDOW]) or not is_temporal
+    return bool(node[IS_START]) and is_temporal and not node[HAS_WINDOW]
 
 
 @compiled
@@ -87,6 +96,14 @@ def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for eac
     if kind == UNTIL:
         _until(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
         exact[node] = OPEN
+        return
+    if kind >= PREVIOUS:
+        if kind == SINCE:
+            fill_since(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
+        else:
+            fill_past(nodes[node], a, p, known, rows, scratch, queue, out, sign)
+        # Where nothing lies in a window, the bounds are infinite.
+        exact[node] = min(exact[node], EXACT)
         return
     for plane in range(2):
         other = 1 - plane
@@ -143,35 +160,12 @@ def _until(  # noqa: PLR0913, PLR0917 - a kernel
             later = max(after[k], min(-before[k], later))
             endless[k] = later
         if node[HAS_WINDOW]:
-            _restrict(before, after, endless, known, first, last, beyond, queue)
+            restrict(before, after, endless, known, first, last, beyond, queue)
         for k in range(known):
             if plane < 2:
                 out[half, k] = endless[k]
             else:
                 sign[half, k] = int(endless[k])
-
-
-@allocating
-def _restrict(  # noqa: PLR0913, PLR0917 - a kernel
-    before: Floats,
-    after: Floats,
-    endless: Floats,
-    known: int,
-    first: int,
-    last: int,
-    beyond: float,
-    queue: Ints,
-) -> None:
-    """Restrict an ``until`` without end to a window; ``before`` comes negated."""
-    found = np.empty(before.shape[0])
-    sliding_maximum(after, known, first, last, beyond, queue, found)
-    for k in range(known):
-        endless[k] = min(found[k], endless[k + first] if k + first < known else beyond)
-    if first > 0:
-        # The negation of a bound is the other bound of the negation.
-        sliding_maximum(before, known, 0, first - 1, -beyond, queue, found)
-        for k in range(known):
-            endless[k] = min(endless[k], -found[k])
 
 
 @compiled

@@ -1,15 +1,16 @@
 """Parser of signal temporal logic: text to abstract syntax, by recursive descent.
 
-From loose to tight: ``implies`` (to the right), ``or``, ``and``, ``until``; ``not``, ``always`` and
-``eventually``; comparison; ``+ -``; ``* /``; sign. ``always a and b`` could be read in two ways and
-is refused: a temporal operator on the left of a connective needs parentheses round its operand or
-round itself.
+From loose to tight: ``implies`` (to the right), ``or``, ``and``, ``until`` and ``since``; ``not``,
+``always``, ``eventually``, ``once`` and ``historically``; comparison; ``+ -``; ``* /``; sign.
+``always a and b`` could be read in two ways and is refused: a temporal operator on the left of a
+connective needs parentheses round its operand or round itself.
 """
 
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Final, Literal, NoReturn, cast
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final, Literal, NoReturn, TypeAlias, cast
 
 from adeye.errors import ExpressionError
 from adeye.evaluation.stl.lexer import KEYWORDS, Token, scan
@@ -25,7 +26,10 @@ from adeye.evaluation.stl.syntax import (
     Equality,
     Node,
     Not,
+    Past,
+    Previous,
     Signal,
+    Since,
     Span,
     Temporal,
     Term,
@@ -41,26 +45,52 @@ if TYPE_CHECKING:
 MAX_DEPTH: Final = 30
 MAX_TOKENS: Final = 400
 """A chain of n connectives is a tree of depth n, so its length is limited, too."""
-_CONNECTIVES: Final = frozenset({"and", "or", "implies", "until"})
+_CONNECTIVES: Final = frozenset({"and", "or", "implies", "until", "since"})
 _COMPARISONS: Final = frozenset({"<", "<=", ">", ">="})
-_FUNCTIONS: Final = frozenset({"abs", "min", "max", "rise", "fall"})
+_ON_CONDITIONS: Final = frozenset({"rise", "fall", "previous"})
+_FUNCTIONS: Final = frozenset({"abs", "min", "max"} | _ON_CONDITIONS)
+
+Parameters: TypeAlias = Mapping[str, tuple[float, tuple[int, int, int]]]
+"""Values in SI with their exponents of length, time and angle, by name."""
 
 
 def parse_text(text: str, where: SourceLocation | None = None) -> Condition:
-    """Parse a formula.
+    """Parse a formula without parameters.
 
     Raises:
         ExpressionError: The text is no formula; the message gives the position in it.
     """
-    return _Parser(text, where).read()
+    return parse_with({}, text, where)[0]
+
+
+def parse_with(
+    parameters: Parameters, text: str, where: SourceLocation | None = None
+) -> tuple[Condition, frozenset[str]]:
+    """Parse a formula with parameters.
+
+    Args:
+        parameters: Words that stand for a constant.
+        text: The formula.
+        where: Place of the text in a file, for messages.
+
+    Returns:
+        Its abstract syntax, and the parameters that it names.
+
+    Raises:
+        ExpressionError: The text is no formula; the message gives the position in it.
+    """
+    parser = _Parser(text, where, parameters)
+    return parser.read(), frozenset(parser.used)
 
 
 class _Parser:
     """One pass over the tokens of a formula."""
 
-    def __init__(self, text: str, where: SourceLocation | None) -> None:
+    def __init__(self, text: str, where: SourceLocation | None, parameters: Parameters) -> None:
         self._text = text
         self._where = where
+        self._parameters = parameters
+        self.used: set[str] = set()
         self._tokens = scan(text, where)
         self._next = 0
         self._depth = 0
@@ -152,12 +182,17 @@ class _Parser:
     def _until(self) -> Node:
         first = self._token.span[0]
         node = self._unary()
-        if self._accept("until"):
+        operator = self._accept("until", "since")
+        if operator is not None:
             window = self._window()
             left, right = self._condition(node), self._condition(self._unary())
-            node = Until(self._span(first), window, left, right)
-            if self._token.text == "until":
-                self._refuse("'until' twice can be read in two ways", "Write parentheses.")
+            kind = Until if operator.text == "until" else Since
+            node = kind(self._span(first), window, left, right)
+            if self._token.text in {"until", "since"}:
+                self._refuse(
+                    f"'{self._token.text}' after '{operator.text}' can be read in two ways",
+                    "Write parentheses.",
+                )
         return node
 
     def _unary(self) -> Node:
@@ -165,7 +200,7 @@ class _Parser:
         if self._accept("not"):
             operand = self._nested_unary()
             return Not(self._span(token.span[0]), operand)
-        if self._accept("always", "eventually"):
+        if self._accept("always", "eventually", "once", "historically"):
             return self._temporal(token)
         return self._comparison()
 
@@ -181,8 +216,14 @@ class _Parser:
         window = self._window()
         start = self._next
         operand = self._nested_unary()
-        operator = cast("Literal['always', 'eventually']", keyword.text)
-        node = Temporal(self._span(keyword.span[0]), operator, window, operand)
+        span = self._span(keyword.span[0])
+        node: Node
+        if keyword.text in {"once", "historically"}:
+            past = cast("Literal['once', 'historically']", keyword.text)
+            node = Past(span, past, window, operand)
+        else:
+            future = cast("Literal['always', 'eventually']", keyword.text)
+            node = Temporal(span, future, window, operand)
         if self._token.text in _CONNECTIVES and not self._is_enclosed(start):
             following = self._token.text
             self._refuse(
@@ -208,19 +249,31 @@ class _Parser:
         self._expect("]")
         if not 0.0 <= first <= last:
             self._refuse(
-                f"the window from {first:g} s to {last:g} s is empty or in the past",
-                "Give 0 s <= first <= last.",
+                f"the window from {first:g} s to {last:g} s is empty or begins below 0 s",
+                "Give 0 s <= first <= last; once, historically and since look back.",
                 opening.span[0],
             )
         return Window(first, last)
 
     def _time(self) -> float:
         token = self._token
-        if token.kind != "number":
+        constant = self._parameter(token)
+        if constant is None and token.kind == "number":
+            constant = Constant(token.span, token.value, token.exponents, token.has_unit)
+        if constant is None:
             self._refuse("a window needs two times", "Write for example [0 s, 2 s].")
-        if token.has_unit and token.exponents != Dimension.TIME.exponents:
+        if constant.has_unit and constant.exponents != Dimension.TIME.exponents:
             self._refuse(f"'{token.text}' is not a time", "Write for example [0 s, 2 s].")
-        return self._take().value
+        self._take()
+        return constant.value
+
+    def _parameter(self, token: Token) -> Constant | None:
+        """Give the constant that a word stands for; None if it is no parameter."""
+        if token.kind != "word" or token.text not in self._parameters:
+            return None
+        self.used.add(token.text)
+        value, exponents = self._parameters[token.text]
+        return Constant(token.span, value, exponents, any(exponents))
 
     # --- predicates and terms
 
@@ -308,7 +361,7 @@ class _Parser:
             found = f"'{token.text}'" if token.text else "the end"
             self._refuse(f"a signal, number or '(' is expected before {found}", "Complete it.")
         self._take()
-        return Signal(token.span, token.text)
+        return self._parameter(token) or Signal(token.span, token.text)
 
     def _call(self) -> Node:
         keyword = self._take()
@@ -321,13 +374,15 @@ class _Parser:
 
     def _function(self, keyword: Token, arguments: list[Node], span: Span) -> Node:
         name = keyword.text
-        wanted = 1 if name in {"abs", "rise", "fall"} else 2
+        wanted = 1 if name == "abs" or name in _ON_CONDITIONS else 2
         if (len(arguments) != wanted) if wanted == 1 else (len(arguments) < wanted):
             what = "one argument" if wanted == 1 else "two arguments or more"
             self._refuse(f"{name} takes {what}, not {len(arguments)}", "", keyword.span[0])
         if name in {"rise", "fall"}:
             edge = cast("Literal['rise', 'fall']", name)
             return Edge(span, edge, self._condition(arguments[0]))
+        if name == "previous":
+            return Previous(span, self._condition(arguments[0]))
         function = cast("Literal['min', 'max', 'abs']", name)
         terms = tuple(self._term(argument) for argument in arguments)
         return Arithmetic(span, function, terms)

@@ -24,8 +24,11 @@ from adeye.evaluation.stl.syntax import (
     Equality,
     Not,
     Operator,
+    Past,
     Predicate,
+    Previous,
     Signal,
+    Since,
     Temporal,
     Term,
     Until,
@@ -33,6 +36,7 @@ from adeye.evaluation.stl.syntax import (
     find_implications,
     label_of,
     names_in,
+    window_of,
     window_rows,
 )
 
@@ -46,7 +50,8 @@ if TYPE_CHECKING:
 SIGNAL, CONSTANT, ADD, SUBTRACT, LEAST, GREATEST, MULTIPLY, DIVIDE, NEGATE, SIZE = range(10)
 """Operations of a term."""
 COMPARE, EQUAL, WORD, NOT, AND, OR, IMPLIES, RISE, FALL, EVENTUALLY, ALWAYS, UNTIL = range(12)
-"""Kinds of a condition; the first three are predicates."""
+PREVIOUS, ONCE, HISTORICALLY, SINCE = range(12, 16)
+"""Kinds of a condition; the first three are predicates, the last four look back."""
 NUMBER, BOOLEAN, ENUMERATION = range(3)
 """Kinds of a signal."""
 
@@ -63,6 +68,7 @@ _OPERATIONS: Final = {
 }  # fmt: skip
 _KINDS: Final = {"number": NUMBER, "boolean": BOOLEAN, "enumeration": ENUMERATION}
 _CONNECTIVES: Final = {"and": AND, "or": OR, "implies": IMPLIES}
+_OTHERS: Final[dict[type, int]] = {Not: NOT, Until: UNTIL, Previous: PREVIOUS, Since: SINCE}
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +146,7 @@ def compile_formula(formula: Formula, inputs: Mapping[str, Series], step_s: floa
         (name, series.scale, series.unit, series.kind, series.labels, series.cap)
         for name, series in inputs.items()
     )
-    key = (formula.text, declared, step_s)
+    key = (formula.text, formula.parameters, declared, step_s)
     if key not in _PROGRAMS:
         formula.check(inputs)
         if len(_PROGRAMS) >= _MOST_PROGRAMS:
@@ -202,7 +208,7 @@ class _Compiler:
             parts = [self._condition(child, is_start=goes_on) for child in _conditions(node)]
             row[FIRST_PART], row[SECOND_PART] = parts[0], parts[-1]
             row[KIND] = _kind(node)
-            window = node.window if isinstance(node, Temporal | Until) else None
+            window = window_of(node)
             if window is not None:
                 row[FROM_ROW], row[TO_ROW] = window_rows(window, self.step_s)
                 row[HAS_WINDOW] = 1
@@ -315,4 +321,6 @@ def _kind(node: Operator) -> int:
         return RISE if node.operator == "rise" else FALL
     if isinstance(node, Temporal):
         return ALWAYS if node.operator == "always" else EVENTUALLY
-    return NOT if isinstance(node, Not) else UNTIL
+    if isinstance(node, Past):
+        return ONCE if node.operator == "once" else HISTORICALLY
+    return _OTHERS[type(node)]

@@ -112,7 +112,7 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """A closed interval of time after a row [s]."""
+    """A closed interval of time after a row, or before it where the operator looks back [s]."""
 
     first_s: float
     last_s: float
@@ -138,13 +138,42 @@ class Until:
     right: Condition
 
 
+@dataclass(frozen=True, slots=True)
+class Previous:
+    """The operand held one row before; false at the first row."""
+
+    span: Span
+    operand: Condition
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """``once`` or ``historically``: at some, or every, row of a window before; back to row 0."""
+
+    span: Span
+    operator: Literal["once", "historically"]
+    window: Window | None
+    operand: Condition
+
+
+@dataclass(frozen=True, slots=True)
+class Since:
+    """``right`` held at a row of the window before, and ``left`` at every row after that one."""
+
+    span: Span
+    window: Window | None
+    left: Condition
+    right: Condition
+
+
 Predicate: TypeAlias = Comparison | Equality | Assertion
-Operator: TypeAlias = Not | Connective | Edge | Temporal | Until
+Operator: TypeAlias = Not | Connective | Edge | Temporal | Until | Previous | Past | Since
 Condition: TypeAlias = Predicate | Operator
 Node: TypeAlias = Term | Condition
 
 TERMS = (Constant, Signal, Arithmetic)
 PREDICATES = (Comparison, Equality, Assertion)
+LOOKING_BACK = (Previous, Past, Since)
 
 
 def children(node: Node) -> tuple[Node, ...]:
@@ -152,12 +181,17 @@ def children(node: Node) -> tuple[Node, ...]:
     match node:
         case Arithmetic(operands=operands):
             return operands
-        case Comparison() | Equality() | Connective() | Until():
+        case Comparison() | Equality() | Connective() | Until() | Since():
             return (node.left, node.right)
-        case Not() | Edge() | Temporal():
+        case Not() | Edge() | Temporal() | Previous() | Past():
             return (node.operand,)
         case _:
             return ()
+
+
+def window_of(node: Node) -> Window | None:
+    """Give the window of a temporal operator; None if it has none."""
+    return node.window if isinstance(node, Temporal | Until | Past | Since) else None
 
 
 def label_of(node: Equality) -> str | None:
@@ -191,11 +225,38 @@ def future_reach(node: Node, *, is_outermost: bool = True) -> float:
             if node.window is not None:
                 return node.window.last_s + inner
             return inner if is_outermost else float("inf")
-        case Edge():
-            return future_reach(node.operand, is_outermost=False)
+        case Edge() | Previous() | Past() | Since():
+            reaches = (
+                future_reach(child, is_outermost=False) - back for child, back in read_back(node)
+            )
+            return max(0.0, *reaches)
         case _:
             parts = (future_reach(child, is_outermost=is_outermost) for child in children(node))
             return max(parts, default=0.0)
+
+
+def read_back(node: Node) -> Iterator[tuple[Node, float]]:
+    """List the parts of a node with the time to the latest row that it reads them at, before [s].
+
+    ``since`` reads what has to hold up to the row itself, whatever its window.
+    """
+    window = window_of(node) if isinstance(node, Past | Since) else None
+    for child in children(node):
+        is_held = isinstance(node, Since) and child is node.left
+        yield child, 0.0 if window is None or is_held else window.first_s
+
+
+def first_looking_back(node: Node) -> Node | None:
+    """Find an operator that looks back and that no operator which looks ahead encloses.
+
+    It would be evaluated at row 0 alone, before which there is nothing.
+    """
+    if isinstance(node, LOOKING_BACK):
+        return node
+    if isinstance(node, Not | Connective | Edge):
+        found = (first_looking_back(child) for child in children(node))
+        return next((child for child in found if child is not None), None)
+    return None
 
 
 def needed_time(node: Node, horizon_s: float) -> float:
@@ -209,7 +270,7 @@ def needed_time(node: Node, horizon_s: float) -> float:
         if node.window is None:
             return horizon_s + future_reach(node)
         return future_reach(node)
-    if isinstance(node, Edge):
+    if isinstance(node, Edge | Previous | Past | Since):
         return future_reach(node)
     return max((needed_time(child, horizon_s) for child in children(node)), default=0.0)
 

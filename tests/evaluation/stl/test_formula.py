@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from adeye.errors import ExpressionError, SourceLocation
 from adeye.evaluation.stl.formula import parse_formula
+from adeye.evaluation.stl.profile import evaluate_rows
 from adeye.signals import SignalType
+from tests.evaluation.stl.batch import Signals, numbers
 
 DICTIONARY = {
     "gap": SignalType("m", 10.0, "number", "gap"),
@@ -46,3 +49,29 @@ def test_check_passes_or_refuses_with_the_place() -> None:
     parse_formula("always (a implies gap > 2 m)").check(DICTIONARY)
     with pytest.raises(ExpressionError, match=r"concept\.yaml:3:1"):
         parse_formula("always gapp > 2 m", where).check(DICTIONARY)
+
+
+@pytest.mark.parametrize(
+    "text", ["once(a)", "not (b and historically[0 s, 1 s](a))", "previous(a)"]
+)
+def test_looking_back_from_the_first_row_only_is_refused(text: str) -> None:
+    with pytest.raises(ExpressionError, match="look back from the first row only") as caught:
+        parse_formula(text)
+    assert "always(" in caught.value.remedy
+
+
+def test_formulas_with_other_values_of_a_parameter_are_not_taken_for_one_another() -> None:
+    def judged(limit: float) -> float:
+        formula = parse_formula("always(gap > limit)", parameters={"limit": (limit, (1, 0, 0))})
+        series = {"gap": numbers([5.0, 4.0], unit="m")}
+        low, _ = evaluate_rows(
+            formula,
+            Signals(series),
+            step_s=1.0,
+            length=np.array([2]),
+            horizon=np.array([1]),
+            complete=np.array([True]),
+        )
+        return float(low[0, 0])
+
+    assert (judged(1.0), judged(3.0)) == (3.0, 1.0)

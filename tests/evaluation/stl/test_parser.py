@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from adeye.errors import ExpressionError, SourceLocation
-from adeye.evaluation.stl.parser import MAX_DEPTH, MAX_TOKENS, parse_text
+from adeye.evaluation.stl.parser import MAX_DEPTH, MAX_TOKENS, parse_text, parse_with
 from adeye.evaluation.stl.syntax import (
     Arithmetic,
     Assertion,
@@ -16,13 +16,16 @@ from adeye.evaluation.stl.syntax import (
     Equality,
     Node,
     Not,
+    Past,
+    Previous,
     Signal,
+    Since,
     Temporal,
     Until,
 )
 
 
-def shape(node: Node) -> str:  # noqa: PLR0911 - one for each kind of node
+def shape(node: Node) -> str:  # noqa: C901, PLR0911 - one for each kind of node
     """Write a tree with all its parentheses."""
     match node:
         case Constant():
@@ -40,11 +43,14 @@ def shape(node: Node) -> str:  # noqa: PLR0911 - one for each kind of node
             return f"(not {shape(node.operand)})"
         case Edge():
             return f"({node.operator} {shape(node.operand)})"
-        case Temporal() | Until():
+        case Previous():
+            return f"(previous {shape(node.operand)})"
+        case Temporal() | Past() | Until() | Since():
             window = node.window
             span = f"[{window.first_s:g},{window.last_s:g}]" if window else ""
-            if isinstance(node, Until):
-                return f"({shape(node.left)} until{span} {shape(node.right)})"
+            if isinstance(node, Until | Since):
+                word = "until" if isinstance(node, Until) else "since"
+                return f"({shape(node.left)} {word}{span} {shape(node.right)})"
             return f"({node.operator}{span} {shape(node.operand)})"
 
 
@@ -71,6 +77,11 @@ def shape(node: Node) -> str:  # noqa: PLR0911 - one for each kind of node
         ("always eventually[1,2] a", "(always (eventually[1,2] a))"),
         ("a implies eventually[0, 1] b", "(a implies (eventually[0,1] b))"),
         ("eventually (a) or eventually (b)", "((eventually a) or (eventually b))"),
+        ("a and b since[1 s, 2 s] c", "(a and (b since[1,2] c))"),
+        ("historically x > 2", "(historically (x > 2))"),
+        ("once[0 s, 2 s](a) and b", "((once[0,2] a) and b)"),
+        ("previous(a) or not previous(a or b)", "((previous a) or (not (previous (a or b))))"),
+        ("x > 10 since b", "((x > 10) since b)"),
         ("always (a implies b)", "(always (a implies b))"),
         ("(always a) implies b", "((always a) implies b)"),
         ("a until[0 s, 2 s] b and c", "((a until[0,2] b) and c)"),
@@ -159,4 +170,37 @@ def test_what_is_no_formula_is_refused_at_its_place(
 )
 def test_a_formula_too_deep_or_long_is_refused_and_never_overflows(text: str) -> None:
     with pytest.raises(ExpressionError, match="Split the formula"):
+        parse_text(text)
+
+
+def test_parameters_stand_for_constants_in_terms_and_windows() -> None:
+    parameters = {"tau": (1.5, (0, 1, 0)), "low": (2.0, (1, 0, 0)), "idle": (0.0, (0, 0, 0))}
+    root, used = parse_with(parameters, "always(gap > 2 * low or once[0 s, tau](a))")
+    assert shape(root) == "(always ((gap > (* 2 2)) or (once[0,1.5] a)))"
+    assert used == {"tau", "low"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("always[0 s, low](a)", "'low' is not a time"),
+        ("always[0 s, wide](a)", "a window needs two times"),
+        ("always(tau)", "'tau' is a number where a condition is needed"),
+        ("tau > 1 s", "only constants are compared"),
+    ],
+)
+def test_a_parameter_that_does_not_fit_is_refused(text: str, message: str) -> None:
+    with pytest.raises(ExpressionError, match=message):
+        parse_with({"tau": (1.5, (0, 1, 0)), "low": (2.0, (1, 0, 0))}, text)
+
+
+@pytest.mark.parametrize("text", ["a since b since c", "a until b since c"])
+def test_since_twice_is_refused(text: str) -> None:
+    with pytest.raises(ExpressionError, match="can be read in two ways"):
+        parse_text(text)
+
+
+@pytest.mark.parametrize("text", ["once a and b", "historically[0 s, 1 s] a implies b"])
+def test_looking_back_at_a_connective_needs_parentheses(text: str) -> None:
+    with pytest.raises(ExpressionError, match="can be read in two ways"):
         parse_text(text)

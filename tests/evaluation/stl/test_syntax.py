@@ -63,6 +63,13 @@ def test_reach_is_the_sum_of_nested_windows_below_the_outermost_operator(
         ("x > 1", 0.0),
         ("rise(eventually[0, 1] a)", 1.0),
         ("a until eventually[0, 1] b", 11.0),
+        ("always(once[2, 4](eventually[0, 3] a))", 11.0),
+        ("always(once[4, 4](eventually[0, 3] a))", 10.0),
+        ("always(historically(eventually[0, 3] a))", 13.0),
+        ("always(previous(eventually[0, 3] a))", 13.0),
+        # What has to hold since is read up to the row itself, whatever the window.
+        ("always((eventually[0, 3] a) since[2, 4] b)", 13.0),
+        ("always(a since[2, 4] (eventually[0, 3] b))", 11.0),
     ],
 )
 def test_needed_time_counts_the_horizon_only_for_outermost_operators(

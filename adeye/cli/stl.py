@@ -1,0 +1,209 @@
+"""``stl``: evaluate a formula of signal temporal logic on a table."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from adeye.cli.options import Json
+from adeye.cli.output import emit_fields, emit_json, verdict_cell, wrote
+from adeye.errors import PlatformError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.evaluation.judged_table import JudgedTable
+
+Formula = Annotated[
+    str,
+    typer.Argument(
+        metavar="FORMULA", help="Over the columns, such as 'always(gap > 2 m)'.", show_default=False
+    ),
+]
+TableFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="TABLE", help="CSV file with a line of column names.", show_default=False
+    ),
+]
+Time = Annotated[
+    str | None,
+    typer.Option(
+        "--time",
+        metavar="COLUMN",
+        envvar="ADEYE_TIME",
+        help="Column of the times; default: time, time_s or t.",
+    ),
+]
+Units = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--unit",
+        metavar="COLUMN=UNIT",
+        envvar="ADEYE_UNIT",
+        help="Unit of a column, such as gap=m; may be repeated. Others are plain numbers.",
+    ),
+]
+WordsOf = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--words",
+        metavar="COLUMN=WORD,WORD",
+        envvar="ADEYE_WORDS",
+        help="All words that a column may have; default: those that occur. May be repeated.",
+    ),
+]
+Constants = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        envvar="ADEYE_SET",
+        help="Value of a parameter of the formula, such as tau=1.5s; may be repeated.",
+    ),
+]
+Horizon = Annotated[
+    str | None,
+    typer.Option(
+        "--horizon",
+        metavar="TIME",
+        envvar="ADEYE_HORIZON",
+        help="Time after the first row, such as '8 s', until which obligations begin; default: to "
+        "the last row. Beyond it, the table was cut short.",
+    ),
+]
+SeriesFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        envvar="ADEYE_OUTPUT",
+        help="Write the robustness at each row as CSV.",
+    ),
+]
+
+
+def stl(  # noqa: PLR0917 - options
+    formula: Formula,
+    table: TableFile,
+    time: Time = None,
+    unit: Units = None,
+    words: WordsOf = None,
+    set_: Constants = None,
+    horizon: Horizon = None,
+    output: SeriesFile = None,
+    json: Json = False,
+) -> None:
+    """Evaluate a formula on a table with a column of times: verdict, robustness, and why.
+
+    The columns are its signals; a column of true and false is a truth value, one of words is
+    compared with ==. Rows must be evenly spaced. The robustness is an interval where the table ends
+    too early. What is shown is the one condition and row that it comes from.
+
+    Exit codes: 0 it holds, 1 it is violated, 2 wrong input, 3 it is open, vacuous, or reads an
+    empty cell.
+    """
+    from adeye.evaluation.judged_table import Reading, judge_table
+    from adeye.evaluation.stl.table import read_table
+    from adeye.evaluation.verdict import exit_of_verdict
+
+    declared = _pairs("--words", words)
+    reading = Reading(
+        time=time,
+        units=_pairs("--unit", unit),
+        words={name: [word.strip() for word in text.split(",")] for name, text in declared.items()},
+        parameters=_pairs("--set", set_),
+        horizon=horizon,
+    )
+    found = judge_table(formula, read_table(table), reading)
+    if output is not None:
+        _write(found, output)
+    if json:
+        emit_json("stl", _document(found))
+    else:
+        emit_fields(_shown(found))
+    if output is not None:
+        wrote(output)
+    raise typer.Exit(exit_of_verdict(found.verdict))
+
+
+def _pairs(option: str, texts: Sequence[str] | None) -> dict[str, str]:
+    pairs: dict[str, str] = {}
+    for text in texts or ():
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not (name and sign and value):
+            raise UsageError(f"{option} {text!r} is no pair", remedy="Write NAME=VALUE.")
+        if name in pairs:
+            raise UsageError(f"{option} names {name!r} twice", remedy="Give it once.")
+        pairs[name] = value
+    return pairs
+
+
+def _shown(found: JudgedTable) -> dict[str, object]:
+    item = found.judgement
+    unit = "" if item.unit in {None, "1"} else f" {item.unit}"
+    at = "" if item.time_s is None else f" at {item.time_s:.10g} s"
+    return {
+        "Verdict": verdict_cell(item.verdict),
+        "Robustness": _interval(item.robustness_low, item.robustness_high),
+        "Decided by": None if item.predicate is None else f"{item.predicate}{at}",
+        "Value": None if item.value is None else f"{item.value:.6g}{unit}",
+        "Threshold": None if item.threshold is None else f"{item.threshold:.6g}{unit}",
+        "Difference": None if item.margin is None else f"{item.margin:+.6g}{unit}",
+        "Why": item.detail,
+        "Parameters": ", ".join(
+            f"{name} = {value:.6g}" for name, value in found.parameters.items()
+        ),
+        "Rows": f"{len(found.time_s):,}, one every {found.step_s:.6g} s, obligations over "
+        f"{found.horizon_s:.6g} s",
+    }
+
+
+def _interval(low: float | None, high: float | None) -> str | None:
+    """Write the robustness: a number, or where the table leaves it open an interval."""
+    if low is None or high is None:
+        return None
+    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+
+
+def _document(found: JudgedTable) -> dict[str, object]:
+    item = found.judgement
+    return {
+        "formula": found.formula,
+        "verdict": item.verdict,
+        "is_exercised": item.is_exercised,
+        "robustness": [item.robustness_low, item.robustness_high],
+        "predicate": item.predicate,
+        "signal": item.signal,
+        "time_s": item.time_s,
+        "value": item.value,
+        "threshold": item.threshold,
+        "difference": item.margin,
+        "unit": item.unit,
+        "detail": item.detail,
+        "parameters": found.parameters,
+        "step_s": found.step_s,
+        "horizon_s": found.horizon_s,
+        "series": {
+            "time_s": found.time_s.tolist(),
+            "robustness_low": found.robustness_low.tolist(),
+            "robustness_high": found.robustness_high.tolist(),
+        },
+    }
+
+
+def _write(found: JudgedTable, path: Path) -> None:
+    columns = (found.time_s, found.robustness_low, found.robustness_high)
+    try:
+        with path.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(["time_s", "robustness_low", "robustness_high"])
+            for row in zip(*(column.tolist() for column in columns), strict=True):
+                # Not a number: nothing is known there, which is an empty cell.
+                writer.writerow(["" if cell != cell else cell for cell in row])  # noqa: PLR0124
+    except OSError as error:
+        raise PlatformError(f"{path} cannot be written: {error.strerror}") from error

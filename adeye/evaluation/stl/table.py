@@ -1,0 +1,365 @@
+"""A table with a column of times as the source of a formula's signals.
+
+A cell is a number, a truth value or a word; an empty one is no value. Nothing is filled in: a
+formula that reads an empty cell is in error, and rows that are not evenly spaced are refused.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+
+import numpy as np
+
+from adeye.errors import InputError, SourceLocation, suggest
+from adeye.evaluation.stl.check import TRUTH_LABELS
+from adeye.evaluation.stl.series import Series
+from adeye.units import UNITS, convert, shown, si_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from adeye.signals import Floats
+
+TIMES: Final = ("time", "time_s", "t")
+"""Columns that are taken for the time if none is named."""
+TOLERANCE: Final = 0.1
+"""Part of a step by which a row may be off its place: stamps are rounded, samples jitter."""
+_DELIMITERS: Final = (",", ";", "\t")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of equal length.
+
+    Attributes:
+        name: Where it comes from, for messages.
+        columns: Cells by column: text, numbers, truth values, None.
+        lines: Line of each row in its file; empty if it comes from no text file.
+    """
+
+    name: str
+    columns: Mapping[str, Sequence[Any]]
+    lines: Sequence[int] = ()
+
+    @property
+    def rows(self) -> int:
+        """How many rows it has."""
+        return len(next(iter(self.columns.values()), ()))
+
+    def cells(self, name: str) -> Sequence[Any]:
+        """Give a column.
+
+        Raises:
+            InputError: There is none of that name.
+        """
+        if name not in self.columns:
+            raise InputError(
+                f"{self.name} has no column {shown(name)}",
+                remedy=suggest(name, self.columns),
+            )
+        return self.columns[name]
+
+    def place(self, row: int) -> str:
+        """Name a row for people: its line in the file, or its number."""
+        return f"line {self.lines[row]}" if self.lines else f"row {row + 1}"
+
+    def refuse(self, message: str, remedy: str, row: int, column: str = "") -> NoReturn:
+        """Raise an error about a row."""
+        if self.lines:
+            number = list(self.columns).index(column) + 1 if column else 1
+            where = SourceLocation(self.name, self.lines[row], number)
+            raise InputError(message, where=where, remedy=remedy)
+        raise InputError(f"{self.name}, row {row + 1}: {message}", remedy=remedy)
+
+
+# --- reading
+
+
+def read_table(path: Path) -> Table:
+    """Read a CSV file, separated by comma, semicolon or tab, or a Parquet file.
+
+    Raises:
+        InputError: It is not there, is no table, or has rows of unequal length.
+    """
+    if path.suffix.lower() in {".parquet", ".pq"}:
+        return _read_parquet(path)
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            header = file.readline()
+            delimiter = max(_DELIMITERS, key=header.count)
+            file.seek(0)
+            return _rows_of(path, csv.reader(file, delimiter=delimiter, strict=True))
+    except OSError as error:
+        raise InputError(
+            f"{shown(str(path))} cannot be read: {error.strerror}", remedy="Name a table."
+        ) from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not text in UTF-8", remedy="Save it as CSV.") from error
+    except csv.Error as error:
+        raise InputError(f"{path} is not a CSV file: {error}", remedy="Save it again.") from error
+
+
+def _rows_of(path: Path, reader: Any) -> Table:
+    header = [cell.strip() for cell in next(reader, [])]
+    if not any(header):
+        raise InputError(f"{path} has no line of column names", remedy="Begin it with one.")
+    repeated = next((name for at, name in enumerate(header) if name in header[:at]), None)
+    if repeated is not None:
+        raise InputError(
+            f"column {shown(repeated)} occurs twice",
+            where=SourceLocation(str(path), 1, header.index(repeated) + 1),
+            remedy="Rename one of them.",
+        )
+    cells: list[list[str]] = [[] for _ in header]
+    lines: list[int] = []
+    blank = 0
+    for row in reader:
+        if not row:
+            blank = blank or reader.line_num
+            continue
+        if blank or len(row) != len(header):
+            count, line = (0, blank) if blank else (len(row), reader.line_num)
+            raise InputError(
+                f"a row of {count} cells, and {len(header)} columns",
+                where=SourceLocation(str(path), line, 1),
+                remedy="Give each row a cell for each column.",
+            )
+        lines.append(reader.line_num)
+        for column, cell in zip(cells, row, strict=True):
+            column.append(cell.strip())
+    return Table(str(path), dict(zip(header, cells, strict=True)), lines)
+
+
+def _read_parquet(path: Path) -> Table:
+    import pandas as pd
+
+    try:
+        frame = pd.read_parquet(path)
+    except ImportError as error:
+        raise InputError(
+            f"{path} is a Parquet file, for which pandas needs pyarrow",
+            remedy="Install pyarrow, or save the table as CSV.",
+        ) from error
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be read: {error}", remedy="Name a table.") from error
+    return table_of(frame, str(path))
+
+
+def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table:
+    """Make a table of arrays by name, for example of a data frame.
+
+    Raises:
+        InputError: The columns have unequal lengths or more than one dimension.
+    """
+    cells = {str(key): np.asarray(columns[key]) for key in columns}
+    if len({array.shape for array in cells.values()}) > 1 or any(
+        a.ndim != 1 for a in cells.values()
+    ):
+        raise InputError(f"{name} has columns of unequal lengths", remedy="Give each as many rows.")
+    return Table(name, {key: array.tolist() for key, array in cells.items()})
+
+
+# --- times
+
+
+def time_column(table: Table, name: str | None = None) -> str:
+    """Find the column of the times: the one that is named, or ``time``, ``time_s`` or ``t``.
+
+    Raises:
+        InputError: There is none.
+    """
+    if name is None:
+        name = next((item for item in TIMES if item in table.columns), None)
+    if name is None:
+        raise InputError(
+            f"{table.name} has no column {', '.join(TIMES)}",
+            remedy=f"Name the column of the times: {', '.join(table.columns)}.",
+        )
+    table.cells(name)
+    return name
+
+
+def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float]:
+    """Read the times of the rows, which must be evenly spaced.
+
+    Args:
+        table: The table.
+        name: Column of the times.
+        unit: Its unit.
+
+    Returns:
+        The times (T,) [s], and the step [s]. If the times fit a whole number of rows a second, or
+        of seconds a row, the step is exactly that: stamps may be rounded.
+
+    Raises:
+        InputError: A time is no number, does not come after the one before, or is off its place by
+            more than ``TOLERANCE`` of a step; or there are fewer than 2 rows.
+    """
+    if unit not in UNITS or UNITS[unit].exponents != UNITS["s"].exponents:
+        raise InputError(
+            f"{shown(unit)} is not a unit of time", remedy="Write s, ms, min or h for the time."
+        )
+    cells = [_number(cell) for cell in table.cells(name)]
+    if len(cells) < 2:
+        raise InputError(f"{table.name} has fewer than 2 rows", remedy="Give it at least 2.")
+    for row, cell in enumerate(cells):
+        if cell is None or not math.isfinite(cell):
+            text = shown(table.columns[name][row])
+            table.refuse(f"{text} is not a time", "Write a number.", row, name)
+    times = np.array([convert(cell, UNITS[unit]) for cell in cells if cell is not None])
+    steps = np.diff(times)
+    for row in np.flatnonzero(~(steps > 0.0))[:1]:
+        table.refuse(
+            f"time {times[row + 1]:.10g} s does not come after {times[row]:.10g} s",
+            "Sort the rows, and keep one of each time.",
+            int(row) + 1,
+            name,
+        )
+    usual = float(np.median(steps))
+    for row in np.flatnonzero(np.abs(steps - usual) > TOLERANCE * usual)[:1]:
+        table.refuse(
+            f"{steps[row]:.6g} s after the row before, where {usual:.6g} s are usual",
+            "Sample the signals evenly; adeye invents no samples.",
+            int(row) + 1,
+            name,
+        )
+    step = _whole_step(times)
+    for row in np.flatnonzero(_misplaced(times, step))[:1]:
+        table.refuse(
+            f"time {times[row]:.10g} s is off an even spacing of {step:.6g} s",
+            "Sample the signals evenly; adeye invents no samples.",
+            int(row),
+            name,
+        )
+    return times, step
+
+
+def _misplaced(times: Floats, step: float) -> Any:
+    places = times[0] + step * np.arange(len(times))
+    return np.abs(times - places) > TOLERANCE * step
+
+
+def _whole_step(times: Floats) -> float:
+    step = float(times[-1] - times[0]) / (len(times) - 1)
+    whole = float(round(step)) if step >= 1.0 else 1.0 / round(1.0 / step)
+    return step if _misplaced(times, whole).any() else whole
+
+
+# --- signals
+
+
+@dataclass(frozen=True)
+class TableSignals:
+    """The signals of a table, one run of T rows.
+
+    Attributes:
+        table: The table.
+        units: Unit of a column's numbers; they become SI. None: plain numbers.
+        words: Values that a column of words may have; by default those that occur.
+    """
+
+    table: Table
+    units: Mapping[str, str] = field(default_factory=dict)
+    words: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in (*self.units, *self.words):
+            self.table.cells(name)
+
+    def series(self, name: str) -> Series:
+        """Give the samples (1, T) of a column.
+
+        Raises:
+            InputError: The column mixes numbers and words, has a word that was not declared, or a
+                unit that does not exist.
+            KeyError: There is no such column.
+        """
+        cells = self.table.columns[name]
+        if name in self.words:
+            labels = tuple(self.words[name])
+            return self._coded(name, [_text(cell) for cell in cells], labels, "enumeration")
+        texts = [_text(cell) for cell in cells]
+        present = [text for text in texts if text]
+        if present and all(text.lower() in TRUTH_LABELS for text in present):
+            return self._coded(name, [text.lower() for text in texts], TRUTH_LABELS, "boolean")
+        numbers = [_number(cell) for cell in cells]
+        odd = [row for row, text in enumerate(texts) if text and numbers[row] is None]
+        if odd and len(odd) == len(present):
+            return self._coded(name, texts, tuple(sorted(set(present))), "enumeration")
+        if odd:
+            self.table.refuse(
+                f"{shown(cells[odd[0]])} among the numbers of column {shown(name)}",
+                "Leave the cell empty where there is no value, or declare the words of the column.",
+                odd[0],
+                name,
+            )
+        return self._numbers(name, numbers)
+
+    def _numbers(self, name: str, numbers: Sequence[float | None]) -> Series:
+        unit = UNITS.get(self.units.get(name, ""))
+        if unit is None and self.units.get(name, "1") != "1":
+            raise InputError(
+                f"column {shown(name)}: {shown(self.units[name])} is not a unit",
+                remedy=f"It is one of {', '.join(UNITS)}.",
+            )
+        values = np.array([math.nan if cell is None else cell for cell in numbers])
+        if unit is None:
+            return Series(values[np.newaxis], 1.0, "1", "number")
+        values = np.array([convert(value, unit) for value in values.tolist()])
+        return Series(values[np.newaxis], 1.0, si_unit(unit.exponents), "number")
+
+    def _coded(self, name: str, texts: Sequence[str], labels: tuple[str, ...], kind: Any) -> Series:
+        if name in self.units:
+            raise InputError(
+                f"column {shown(name)} has the words {', '.join(labels)}, and no unit",
+                remedy="Give units to numbers only.",
+            )
+        codes = np.full((1, len(texts)), math.nan)
+        for row, text in enumerate(texts):
+            if text and text not in labels:
+                self.table.refuse(
+                    f"{shown(text)} is none of the words {', '.join(labels)} of column "
+                    f"{shown(name)}",
+                    "Declare every word of the column.",
+                    row,
+                    name,
+                )
+            if text:
+                codes[0, row] = labels.index(text)
+        return Series(codes, 1.0, "1", kind, () if kind == "boolean" else labels)
+
+    def missing(self, names: Sequence[str]) -> str | None:
+        """Say where the first sample is that is no value; None if all are."""
+        found = [
+            (int(row), name)
+            for name in names
+            for row in np.flatnonzero(~np.isfinite(self.series(name).values[0]))[:1]
+        ]
+        if not found:
+            return None
+        row, name = min(found)
+        cell = self.table.columns[name][row]
+        text = "empty" if not _text(cell) else f"{_text(cell)}, which is no finite number"
+        return f"{self.table.place(row)}: {name} is {text}"
+
+
+def _text(cell: Any) -> str:
+    return "" if cell is None else str(cell).strip()
+
+
+def _number(cell: Any) -> float | None:
+    """Read a number; None for what is none, also for nothing."""
+    if isinstance(cell, bool):
+        return None
+    if isinstance(cell, int | float):
+        return float(cell)
+    text = _text(cell)
+    try:
+        # Python reads 1_000 as a number.
+        return None if "_" in text else float(text)
+    except ValueError:
+        return None

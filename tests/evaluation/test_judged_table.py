@@ -1,0 +1,113 @@
+"""A formula on a table: verdict, place and robustness; what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import InputError
+from adeye.evaluation.judged_table import JudgedTable, Reading, judge_table
+from adeye.evaluation.stl.table import table_of
+from adeye.evaluation.verdict import Verdict
+
+COLUMNS = {
+    "time": [10.0, 10.1, 10.2, 10.3],
+    "gap": [9.0, 5.0, 3.0, 4.0],
+    "brake": [False, False, True, True],
+    "mode": ["ok", "ok", "ok", "degraded"],
+}
+
+
+def judged(formula: str, **reading: Any) -> JudgedTable:
+    return judge_table(formula, table_of(COLUMNS), Reading(**reading))
+
+
+def test_a_violation_has_place_value_and_threshold_in_its_unit() -> None:
+    found = judged("always(gap > 4 m)", units={"gap": "m"})
+    item = found.judgement
+    assert found.verdict is Verdict.FAIL
+    assert (item.time_s, item.value, item.threshold, item.margin, item.unit) == (
+        10.2, 3.0, 4.0, -1.0, "m",
+    )  # fmt: skip
+    assert found.robustness_low.tolist() == [-1.0, -1.0, -1.0, 0.0]
+    assert found.step_s == 0.1
+    assert found.horizon_s == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("formula", "verdict"),
+    [
+        ("always(gap > 2)", Verdict.PASS),
+        ("always(brake implies previous(gap) > 1)", None),
+        ("always(brake implies once[0 s, 0.1 s](gap > 4.5))", Verdict.FAIL),
+        ("always(brake implies eventually[0 s, 0.2 s](gap > 5))", Verdict.INCONCLUSIVE),
+        ("always(gap > 99 implies brake)", Verdict.VACUOUS),
+        ("eventually(mode == degraded)", Verdict.PASS),
+        ("always(1 / (gap - 4) < 9)", Verdict.ERROR),
+    ],
+)
+def test_verdict(formula: str, verdict: Verdict | None) -> None:
+    if verdict is None:
+        with pytest.raises(InputError, match="condition"):
+            judged(formula)
+    else:
+        assert judged(formula).verdict is verdict
+
+
+def test_an_error_names_the_cell_or_the_calculation() -> None:
+    item = judged("always(1 / (gap - 4) < 9)").judgement
+    assert item.detail is not None
+    assert "division by 0" in item.detail
+    table = table_of({**COLUMNS, "gap": [9.0, None, 3.0, 4.0]})
+    found = judge_table("always(gap > 0)", table, Reading())
+    assert (found.verdict, found.judgement.detail) == (Verdict.ERROR, "row 2: gap is empty")
+    assert np.isnan(found.robustness_low).all()
+
+
+def test_parameters_stand_for_their_values_in_formula_and_window() -> None:
+    formula = "always(brake implies once[0 s, tau](gap > limit))"
+    given = {"tau": "100 ms", "limit": "4.5 m"}
+    found = judged(formula, units={"gap": "m"}, parameters=given)
+    assert found.verdict is Verdict.FAIL
+    assert found.parameters == {"limit": 4.5, "tau": 0.1}
+    given["tau"] = "0.2 s"
+    again = judged(formula, units={"gap": "m"}, parameters=given)
+    assert again.verdict is Verdict.PASS
+
+
+def test_the_horizon_ends_obligations_and_beyond_the_table_leaves_them_open() -> None:
+    assert judged("always(gap > 4)", horizon="0.1 s").verdict is Verdict.PASS
+    assert judged("always(gap > 2)", horizon="1 h").verdict is Verdict.INCONCLUSIVE
+    assert judged("always(gap > 4)", horizon="1 h").verdict is Verdict.FAIL
+
+
+@pytest.mark.parametrize(
+    ("formula", "reading", "message"),
+    [
+        ("always(gp > 4)", {}, "no column 'gp', which the formula names"),
+        ("always(gap > 4 m)", {}, "'gap' is a plain number, '4 m' is a length"),
+        ("always(gap > tau)", {}, "no column 'tau'"),
+        ("always(gap > 4)", {"parameters": {"tau": "1 s"}}, "does not name parameter 'tau'"),
+        ("always(gap > 4)", {"parameters": {"gap": "1 s"}}, "parameter 'gap' is a column, too"),
+        ("always(gap > 4)", {"parameters": {"once": "1 s"}}, "is a word of the language, too"),
+        ("always(gap > tau)", {"parameters": {"tau": "1 s"}}, "'tau' is a time"),
+        ("always[0 s, tau](gap > 1)", {"parameters": {"tau": "1 m"}}, "'tau' is not a time"),
+        ("always(gap > tau)", {"parameters": {"tau": "one"}}, "'one' is not a quantity"),
+        ("always(gap > 4)", {"horizon": "-1 s"}, "the horizon '-1 s' is below 0"),
+        ("always(gap > 4)", {"horizon": "1 m"}, "is not a time"),
+        ("once(gap > 4)", {}, "would look back from the first row only"),
+        ("always(mode == lost)", {}, "'lost' is not a value of 'mode'"),
+        ("always[0.01 s, 0.02 s](gap > 4)", {}, "contains no row"),
+    ],
+)
+def test_what_does_not_fit_is_refused(formula: str, reading: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        judged(formula, **reading)
+    assert message in str(caught.value)
+
+
+def test_words_that_do_not_occur_can_be_declared() -> None:
+    found = judged("always(mode != lost)", words={"mode": ["ok", "degraded", "lost"]})
+    assert found.verdict is Verdict.PASS
