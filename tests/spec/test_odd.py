@@ -130,7 +130,7 @@ def test_greatest_seed_fits_a_signed_column() -> None:
             "takes points, no parameters",
         ),
         ({"design": "random", "samples": 0}, "greater than or equal to 1"),
-        ({"design": "sobol"}, "full_factorial"),
+        ({"design": "halton"}, "full_factorial"),
         ({"where": "gap > 1 m"}, "valid tuple"),
         ({"where": ["gap"]}, "neither true nor false"),
         ({"parameters": {"gap": [None]}}, "valid string"),
