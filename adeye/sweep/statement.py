@@ -1,7 +1,7 @@
 """What the design of a sweep is: a random sample of a declared population, or chosen points.
 
 Whoever states a probability asks here first, on the stored content of an ODD. Only independent
-draws from a declared distribution give intervals; every other design gives coverage and worst cases.
+draws from a declared distribution give intervals; other designs give coverage and worst cases.
 """
 
 from __future__ import annotations
