@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -14,12 +13,14 @@ from adeye.sweep.declared import data_digests
 from adeye.sweep.points import read_points
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from adeye.spec.load import OddFiles
 
 Load = Callable[..., "OddFiles"]
 
 
-def sweep(samples: int = 20, **parameters: Any) -> dict[str, Any]:
+def sweep(samples: int = 20, /, **parameters: Any) -> dict[str, Any]:
     return {"design": "random", "samples": samples, "parameters": parameters}
 
 
@@ -102,7 +103,7 @@ def test_unusable_distribution_is_refused_at_the_axis(
     load: Load, name: str, law: dict[str, Any], said: str
 ) -> None:
     with pytest.raises(InputError) as caught:
-        read_points(load(sweep(**{name: law})), 0)
+        read_points(load(sweep(20, **{name: law})), 0)
     assert said in str(caught.value)
     assert "example.yaml:" in str(caught.value)
 

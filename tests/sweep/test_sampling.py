@@ -19,6 +19,11 @@ Load = Callable[..., "OddFiles"]
 BOX = {"gap": ["10 m", "50 m"], "ego_speed": ["80 km/h", "120 km/h"]}
 
 
+def column(points: Points, name: str) -> Any:
+    """Give a column of numbers; mypy cannot tell them from text."""
+    return points.columns[name]
+
+
 def points_of(load: Load, design: str, samples: int, parameters: Any = None, **more: Any) -> Points:
     seed = more.pop("seed", 7)
     sweep = {"design": design, "samples": samples, "parameters": parameters or BOX, **more}
@@ -32,12 +37,12 @@ def test_declared_uniform_is_the_same_sample_as_the_ends(load: Load) -> None:
     declared = {name: {"uniform": ends} for name, ends in BOX.items()}
     plain, written = points_of(load, "random", 30), points_of(load, "random", 30, declared)
     for name in BOX:
-        assert written.columns[name].tolist() == plain.columns[name].tolist()
+        assert column(written, name).tolist() == column(plain, name).tolist()
 
 
 def test_draws_follow_the_declared_distribution(load: Load) -> None:
     law = {"normal": {"mean": "30 m", "sd": "5 m", "min": "0 m", "max": "60 m"}}
-    gaps = points_of(load, "random", 2000, {"gap": law}).columns["gap"]
+    gaps = column(points_of(load, "random", 2000, {"gap": law}), "gap")
     # Four standard errors of mean and standard deviation.
     assert abs(gaps.mean() - 30.0) < 4 * 5.0 / np.sqrt(2000)
     assert abs(gaps.std() - 5.0) < 4 * 5.0 / np.sqrt(4000)
@@ -47,11 +52,11 @@ def test_another_axis_leaves_the_draws_of_this_one(load: Load) -> None:
     law = {"lognormal": {"median": "30 m", "sigma": 0.4, "max": "60 m"}}
     alone = points_of(load, "random", 20, {"gap": law})
     beside = points_of(load, "random", 20, {"ego_speed": BOX["ego_speed"], "gap": law})
-    assert alone.columns["gap"].tolist() == beside.columns["gap"].tolist()
+    assert column(alone, "gap").tolist() == column(beside, "gap").tolist()
 
 
 def test_draws_that_relations_exclude_are_counted_to_the_last_that_is_kept(load: Load) -> None:
-    free = points_of(load, "random", 400).columns["gap"]
+    free = column(points_of(load, "random", 400), "gap")
     kept = points_of(load, "random", 50, where=["gap > 30 m"])
     place = np.flatnonzero(free > 30.0)[49]
     assert (kept.count, kept.drawn) == (50, place + 1)
@@ -73,13 +78,13 @@ def test_sample_with_repeated_points_is_refused(load: Load) -> None:
 def test_latin_hypercube_has_one_point_in_every_layer_of_every_axis(load: Load) -> None:
     points = points_of(load, "lhs", 25)
     for name, low, high in (("gap", 10.0, 50.0), ("ego_speed", 80 / 3.6, 120 / 3.6)):
-        layers = np.floor((points.columns[name] - low) / (high - low) * 25).astype(int)
+        layers = np.floor((column(points, name) - low) / (high - low) * 25).astype(int)
         assert sorted(layers.tolist()) == list(range(25))
 
 
 def test_latin_hypercube_has_layers_of_equal_probability(load: Load) -> None:
     law = {"normal": {"mean": "30 m", "sd": "5 m", "min": "0 m", "max": "60 m"}}
-    gaps = points_of(load, "lhs", 10, {"gap": law}).columns["gap"]
+    gaps = column(points_of(load, "lhs", 10, {"gap": law}), "gap")
     # Deciles of the standard normal distribution.
     deciles = [-1.2816, -0.8416, -0.5244, -0.2533, 0.0, 0.2533, 0.5244, 0.8416, 1.2816]
     assert sorted(np.searchsorted(deciles, (gaps - 30.0) / 5.0).tolist()) == list(range(10))
@@ -87,8 +92,8 @@ def test_latin_hypercube_has_layers_of_equal_probability(load: Load) -> None:
 
 def test_sobol_points_balance_every_half_of_every_axis(load: Load) -> None:
     points = points_of(load, "sobol", 64)
-    right = points.columns["gap"] > 30.0
-    fast = points.columns["ego_speed"] > 100 / 3.6
+    right = column(points, "gap") > 30.0
+    fast = column(points, "ego_speed") > 100 / 3.6
     assert [int((right == a).sum()) for a in (True, False)] == [32, 32]
     assert (
         sorted(int(((right == a) & (fast == b)).sum()) for a in (0, 1) for b in (0, 1)) == [16] * 4
@@ -103,17 +108,17 @@ def test_points_depend_on_the_seed_and_not_on_the_order_of_the_axes(
     turned = points_of(load, design, 16, dict(reversed(BOX.items())))
     other = points_of(load, design, 16, seed=8)
     for name in BOX:
-        assert first.columns[name].tolist() == again.columns[name].tolist()
-        assert first.columns[name].tolist() == turned.columns[name].tolist()
-        assert first.columns[name].tolist() != other.columns[name].tolist()
+        assert column(first, name).tolist() == column(again, name).tolist()
+        assert column(first, name).tolist() == column(turned, name).tolist()
+        assert column(first, name).tolist() != column(other, name).tolist()
 
 
 @pytest.mark.parametrize("design", ["lhs", "sobol"])
 def test_excluded_points_are_left_out_and_counted_not_replaced(load: Load, design: str) -> None:
     whole = points_of(load, design, 16)
     kept = points_of(load, design, 16, where=["gap > 30 m"])
-    gaps = whole.columns["gap"]
-    assert kept.columns["gap"].tolist() == gaps[gaps > 30.0].tolist()
+    gaps = column(whole, "gap")
+    assert column(kept, "gap").tolist() == gaps[gaps > 30.0].tolist()
     assert (kept.raw, kept.count, kept.drawn) == (16, 8, 16)
 
 
