@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from adeye.errors import suggest
+from adeye.spec.bins import CoverageBins
 from adeye.spec.distribution import Distribution
 from adeye.spec.fault import AnyFault
 from adeye.spec.misplaced import Loc, misplaced, repeated
@@ -223,6 +224,16 @@ class Odd(Record):
     the scenarios of the package."""
     plugins: Many[Text] = ()
     """Metrics from outside the package, by entry point; files are relative to this one."""
+    coverage: CoverageBins | None = None
+    """Bins of attributes for ``adeye coverage``; they change no test case."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        if self.coverage is None:
+            del content["coverage"]
+        return content
 
     @model_validator(mode="after")
     def _names_resolve(self) -> Self:
