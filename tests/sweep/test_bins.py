@@ -16,7 +16,6 @@ from adeye.sweep.axes import default_values
 from adeye.sweep.bins import DEFAULT_EDGES, NO_BIN, bins_of, codes_of, codes_of_values
 
 if TYPE_CHECKING:
-
     from adeye.spec.scenario import LogicalScenario
 
 
