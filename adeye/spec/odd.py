@@ -160,7 +160,8 @@ class Sweep(Record):
                 raise ValueError(msg)
             if self.design not in designs and given:
                 wanted = " or ".join(designs)
-                msg = f"{key} belong to design: {wanted}, and this is design: {self.design}"
+                verb = "belong" if key.endswith("s") else "belongs"
+                msg = f"{key} {verb} to design: {wanted}, and this is design: {self.design}"
                 raise ValueError(msg)
         if self.design == "list" and self.parameters:
             msg = "design: list takes points, no parameters"

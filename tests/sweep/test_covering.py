@@ -135,7 +135,7 @@ def test_every_point_covers_something_that_those_before_do_not() -> None:
 @pytest.mark.parametrize(
     ("sizes", "strength", "most"),
     [
-        ([3] * 13, 2, 20),
+        ([3] * 13, 2, 19),
         ([3] * 4, 2, 10),
         ([2] * 10, 2, 9),
         ([2] * 20, 2, 12),
