@@ -96,23 +96,25 @@ class Witnesses:
         return codes
 
 
-def tuples_of(
-    codes: Mapping[str, NDArray[np.int64]], strength: int, weight: int = 1
-) -> dict[Tuple, int]:
+def tuples_of(codes: Mapping[str, NDArray[np.int64]], strength: int) -> dict[Tuple, int]:
     """Count the combinations of bins that points have; a point without a bin counts nowhere.
 
     Args:
         codes: (N,) number of the bin by attribute.
         strength: How many attributes are combined.
-        weight: What each point counts.
     """
     found: dict[Tuple, int] = {}
+    sizes = {name: int(own.max(initial=NO_BIN)) + 1 for name, own in codes.items()}
     for names in combinations(codes, strength):
-        table = np.stack([codes[name] for name in names], axis=1)
-        table = table[(table != NO_BIN).all(axis=1)]
-        rows, counts = np.unique(table, axis=0, return_counts=True)
-        for row, count in zip(rows.tolist(), counts.tolist(), strict=True):
-            found[names, tuple(row)] = count * weight
+        shape = tuple(sizes[name] for name in names)
+        if not all(shape):
+            continue
+        has_all = np.logical_and.reduce([codes[name] != NO_BIN for name in names])
+        flat = np.ravel_multi_index([codes[name][has_all] for name in names], shape)
+        counts = np.bincount(flat)
+        for place in np.flatnonzero(counts).tolist():
+            levels = tuple(int(level) for level in np.unravel_index(place, shape))
+            found[names, levels] = int(counts[place])
     return found
 
 
