@@ -23,12 +23,15 @@ from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.errors import InputError, SpecError
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
+from adeye.spec.distribution import Distribution
 from adeye.spec.load import OddFiles, load_odd
 from adeye.store.planned import PlannedCases
 from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
 from adeye.sweep.axes import quantity_or_text
+from adeye.sweep.declared import data_digests
 from adeye.sweep.expand import Expansion, expand
 from adeye.sweep.sequence import LazyCases
+from adeye.sweep.statement import axis_words
 from adeye.sweep.structure import structure_key
 from adeye.units import Dimension
 
@@ -175,6 +178,7 @@ class CampaignPlan:
                     "replicates": factor.replicates,
                     "test_cases": factor.test_cases,
                     "axes": self._axes(factor.scenario),
+                    **self._design(factor.scenario),
                 }
                 for factor in self.expansion.factors
             ],
@@ -233,7 +237,9 @@ class CampaignPlan:
 
     def _odd_content(self) -> dict[str, Any]:
         files = self.files
+        data = data_digests(files)
         return {
+            **({"data": data} if data else {}),
             "odd": files.odd.spec.model_dump(mode="json", by_alias=True),
             "scenarios": {
                 name: item.spec.model_dump(mode="json") for name, item in files.scenarios.items()
@@ -250,12 +256,28 @@ class CampaignPlan:
         for name, axis in use.sweep.parameters.items():
             if isinstance(axis, tuple):
                 axes[name] = ", ".join(map(str, axis))
+            elif isinstance(axis, Distribution):
+                axes[name] = axis_words(axis.model_dump(mode="json"))
             else:
                 axes[name] = f"{axis.start} to {axis.to}, step {axis.step}"
         for point in use.sweep.points:
             for name, value in point.items():
                 axes[name] = f"{axes[name]}, {value}" if name in axes else str(value)
         return axes
+
+    def _design(self, scenario: str) -> dict[str, int]:
+        """Count what a design looked at for its points, for what may be said about them."""
+        points = self.expansion.points[scenario]
+        if points.drawn is not None:
+            return {"drawn": points.drawn, "kept": points.count}
+        tuples = points.tuples
+        if tuples is None:
+            return {}
+        return {
+            "strength": tuples.strength,
+            "tuples": tuples.total,
+            "feasible_tuples": tuples.feasible,
+        }
 
     def _units(self) -> dict[str, dict[str, str]]:
         units: dict[str, dict[str, str]] = {}

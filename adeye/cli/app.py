@@ -8,6 +8,7 @@ from typing import Annotated, Final
 import typer
 
 from adeye.cli.compare import compare
+from adeye.cli.coverage import coverage
 from adeye.cli.database import database_app
 from adeye.cli.dependencies import dependencies
 from adeye.cli.doctor import doctor
@@ -88,6 +89,13 @@ add(
     run,
     "adeye run odd/first.yaml",
     "adeye run odd/first.yaml --workers 2 --report report.html --junit junit.xml",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    coverage,
+    "adeye coverage odd/first.yaml",
+    "adeye coverage 3 --strength 3 --json",
     panel=CAMPAIGN,
 )
 add(app, signals, "adeye signals odd/first.yaml", panel=CAMPAIGN)

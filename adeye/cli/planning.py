@@ -11,6 +11,7 @@ from adeye.cli.output import clean, emit, emit_json, emit_table, listed, talk
 
 if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
+    from adeye.sweep.design import Points
     from adeye.sweep.expand import Factor
 
 _SHARED_BY_ALL: Final = "all"
@@ -35,6 +36,7 @@ def plan(
         talk(clean(f"note: {notice}", lines=True))
     _print_factors(planned)
     _print_axes(planned)
+    _print_designs(planned)
     emit(f"\n{_total(planned)}")
     emit(_engine(planned))
     counts = _shared(planned)
@@ -105,6 +107,56 @@ def _print_axes(planned: CampaignPlan) -> None:
     emit_table(("Scenario", "Swept"), rows)
 
 
+def _print_designs(planned: CampaignPlan) -> None:
+    """Say what each scenario's points are, where the number of points does not say it."""
+    from adeye.spec.distribution import Distribution
+
+    lines: list[str] = []
+    for use in planned.files.odd.spec.scenarios:
+        points, sweep = planned.expansion.points[use.name], use.sweep
+        if points.tuples is not None:
+            lines.append(_covering(use.name, points))
+        elif sweep.design in {"lhs", "sobol"}:
+            left = f"; {points.raw - points.count} left out by relations, not replaced"
+            lines.append(
+                f"{use.name}: {sweep.design}, {points.count} of {points.raw} points"
+                f"{left if points.raw > points.count else ''}; no random sample"
+            )
+        elif any(isinstance(axis, Distribution) for axis in sweep.parameters.values()):
+            assert points.drawn is not None
+            excluded = points.drawn - points.count
+            lines.append(
+                f"{use.name}: random, {points.count} independent draws from declared "
+                f"distributions; relations excluded {excluded} of {points.drawn}"
+            )
+    if lines:
+        emit("")
+    for line in lines:
+        emit(clean(line))
+
+
+def _covering(scenario: str, points: Points) -> str:
+    tuples = points.tuples
+    assert tuples is not None
+    return (
+        f"{scenario}: strength {tuples.strength}, {tuples.feasible} of {tuples.total} tuples "
+        f"feasible, all of these covered, {points.count} rows"
+    )
+
+
+def _designs(planned: CampaignPlan) -> dict[str, object]:
+    return {
+        use.name: {
+            "kind": use.sweep.design,
+            "rows": points.count,
+            "drawn": points.drawn,
+            "tuples": points.tuples,
+        }
+        for use in planned.files.odd.spec.scenarios
+        for points in (planned.expansion.points[use.name],)
+    }
+
+
 def _total(planned: CampaignPlan) -> str:
     scenarios = sorted({factor.scenario for factor in planned.expansion.factors})
     parts = [_product(planned.expansion.factors, name) for name in scenarios]
@@ -155,6 +207,7 @@ def _document(planned: CampaignPlan) -> dict[str, object]:
         "test_cases": planned.expansion.count,
         "factors": planned.expansion.factors,
         "axes": planned.expansion.axes,
+        "designs": _designs(planned),
         "gate": planned.files.gate,
         "engine": planned.engine,
         "driver": planned.driver,

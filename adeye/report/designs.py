@@ -8,7 +8,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 RANDOM: Final = "random"
-"""The one design that is a sample of a declared distribution: uniform between the ends."""
+"""The one design that is a sample: uniform between the ends, unless a distribution is declared."""
+
+DECLARED: Final = "random, declared"
+"""The same with a declared distribution of at least one axis."""
 
 SHARED: Final = (
     "Every count is over test cases that the compared architectures share and that were executed "
@@ -31,6 +34,13 @@ REPORTED_SAMPLE: Final = (
     "distribution and of no other: how often such situations occur on the road is not in it, so a "
     "share of failing test cases is no probability of failure on the road."
 )
+UNIFORM: Final = "drawn uniformly between the ends of each axis"
+STATED: Final = (
+    "drawn from the declared distribution of each axis (uniform between its ends where there is "
+    "none), given the relations of the sweep"
+)
+"""What is said in place of ``UNIFORM`` where a distribution is declared."""
+
 REPORTED_GRID: Final = (
     "{scenarios}: a designed set of points, not a random sample: it gives coverage, worst cases "
     "and boundaries, and no probability of failure."
@@ -44,9 +54,15 @@ def designs_of(odd: Mapping[str, Any]) -> dict[str, str]:
         odd: Stored content of the ODD.
     """
     return {
-        str(use.get("as") or use["use"]): str(use["sweep"]["design"])
-        for use in odd["odd"]["scenarios"]
+        str(use.get("as") or use["use"]): _design(use["sweep"]) for use in odd["odd"]["scenarios"]
     }
+
+
+def _design(sweep: Mapping[str, Any]) -> str:
+    axes = sweep.get("parameters", {}).values()
+    declared = any(isinstance(axis, dict) and "from" not in axis for axis in axes)
+    is_declared = sweep["design"] == RANDOM and declared
+    return DECLARED if is_declared else str(sweep["design"])
 
 
 def is_sample(design: str) -> bool:
@@ -55,7 +71,7 @@ def is_sample(design: str) -> bool:
     >>> is_sample("random"), is_sample("full_factorial")
     (True, False)
     """
-    return design == RANDOM
+    return design in {RANDOM, DECLARED}
 
 
 def spoken_of(
@@ -72,7 +88,9 @@ def spoken_of(
     Returns:
         One statement for each kind of design that occurs.
     """
-    names: dict[str, list[str]] = {drawn: [], fixed: []}
+    stated = drawn.replace(UNIFORM, STATED)
+    names: dict[str, list[str]] = {drawn: [], stated: [], fixed: []}
     for name in scenarios:
-        names[drawn if is_sample(designs[name]) else fixed].append(name)
+        text = {RANDOM: drawn, DECLARED: stated}.get(designs[name], fixed)
+        names[text].append(name)
     return tuple(text.format(scenarios=", ".join(found)) for text, found in names.items() if found)

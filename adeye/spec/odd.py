@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from adeye.errors import suggest
+from adeye.spec.bins import CoverageBins
+from adeye.spec.distribution import Distribution
 from adeye.spec.fault import AnyFault
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
@@ -116,35 +118,61 @@ class Steps(Record):
 Level = Value | bool | Many[Value]
 """What an axis may write at a place of a file: a value, true or false, or a list, as of links."""
 
-Axis = Many[Level] | Steps
+Axis = Many[Level] | Steps | Distribution
+
+DesignKind = Literal[
+    "full_factorial", "zip", "list", "random", "pairwise", "t_wise", "lhs", "sobol"
+]
+SAMPLED: Final = ("random", "lhs", "sobol")
+"""Designs that take ``samples``, and a distribution for an axis."""
 
 
 class Sweep(Record):
     """A design over parameters, with relations that exclude points."""
 
-    design: Literal["full_factorial", "zip", "list", "random"] = "full_factorial"
+    design: DesignKind = "full_factorial"
     parameters: dict[str, Axis] = {}
     points: Many[dict[str, Level]] = ()
     """The points of a ``list`` design, each with its own values."""
     samples: Annotated[int, Field(ge=1)] | None = None
-    """How many points a ``random`` design draws, uniformly between the ends of each axis."""
+    """How many points a sample has: from the distribution of each axis, or between its ends."""
+    strength: Annotated[int, Field(ge=1, le=6)] | None = None
+    """Of ``t_wise``: how many axes at a time have all feasible combinations of their levels."""
     where: Many[Condition] = ()
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        if self.strength is None:
+            del content["strength"]
+        return content
 
     @model_validator(mode="after")
     def _fits_design(self) -> Self:
-        for design, key, given in (
-            ("list", "points", bool(self.points)),
-            ("random", "samples", self.samples is not None),
+        for designs, key, given in (
+            (("list",), "points", bool(self.points)),
+            (SAMPLED, "samples", self.samples is not None),
+            (("t_wise",), "strength", self.strength is not None),
         ):
-            if self.design == design and not given:
-                msg = f"design: {design} needs {key}"
+            if self.design in designs and not given:
+                msg = f"design: {self.design} needs {key}"
                 raise ValueError(msg)
-            if self.design != design and given:
-                msg = f"{key} belong to design: {design}, and this is design: {self.design}"
+            if self.design not in designs and given:
+                wanted = " or ".join(designs)
+                verb = "belong" if key.endswith("s") else "belongs"
+                msg = f"{key} {verb} to design: {wanted}, and this is design: {self.design}"
                 raise ValueError(msg)
         if self.design == "list" and self.parameters:
             msg = "design: list takes points, no parameters"
             raise ValueError(msg)
+        if self.design not in SAMPLED:
+            text = f"a distribution belongs to design: {', '.join(SAMPLED)}, not {self.design}"
+            declared = [
+                name for name, axis in self.parameters.items() if isinstance(axis, Distribution)
+            ]
+            if declared:
+                raise misplaced([(("parameters", name), text) for name in declared])
         return self
 
 
@@ -197,6 +225,16 @@ class Odd(Record):
     the scenarios of the package."""
     plugins: Many[Text] = ()
     """Metrics from outside the package, by entry point; files are relative to this one."""
+    coverage: CoverageBins | None = None
+    """Bins of attributes for ``adeye coverage``; they change no test case."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        if self.coverage is None:
+            del content["coverage"]
+        return content
 
     @model_validator(mode="after")
     def _names_resolve(self) -> Self:

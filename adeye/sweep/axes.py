@@ -11,14 +11,17 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from adeye.errors import InputError, SourceLocation, SweepError, suggest
+from adeye.spec.distribution import Distribution
 from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
 from adeye.spec.odd import Level, Steps
+from adeye.sweep.declared import law_of, levels_of, require_within
 from adeye.units import Dimension, shown
 
 if TYPE_CHECKING:
     from adeye.spec.load import Loaded, OddFiles
     from adeye.spec.scenario import LogicalScenario, Parameter, Value
+    from adeye.sweep.law import Law
 
 Kind = Literal["parameter", "scenario", "architecture", "faults"]
 MAX_AXIS_VALUES = 1_000_000
@@ -38,6 +41,8 @@ class Axis:
         texts: The values as written, one per level.
         values: The same in SI, or text where a value is not a quantity.
         where: Its place in the ODD file.
+        law: How its values are distributed, where the sweep declares it; then texts and values are
+            the levels of a choice, else some that tell the unit.
     """
 
     name: str
@@ -46,6 +51,7 @@ class Axis:
     texts: tuple[Level, ...]
     values: tuple[float | str, ...]
     where: SourceLocation
+    law: Law | None = None
 
     def __len__(self) -> int:
         """Number of levels."""
@@ -73,13 +79,15 @@ class AxisReader:
 
         Args:
             name: A scenario parameter or a dotted path.
-            spec: A list of values or evenly spaced steps.
+            spec: A list of values, evenly spaced steps or a distribution.
             where: Its place in the ODD file.
             distinct: Whether a value may occur only once, as in a full factorial.
 
         Raises:
             SweepError: Unknown name, empty axis, a value of the wrong unit or out of range.
         """
+        if isinstance(spec, Distribution):
+            return self._distributed(name, spec, where)
         texts: tuple[Level, ...]
         texts = _steps(name, spec, where) if isinstance(spec, Steps) else tuple(spec)
         if not texts:
@@ -140,6 +148,34 @@ class AxisReader:
             remedy=suggest(name, sorted(parameters)),
         )
 
+    def _distributed(self, name: str, spec: Distribution, where: SourceLocation) -> Axis:
+        kind, path = self.resolve(name, where)
+        _check_varied(name, kind, path, where)
+        if spec.choice is not None:
+            values = tuple(self._value(name, kind, text, where) for text in levels_of(spec))
+            if len(set(values)) != len(values):
+                raise SweepError(f"{name}: a value of the choice occurs twice", where=where)
+        elif kind != "parameter":
+            raise SweepError(
+                f"{name}: a {spec.kind} distribution is for scenario parameters only",
+                where=where,
+                remedy="Use choice for a path.",
+            )
+        parameter = self.scenario.spec.parameters.get(name)
+
+        def read(text: Level) -> float:
+            assert parameter is not None
+            return parameter_quantity(name, parameter, text, where)
+
+        law, texts = law_of(spec, self.files.odd.path.parent, name, read, where)
+        if spec.choice is not None:
+            return Axis(name, kind, path, texts, values, where, law)
+        assert parameter is not None
+        if parameter.range is not None:
+            low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)
+            require_within(law, name, (low, high), where)
+        return Axis(name, kind, path, texts, tuple(map(read, texts)), where, law)
+
     def _value(self, name: str, kind: Kind, text: Level, where: SourceLocation) -> float | str:
         if kind == "parameter":
             parameter = self.scenario.spec.parameters[name]
@@ -175,6 +211,28 @@ def parameter_value(
     Raises:
         SweepError: Not a quantity, another unit, or outside the parameter's range.
     """
+    value = parameter_quantity(name, parameter, text, where)
+    if parameter.range is not None:
+        low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)
+        slack = 1e-9 * max(abs(low), abs(high), 1e-9)
+        if not low - slack <= value <= high + slack:
+            raise SweepError(
+                f"{name}: {text} is outside the scenario's range "
+                f"[{parameter.range[0]}, {parameter.range[1]}]",
+                where=where,
+                remedy="Narrow the sweep or widen the range in the scenario.",
+            )
+    return value
+
+
+def parameter_quantity(
+    name: str, parameter: Parameter, text: Level, where: SourceLocation | None
+) -> float:
+    """Read a quantity in the unit family of a parameter's default, whatever its range.
+
+    Raises:
+        SweepError: Not a quantity, or another unit.
+    """
     value, dimension = quantity_or_text(text)
     _, expected = quantity_or_text(parameter.default)
     if isinstance(value, str) or dimension is None or expected is None:
@@ -188,16 +246,6 @@ def parameter_value(
             where=where,
             remedy=f"Write it like {parameter.default!r}.",
         )
-    if parameter.range is not None:
-        low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)
-        slack = 1e-9 * max(abs(low), abs(high), 1e-9)
-        if not low - slack <= value <= high + slack:
-            raise SweepError(
-                f"{name}: {text} is outside the scenario's range "
-                f"[{parameter.range[0]}, {parameter.range[1]}]",
-                where=where,
-                remedy="Narrow the sweep or widen the range in the scenario.",
-            )
     return value
 
 

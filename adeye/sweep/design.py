@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.errors import SourceLocation, SweepError
-from adeye.identity import canonical_json, stream_seed
+from adeye.identity import canonical_json
 from adeye.kernel.jit import compiled
-from adeye.kernel.random import owner_id, uniform
+from adeye.kernel.random import uniform
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -23,11 +23,6 @@ if TYPE_CHECKING:
 MAX_RAW_POINTS = 50_000_000
 """Combinations before constraints above which a sweep is refused without being expanded."""
 CHUNK = 262_144
-MAX_DRAWS_PER_SAMPLE = 1_000
-DRAWS = 4_096
-"""Draws of a random design that are made and looked at together."""
-HOPELESS = 1_000_000
-"""Draws after which a random design without a single feasible point is given up."""
 
 MOST_TEXTS = 65_536
 """Levels of one axis whose texts are kept; of more, they are written as they are asked for."""
@@ -35,6 +30,21 @@ _MOST_CODES = 2**40
 
 Column = NDArray[np.float64] | NDArray[np.str_]
 Levels = NDArray[np.unsignedinteger[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Tuples:
+    """What a covering design covers: all feasible combinations of some axes at a time.
+
+    Attributes:
+        strength: How many axes at a time.
+        feasible: Combinations of levels that some point can have; each of them is covered.
+        total: All combinations of levels, with those that the relations exclude.
+    """
+
+    strength: int
+    feasible: int
+    total: int
 
 
 @dataclass(frozen=True)
@@ -46,12 +56,16 @@ class Points:
         levels: (N,) which level a point has, by the name of the axis.
         raw: Number of combinations before constraints.
         count: N.
+        tuples: What the points cover, of a covering design.
+        drawn: Draws that were looked at for the points, of a sample.
     """
 
     values: dict[str, Column]
     levels: dict[str, Levels]
     raw: int
     count: int
+    tuples: Tuples | None = None
+    drawn: int | None = None
     _distinct: dict[tuple[str, ...], NDArray[np.int64]] = field(
         default_factory=dict, compare=False, repr=False
     )
@@ -155,11 +169,11 @@ def full_factorial(
         flat = np.arange(start, min(start + CHUNK, raw), dtype=np.int64)
         levels = _levels(flat, sizes)
         mask = _feasible(axes, levels, relations, fixed)
-        kept.append([level[mask] for level in levels] or [_small(flat[mask], 1)])
+        kept.append([level[mask] for level in levels] or [small(flat[mask], 1)])
     chosen = [np.concatenate(parts) for parts in zip(*kept, strict=True)]
     count = int(chosen[0].shape[0])
     _require_points(count, raw, relations, where)
-    return _points(axes, chosen[: len(axes)], raw, count)
+    return points_of(axes, chosen[: len(axes)], raw, count)
 
 
 def zipped(
@@ -182,99 +196,52 @@ def zipped(
             remedy="Give each axis as many values as the others.",
         )
     raw = sizes.pop() if sizes else 1
-    levels = [_small(np.arange(raw), raw) for _ in axes]
+    levels = [small(np.arange(raw), raw) for _ in axes]
     mask = _feasible(axes, levels, relations, fixed)
     count = int(mask.sum())
     _require_points(count, raw, relations, where)
-    return _points(axes, [level[mask] for level in levels], raw, count)
+    return points_of(axes, [level[mask] for level in levels], raw, count)
 
 
-@dataclass(frozen=True, slots=True)
-class RandomDesign:
-    """A seeded uniform sample between the ends of each axis.
+def draws(
+    seed: np.uint64, owner: np.uint64, sample: int, first: int, count: int
+) -> NDArray[np.float64]:
+    """Draw numbers on (0, 1) that belong to a row of one table.
 
-    Attributes:
-        samples: Number of feasible points to draw.
-        seed: Seed of the ODD.
-        stream: Name of the stream: the scenario's id in the ODD.
+    Args:
+        seed: Of the stream.
+        owner: Whose they are.
+        sample: Number of the table.
+        first: Number of the row.
+        count: How many it has.
     """
-
-    samples: int
-    seed: int
-    stream: str
-
-    def draw(
-        self,
-        axes: Sequence[Axis],
-        relations: Sequence[Relation],
-        fixed: Mapping[str, float],
-        where: SourceLocation,
-    ) -> Points:
-        """Draw points and keep the first feasible ones, whatever the size of the chunks.
-
-        Raises:
-            SweepError: An axis is not numeric, or feasible points are too rare.
-        """
-        for axis in axes:
-            if axis.kind != "parameter":
-                raise SweepError(
-                    f"{axis.name}: design: random draws scenario parameters only",
-                    where=axis.where,
-                    remedy="Use another design for paths.",
-                )
-        seed = np.uint64(stream_seed(self.seed, 0, f"sweep/{self.stream}", {}))
-        ends = [(min(map(float, axis.values)), max(map(float, axis.values))) for axis in axes]
-        owners = [np.uint64(owner_id(axis.name)) for axis in axes]
-        kept: list[NDArray[np.float64]] = []
-        limit = min(self.samples * MAX_DRAWS_PER_SAMPLE, 2**32)
-        drawn = found = 0
-        while found < self.samples and drawn < limit:
-            count = min(DRAWS, limit - drawn)
-            table = np.empty((count, len(axes)))
-            for at, ((low, high), owner) in enumerate(zip(ends, owners, strict=True)):
-                _draw(seed, owner, drawn, table[:, at])
-                table[:, at] = low + (high - low) * table[:, at]
-            columns = {axis.name: table[:, at] for at, axis in enumerate(axes)}
-            mask = np.ones(count, dtype=bool)
-            for relation in relations:
-                mask &= _holds(relation, columns, fixed, count)
-            kept.append(table[mask])
-            drawn, found = drawn + count, found + int(mask.sum())
-            if not found and drawn >= HOPELESS:
-                break
-        if found < self.samples:
-            raise SweepError(
-                f"only {found} of {drawn:,} draws fulfil "
-                f"{' and '.join(item.expression.text for item in relations)}",
-                where=where,
-                remedy="Widen the ranges or relax the relations.",
-            )
-        sample = np.concatenate(kept)[: self.samples]
-        values: dict[str, Column] = {axis.name: sample[:, at] + 0.0 for at, axis in enumerate(axes)}
-        # Every draw is a level of its own.
-        own = _small(np.arange(self.samples), self.samples)
-        return Points(values, dict.fromkeys(values, own), self.samples, self.samples)
+    out = np.empty(count)
+    _draw_row(seed, owner, sample, first * count, out)
+    return out
 
 
 @compiled
-def _draw(seed: np.uint64, owner: np.uint64, first: int, out: NDArray[np.float64]) -> None:
+def _draw_row(
+    seed: np.uint64, owner: np.uint64, sample: int, first: int, out: NDArray[np.float64]
+) -> None:
     for at in range(out.shape[0]):
-        out[at] = uniform(seed, owner, first + at, 0)
+        out[at] = uniform(seed, owner, sample, first + at)
 
 
 def _levels(flat: NDArray[np.int64], sizes: Sequence[int]) -> list[Levels]:
     if not sizes:
         return []
     found = np.unravel_index(flat, sizes)
-    return [_small(level, size) for level, size in zip(found, sizes, strict=True)]
+    return [small(level, size) for level, size in zip(found, sizes, strict=True)]
 
 
-def _small(level: NDArray[Any], size: int) -> Levels:
+def small(level: NDArray[Any], size: int) -> Levels:
     """Keep numbers below ``size`` in as few bytes as they need."""
     return level.astype(np.min_scalar_type(max(size - 1, 0)))
 
 
-def _values(axis: Axis) -> Column:
+def axis_values(axis: Axis) -> Column:
+    """Give the values of an axis's levels in SI, or text."""
     if any(isinstance(value, str) for value in axis.values):
         return np.array([str(value) for value in axis.values])
     # -0.0 is 0.0 everywhere.
@@ -288,16 +255,29 @@ def _feasible(
     fixed: Mapping[str, float],
 ) -> NDArray[np.bool_]:
     count = int(levels[0].shape[0]) if levels else 1
-    columns = {axis.name: _values(axis)[level] for axis, level in zip(axes, levels, strict=True)}
+    columns = {
+        axis.name: axis_values(axis)[level] for axis, level in zip(axes, levels, strict=True)
+    }
     mask = np.ones(count, dtype=bool)
     for relation in relations:
-        mask &= _holds(relation, columns, fixed, count)
+        mask &= holds(relation, columns, fixed, count)
     return mask
 
 
-def _holds(
+def holds(
     relation: Relation, columns: Mapping[str, Column], fixed: Mapping[str, float], count: int
 ) -> NDArray[np.bool_]:
+    """Tell which points fulfil a relation.
+
+    Args:
+        relation: What they must fulfil.
+        columns: (N,) values by the name of the axis.
+        fixed: Values of the names that do not vary.
+        count: N.
+
+    Raises:
+        SweepError: It names what is not there.
+    """
     names: dict[str, Column | float] = {**fixed, **columns}
     for name in relation.expression.names:
         if name not in names:
@@ -322,10 +302,26 @@ def _require_points(
         )
 
 
-def _points(axes: Sequence[Axis], levels: Sequence[Levels], raw: int, count: int) -> Points:
+def points_of(
+    axes: Sequence[Axis],
+    levels: Sequence[Levels],
+    raw: int,
+    count: int,
+    tuples: Tuples | None = None,
+) -> Points:
+    """Put points together from the levels that they have.
+
+    Args:
+        axes: The varied quantities.
+        levels: (N,) for each axis.
+        raw: Combinations before constraints.
+        count: N.
+        tuples: What they cover, of a covering design.
+    """
     return Points(
-        {axis.name: _values(axis) for axis in axes},
+        {axis.name: axis_values(axis) for axis in axes},
         {axis.name: level for axis, level in zip(axes, levels, strict=True)},
         raw,
         count,
+        tuples,
     )

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from adeye.spec.load import Loaded, OddFiles
     from adeye.sweep.case import TestCase
+    from adeye.sweep.design import Points
 
 CHUNK: Final = 1_024
 """Test cases that are made together."""
@@ -55,12 +56,14 @@ class Expansion:
         files: The ODD and everything it names.
         factors: How the test cases are counted.
         axes: Swept names by scenario.
+        points: Points of the design by scenario.
         sections: Its test cases in order, those together that share one variant of each file.
     """
 
     files: OddFiles
     factors: tuple[Factor, ...]
     axes: Mapping[str, tuple[str, ...]]
+    points: Mapping[str, Points]
     sections: tuple[Section, ...]
     _variants: Variants
 
@@ -124,9 +127,11 @@ def expand(files: OddFiles) -> Expansion:
     groups: list[Group] = []
     factors: list[Factor] = []
     axes: dict[str, tuple[str, ...]] = {}
+    designed: dict[str, Points] = {}
     for number, use in enumerate(odd.scenarios):
         read, points = read_points(files, number)
         axes[use.name] = tuple(axis.name for axis in read)
+        designed[use.name] = points
         for architecture in files.architectures.values():
             made = groups_of(files, number, architecture, read, points)
             groups += made
@@ -144,7 +149,7 @@ def expand(files: OddFiles) -> Expansion:
                 )
             )
     sections = sections_of(groups, odd.replicates)
-    expansion = Expansion(files, tuple(factors), axes, sections, Variants())
+    expansion = Expansion(files, tuple(factors), axes, designed, sections, Variants())
     _check_limit(expansion)
     _check_clock(files)
     return expansion

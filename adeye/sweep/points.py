@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 from adeye.errors import ExpressionError, SourceLocation, SweepError, suggest
 from adeye.spec.quantity import require_dimension
 from adeye.sweep.axes import Axis, AxisReader, default_values, quantity_or_text
-from adeye.sweep.design import Points, RandomDesign, Relation, full_factorial, zipped
+from adeye.sweep.covering import covering
+from adeye.sweep.design import Points, Relation, full_factorial, zipped
+from adeye.sweep.sampling import RandomDesign, SpaceFillingDesign
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
     from adeye.spec.load import OddFiles
     from adeye.spec.odd import Sweep
+    from adeye.sweep.sampling import FillingKind
 
 
 def read_points(files: OddFiles, number: int) -> tuple[tuple[Axis, ...], Points]:
@@ -31,8 +34,6 @@ def read_points(files: OddFiles, number: int) -> tuple[tuple[Axis, ...], Points]
         SweepError: An axis or a relation is not acceptable, or no point is feasible.
     """
     use = files.odd.spec.scenarios[number]
-    sweep, base = use.sweep, ("scenarios", number, "sweep")
-    where = files.odd.locate(base)
     reader = AxisReader(files, use.name, files.scenarios[use.name])
     axes = _axes(files, number, reader)
     fixed = default_values(files.scenarios[use.name].spec)
@@ -42,13 +43,30 @@ def read_points(files: OddFiles, number: int) -> tuple[tuple[Axis, ...], Points]
         if axis.kind == "parameter":
             fixed[name] = float(axis.values[0])
     relations = _relations(files, number, axes)
-    if sweep.design == "random":
-        assert sweep.samples is not None
+    return axes, _designed(files, number, axes, relations, fixed)
+
+
+def _designed(
+    files: OddFiles,
+    number: int,
+    axes: Sequence[Axis],
+    relations: Sequence[Relation],
+    fixed: Mapping[str, float],
+) -> Points:
+    use = files.odd.spec.scenarios[number]
+    sweep, where = use.sweep, files.odd.locate(("scenarios", number, "sweep"))
+    if sweep.design in {"pairwise", "t_wise"}:
+        return covering(axes, sweep.strength or 2, relations, fixed, where)
+    if sweep.samples is not None:
         _check_samples(files, sweep.samples, where)
-        design = RandomDesign(sweep.samples, files.odd.spec.seed, use.name)
-        return axes, design.draw(axes, relations, fixed, where)
+        seed = files.odd.spec.seed
+        if sweep.design == "random":
+            return RandomDesign(sweep.samples, seed, use.name).draw(axes, relations, fixed, where)
+        kind: FillingKind = "lhs" if sweep.design == "lhs" else "sobol"
+        filling = SpaceFillingDesign(kind, sweep.samples, seed, use.name)
+        return filling.points(axes, relations, fixed, where)
     combine = full_factorial if sweep.design == "full_factorial" else zipped
-    return axes, combine(axes, relations, fixed, where)
+    return combine(axes, relations, fixed, where)
 
 
 def _axes(files: OddFiles, number: int, reader: AxisReader) -> tuple[Axis, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import subprocess
@@ -15,6 +16,7 @@ from adeye.errors import InputError, SpecError
 from adeye.spec.load import load_odd
 from adeye.store.repository import Repository
 from adeye.sweep.expand import Expansion, expand
+from adeye.sweep.statement import design_statement
 from adeye.sweep.structure import structure_key
 from tests.project import CANDIDATE, CONCEPT, ROOT, Executed, Project
 
@@ -201,6 +203,48 @@ def test_list_of_points_is_described_by_its_values(make_project: MakeProject) ->
         odd["scenarios"][0]["sweep"] = {"design": "list", "points": points}
     axes = project.plan().record().factors[0]["axes"]
     assert axes == {"ego_speed": "80 km/h, 90 km/h", "gap": "30 m, 50 m"}
+
+
+def test_sample_is_stored_with_its_distributions_its_data_and_its_draws(
+    make_project: MakeProject,
+) -> None:
+    project = make_project()
+    data = project.folder / "odd" / "speeds.csv"
+    data.write_text("dv\n-12\n-31\n", encoding="utf-8")
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"] = {
+            "design": "random",
+            "samples": 10,
+            "parameters": {
+                "gap": {"lognormal": {"median": "30 m", "sigma": 0.5, "max": "60 m"}},
+                "relative_speed": {"empirical": "speeds.csv", "column": "dv", "unit": "km/h"},
+            },
+            "where": ["gap > 25 m"],
+        }
+    record = project.plan().record()
+    content = record.odd.content
+    assert content["data"] == {"speeds.csv": hashlib.sha256(data.read_bytes()).hexdigest()}
+    stated = design_statement(content, "cut_in", record.factors)
+    assert stated.is_random_sample
+    assert stated.is_conditional
+    assert stated.distributions["gap"] == "lognormal with median 30 m and sigma 0.5, not above 60 m"
+    assert stated.drawn is not None
+    assert stated.excluded_share == 1.0 - 10 / stated.drawn
+    assert record.factors[0]["axes"] == dict(stated.distributions)
+    assert not design_statement(content, "lead_braking", record.factors).is_random_sample
+    # Other data make another ODD, though the draws may be the same.
+    data.write_text("dv\n-12\n-31\n\n", encoding="utf-8")
+    assert project.plan().record().odd.digest != record.odd.digest
+
+
+def test_covering_design_is_stored_with_what_it_covers(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["design"] = "pairwise"
+        odd["scenarios"][0]["sweep"]["where"] = ["ego_speed < 100 km/h or gap > 40 m"]
+    factor = project.plan().record().factors[0]
+    assert (factor["strength"], factor["tuples"], factor["feasible_tuples"]) == (2, 4, 3)
+    assert (factor["raw"], factor["points"]) == (4, 3)
 
 
 def test_shipped_odds_have_no_notices() -> None:

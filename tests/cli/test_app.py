@@ -51,6 +51,7 @@ def program(*arguments: str, cwd: Path, **environment: str) -> subprocess.Comple
 def test_the_verbs_are_these() -> None:
     assert sorted(" ".join(path) for path in VERBS) == [
         "compare",
+        "coverage",
         "db info",
         "db upgrade",
         "db verify",
@@ -105,6 +106,7 @@ def test_one_environment_variable_means_one_thing() -> None:
 READS = (
     *("plan", "signals", "show", "replay", "query", "scenario list", "scenario show", "doctor"),
     "sensors",
+    "coverage",
 )
 
 

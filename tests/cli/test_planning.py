@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 import adeye.campaign.plan
 from adeye.campaign.plan import SignalRow
@@ -130,3 +131,36 @@ def test_signals_table_names_labels_and_who_has_them(
     assert " ".join(line.split()) == (
         "switch.reason enumeration 1 why (none, request) cut_in \N{EN DASH}"
     )
+
+
+@pytest.mark.parametrize(
+    ("sweep", "said"),
+    [
+        (
+            "design: pairwise",
+            "cut_in: strength 2, 4 of 4 tuples feasible, all of these covered, 4 ",
+        ),
+        ("design: lhs, samples: 8", "cut_in: lhs, 8 of 8 points; no random sample"),
+        ("design: sobol, samples: 8, where: ['gap > 40 m']", "4 left out by relations, not repl"),
+        (
+            "design: random, samples: 8",
+            "cut_in: random, 8 independent draws from declared distributions; relations excluded 0",
+        ),
+    ],
+)
+def test_plan_says_what_the_points_of_a_design_are(
+    adeye: Any, odd: str, folder: Path, sweep: str, said: str
+) -> None:
+    axes = "{ego_speed: [80 km/h, 120 km/h], gap: [30 m, 50 m]}"
+    if "random" in sweep:
+        axes = "{gap: {uniform: [30 m, 50 m]}}"
+    text = (folder / odd).read_text("utf-8")
+    whole = yaml.safe_load(text)
+    (use,) = [item for item in whole["scenarios"] if item["use"] == "cut_in"]
+    use["sweep"] = yaml.safe_load(f"{{{sweep}, parameters: {axes}}}")
+    (folder / odd).write_text(yaml.safe_dump(whole), "utf-8")
+    ended = adeye("plan", odd)
+    assert ended.code == 0, ended.err
+    assert said in ended.out
+    designs = adeye("plan", odd, "--json").document["designs"]
+    assert designs["cut_in"]["kind"] == use["sweep"]["design"]

@@ -36,6 +36,19 @@ def test_only_a_random_design_is_a_sample(design: str) -> None:
     assert not is_sample(design)
 
 
+def test_declared_distribution_is_spoken_of_as_such_and_not_as_uniform() -> None:
+    content = odd(("cut_in", "", "random"), ("cut_out", "", "sobol"))
+    law = {"gap": {"normal": {"mean": "30 m", "sd": "5 m"}}}
+    for use in content["odd"]["scenarios"]:
+        use["sweep"]["parameters"] = law
+    designs = designs_of(content)
+    assert (is_sample(designs["cut_in"]), is_sample(designs["cut_out"])) == (True, False)
+    drawn, fixed = spoken_of(designs, designs)
+    assert drawn.startswith("cut_in: points drawn from the declared distribution of each axis")
+    assert "drawn uniformly" not in drawn
+    assert fixed == GRID.format(scenarios="cut_out")
+
+
 def test_each_kind_of_design_is_spoken_of_once() -> None:
     designs = {"a": "random", "b": "zip", "c": "random", "d": "full_factorial"}
     assert spoken_of(designs, designs) == (

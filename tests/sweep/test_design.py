@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 from adeye.errors import ExpressionError, SourceLocation, SweepError
 from adeye.spec.expression import parse
-from adeye.sweep import design
+from adeye.sweep import design, sampling
 from adeye.sweep.axes import Axis
-from adeye.sweep.design import RandomDesign, Relation, full_factorial, zipped
+from adeye.sweep.design import Relation, full_factorial, zipped
+from adeye.sweep.sampling import RandomDesign
 
 WHERE = SourceLocation("odd.yaml", 9, 7)
 
@@ -180,7 +181,7 @@ def test_feasible_draws_are_those_of_the_free_design() -> None:
 
 def test_size_of_the_random_chunks_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = rows(draw(30, relations=[relation("a > 5")]))
-    monkeypatch.setattr(design, "DRAWS", 7)
+    monkeypatch.setattr(sampling, "DRAWS", 7)
     assert rows(draw(30, relations=[relation("a > 5")])) == whole
 
 
@@ -209,7 +210,7 @@ def test_infeasible_random_design_is_refused() -> None:
 
 
 def test_hopeless_random_design_is_given_up_early(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(design, "HOPELESS", 10_000)
+    monkeypatch.setattr(sampling, "HOPELESS", 10_000)
     with pytest.raises(SweepError, match="only 0 of 12,288 draws"):
         draw(100_000, relations=[relation("a > 10")])
 

@@ -1,0 +1,261 @@
+"""Designs with ``samples``: independent draws, and points that fill the space of the axes evenly.
+
+All begin with numbers on (0, 1), one per axis and point, which the axis turns into values: by its
+declared distribution, or evenly between its ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from adeye.errors import SourceLocation, SweepError
+from adeye.identity import stream_seed
+from adeye.kernel.jit import compiled
+from adeye.kernel.random import owner_id, uniform
+from adeye.sweep.design import Column, Levels, Points, Relation, axis_values, holds, small
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from adeye.sweep.axes import Axis
+
+FillingKind = Literal["lhs", "sobol"]
+MAX_DRAWS_PER_SAMPLE: Final = 1_000
+DRAWS: Final = 4_096
+"""Draws of a random design that are made and looked at together."""
+HOPELESS: Final = 1_000_000
+"""Draws after which a random design without a single feasible point is given up."""
+NEAREST_END: Final = 2.0**-32
+"""Least distance of a share from 0 and 1, where a quantile may be infinite."""
+LARGEST_SOBOL: Final = 2**20
+
+
+@dataclass(frozen=True, slots=True)
+class RandomDesign:
+    """A seeded sample of independent draws.
+
+    Attributes:
+        samples: Number of feasible points to draw.
+        seed: Seed of the ODD.
+        stream: Name of the stream: the scenario's id in the ODD.
+    """
+
+    samples: int
+    seed: int
+    stream: str
+
+    def draw(
+        self,
+        axes: Sequence[Axis],
+        relations: Sequence[Relation],
+        fixed: Mapping[str, float],
+        where: SourceLocation,
+    ) -> Points:
+        """Draw points and keep the first feasible ones, whatever the size of the chunks.
+
+        Raises:
+            SweepError: An axis is not numeric, or feasible points are too rare.
+        """
+        _require_drawable(axes, "random")
+        seed = np.uint64(stream_seed(self.seed, 0, f"sweep/{self.stream}", {}))
+        owners = [np.uint64(owner_id(axis.name)) for axis in axes]
+        kept: list[NDArray[np.float64]] = []
+        limit = min(self.samples * MAX_DRAWS_PER_SAMPLE, 2**32)
+        drawn = found = looked = 0
+        while found < self.samples and drawn < limit:
+            count = min(DRAWS, limit - drawn)
+            table = np.empty((count, len(axes)))
+            for at, (axis, owner) in enumerate(zip(axes, owners, strict=True)):
+                _draw(seed, owner, drawn, table[:, at])
+                table[:, at] = _placed(axis, table[:, at])
+            mask = _feasible(axes, table, relations, fixed)
+            kept.append(table[mask])
+            missing, found = self.samples - found, found + int(mask.sum())
+            if found >= self.samples:
+                looked = drawn + int(np.flatnonzero(mask)[missing - 1]) + 1
+            drawn += count
+            if not found and drawn >= HOPELESS:
+                break
+        if found < self.samples:
+            raise SweepError(
+                f"only {found} of {drawn:,} draws fulfil "
+                f"{' and '.join(item.expression.text for item in relations)}",
+                where=where,
+                remedy="Widen the ranges or relax the relations.",
+            )
+        sample = np.concatenate(kept)[: self.samples]
+        return _points(axes, sample, self.samples, looked, where)
+
+
+@dataclass(frozen=True, slots=True)
+class SpaceFillingDesign:
+    """A seeded design whose points fill the space of the axes more evenly than chance.
+
+    The points depend on each other, so they are no random sample. Points that relations exclude
+    are left out and not replaced: whatever replaced them would not be of the design.
+
+    Attributes:
+        kind: ``lhs``, a Latin hypercube, or ``sobol``, a scrambled Sobol sequence.
+        samples: Number of points before relations.
+        seed: Seed of the ODD.
+        stream: Name of the stream: the scenario's id in the ODD.
+    """
+
+    kind: FillingKind
+    samples: int
+    seed: int
+    stream: str
+
+    def points(
+        self,
+        axes: Sequence[Axis],
+        relations: Sequence[Relation],
+        fixed: Mapping[str, float],
+        where: SourceLocation,
+    ) -> Points:
+        """Place the points and keep the feasible ones.
+
+        Raises:
+            SweepError: An axis is not numeric, the number of points does not fit the design, or
+                none is feasible.
+        """
+        _require_drawable(axes, self.kind)
+        if not axes:
+            raise SweepError(
+                f"design: {self.kind} needs at least one axis",
+                where=where,
+                remedy="Vary something.",
+            )
+        self._require_balance(where)
+        # The order in which a file lists the axes does not matter.
+        order = sorted(range(len(axes)), key=lambda at: axes[at].name)
+        shares = np.empty((self.samples, len(axes)))
+        shares[:, order] = self._shares(len(axes))
+        table = np.empty_like(shares)
+        for at, axis in enumerate(axes):
+            table[:, at] = _placed(axis, shares[:, at])
+        mask = _feasible(axes, table, relations, fixed)
+        if not mask.any():
+            raise SweepError(
+                f"none of {self.samples:,} points fulfils "
+                f"{' and '.join(item.expression.text for item in relations)}",
+                where=where,
+                remedy="Widen the ranges or relax the relations.",
+            )
+        return _points(axes, table[mask], self.samples, self.samples, where)
+
+    def _require_balance(self, where: SourceLocation) -> None:
+        if self.kind != "sobol":
+            return
+        below = 1 << (self.samples.bit_length() - 1)
+        if self.samples != below or self.samples > LARGEST_SOBOL:
+            nearest = [n for n in (below, 2 * below) if n <= LARGEST_SOBOL] or [LARGEST_SOBOL]
+            raise SweepError(
+                f"{self.samples:,} points of a Sobol sequence do not fill the space evenly; their "
+                f"number is a power of two, at most {LARGEST_SOBOL:,}",
+                where=where,
+                remedy=f"Write samples: {' or '.join(map(str, nearest))}.",
+            )
+
+    def _shares(self, count: int) -> NDArray[np.float64]:
+        """Ask SciPy for the numbers on (0, 1): (N, A)."""
+        from scipy.stats import qmc
+
+        seed = stream_seed(self.seed, 0, f"sweep/{self.stream}/{self.kind}", {})
+        generator = np.random.Generator(np.random.PCG64(seed))
+        if self.kind == "lhs":
+            shares = qmc.LatinHypercube(count, seed=generator).random(self.samples)
+        else:
+            sequence = qmc.Sobol(count, scramble=True, bits=30, seed=generator)
+            shares = sequence.random_base2(self.samples.bit_length() - 1)
+        return np.asarray(np.clip(shares, NEAREST_END, 1.0 - NEAREST_END), dtype=np.float64)
+
+
+def _require_drawable(axes: Sequence[Axis], kind: str) -> None:
+    for axis in axes:
+        if axis.kind != "parameter" and (axis.law is None or axis.law.kind != "choice"):
+            raise SweepError(
+                f"{axis.name}: design: {kind} draws scenario parameters only",
+                where=axis.where,
+                remedy="Use another design for paths, or declare a choice.",
+            )
+
+
+def _is_choice(axis: Axis) -> bool:
+    return axis.law is not None and axis.law.kind == "choice"
+
+
+def _placed(axis: Axis, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn numbers on (0, 1) into values; of a choice into numbers of its levels."""
+    if axis.law is not None:
+        return axis.law.quantile(shares)
+    low, high = min(map(float, axis.values)), max(map(float, axis.values))
+    return low + (high - low) * shares
+
+
+def _column(axis: Axis, numbers: NDArray[np.float64]) -> Column:
+    if not _is_choice(axis):
+        return numbers
+    column: Column = axis_values(axis)[numbers.astype(np.int64)]
+    return column
+
+
+def _feasible(
+    axes: Sequence[Axis],
+    table: NDArray[np.float64],
+    relations: Sequence[Relation],
+    fixed: Mapping[str, float],
+) -> NDArray[np.bool_]:
+    columns = {axis.name: _column(axis, table[:, at]) for at, axis in enumerate(axes)}
+    mask = np.ones(len(table), dtype=bool)
+    for relation in relations:
+        mask &= holds(relation, columns, fixed, len(table))
+    return mask
+
+
+def _points(
+    axes: Sequence[Axis],
+    table: NDArray[np.float64],
+    raw: int,
+    drawn: int,
+    where: SourceLocation,
+) -> Points:
+    """Keep every draw as a level of its own, and levels of choices as what they are."""
+    count = len(table)
+    own = small(np.arange(count), count)
+    values: dict[str, Column] = {}
+    levels: dict[str, Levels] = {}
+    for at, axis in enumerate(axes):
+        if _is_choice(axis):
+            values[axis.name] = axis_values(axis)
+            levels[axis.name] = small(table[:, at].astype(np.int64), len(axis))
+        else:
+            values[axis.name], levels[axis.name] = table[:, at] + 0.0, own
+    points = Points(values, levels, raw, count, drawn=drawn)
+    if any(axis.law is not None for axis in axes):
+        _require_distinct(points, axes, where)
+    return points
+
+
+def _require_distinct(points: Points, axes: Sequence[Axis], where: SourceLocation) -> None:
+    """Refuse a sample with repeated points: each is one test case only, and weights are lost."""
+    names = tuple(axis.name for axis in axes if axis.kind == "parameter")
+    distinct = len(points.distinct(names))
+    if distinct < points.count:
+        raise SweepError(
+            f"{points.count:,} samples have {distinct:,} different points; a point that is drawn "
+            "twice would be executed and counted once",
+            where=where,
+            remedy="Add a parameter that varies continuously, or take design: full_factorial.",
+        )
+
+
+@compiled
+def _draw(seed: np.uint64, owner: np.uint64, first: int, out: NDArray[np.float64]) -> None:
+    for at in range(out.shape[0]):
+        out[at] = uniform(seed, owner, first + at, 0)

@@ -1,0 +1,150 @@
+"""Samples: what declared distributions become, and designs that fill the space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import SweepError
+from adeye.sweep.points import read_points
+
+if TYPE_CHECKING:
+    from adeye.spec.load import OddFiles
+    from adeye.sweep.design import Points
+
+Load = Callable[..., "OddFiles"]
+BOX = {"gap": ["10 m", "50 m"], "ego_speed": ["80 km/h", "120 km/h"]}
+
+
+def column(points: Points, name: str) -> Any:
+    """Give a column of numbers; mypy cannot tell them from text."""
+    return points.columns[name]
+
+
+def points_of(load: Load, design: str, samples: int, parameters: Any = None, **more: Any) -> Points:
+    seed = more.pop("seed", 7)
+    sweep = {"design": design, "samples": samples, "parameters": parameters or BOX, **more}
+    return read_points(load(sweep, seed=seed), 0)[1]
+
+
+# --- independent draws ----------------------------------------------------------------------------
+
+
+def test_declared_uniform_is_the_same_sample_as_the_ends(load: Load) -> None:
+    declared = {name: {"uniform": ends} for name, ends in BOX.items()}
+    plain, written = points_of(load, "random", 30), points_of(load, "random", 30, declared)
+    for name in BOX:
+        assert column(written, name).tolist() == column(plain, name).tolist()
+
+
+def test_draws_follow_the_declared_distribution(load: Load) -> None:
+    law = {"normal": {"mean": "30 m", "sd": "5 m", "min": "0 m", "max": "60 m"}}
+    gaps = column(points_of(load, "random", 2000, {"gap": law}), "gap")
+    # Four standard errors of mean and standard deviation.
+    assert abs(gaps.mean() - 30.0) < 4 * 5.0 / np.sqrt(2000)
+    assert abs(gaps.std() - 5.0) < 4 * 5.0 / np.sqrt(4000)
+
+
+def test_another_axis_leaves_the_draws_of_this_one(load: Load) -> None:
+    law = {"lognormal": {"median": "30 m", "sigma": 0.4, "max": "60 m"}}
+    alone = points_of(load, "random", 20, {"gap": law})
+    beside = points_of(load, "random", 20, {"ego_speed": BOX["ego_speed"], "gap": law})
+    assert column(alone, "gap").tolist() == column(beside, "gap").tolist()
+
+
+def test_draws_that_relations_exclude_are_counted_to_the_last_that_is_kept(load: Load) -> None:
+    free = column(points_of(load, "random", 400), "gap")
+    kept = points_of(load, "random", 50, where=["gap > 30 m"])
+    place = np.flatnonzero(free > 30.0)[49]
+    assert (kept.count, kept.drawn) == (50, place + 1)
+    assert points_of(load, "random", 50).drawn == 50
+
+
+def test_sample_with_repeated_points_is_refused(load: Load) -> None:
+    law = {"choice": {"0 mm/h": 0.8, "5 mm/h": 0.2}}
+    with pytest.raises(SweepError, match="20 samples have 2 different points") as caught:
+        points_of(load, "random", 20, {"rain": law})
+    assert caught.value.where is not None
+    assert "varies continuously" in caught.value.remedy
+    assert points_of(load, "random", 20, {"rain": law, "gap": BOX["gap"]}).count == 20
+
+
+# --- points that fill the space -------------------------------------------------------------------
+
+
+def test_latin_hypercube_has_one_point_in_every_layer_of_every_axis(load: Load) -> None:
+    points = points_of(load, "lhs", 25)
+    for name, low, high in (("gap", 10.0, 50.0), ("ego_speed", 80 / 3.6, 120 / 3.6)):
+        layers = np.floor((column(points, name) - low) / (high - low) * 25).astype(int)
+        assert sorted(layers.tolist()) == list(range(25))
+
+
+def test_latin_hypercube_has_layers_of_equal_probability(load: Load) -> None:
+    law = {"normal": {"mean": "30 m", "sd": "5 m", "min": "0 m", "max": "60 m"}}
+    gaps = column(points_of(load, "lhs", 10, {"gap": law}), "gap")
+    # Deciles of the standard normal distribution.
+    deciles = [-1.2816, -0.8416, -0.5244, -0.2533, 0.0, 0.2533, 0.5244, 0.8416, 1.2816]
+    assert sorted(np.searchsorted(deciles, (gaps - 30.0) / 5.0).tolist()) == list(range(10))
+
+
+def test_sobol_points_balance_every_half_of_every_axis(load: Load) -> None:
+    points = points_of(load, "sobol", 64)
+    right = column(points, "gap") > 30.0
+    fast = column(points, "ego_speed") > 100 / 3.6
+    assert [int((right == a).sum()) for a in (True, False)] == [32, 32]
+    assert (
+        sorted(int(((right == a) & (fast == b)).sum()) for a in (0, 1) for b in (0, 1)) == [16] * 4
+    )
+
+
+@pytest.mark.parametrize("design", ["lhs", "sobol"])
+def test_points_depend_on_the_seed_and_not_on_the_order_of_the_axes(
+    load: Load, design: str
+) -> None:
+    first, again = points_of(load, design, 16), points_of(load, design, 16)
+    turned = points_of(load, design, 16, dict(reversed(BOX.items())))
+    other = points_of(load, design, 16, seed=8)
+    for name in BOX:
+        assert column(first, name).tolist() == column(again, name).tolist()
+        assert column(first, name).tolist() == column(turned, name).tolist()
+        assert column(first, name).tolist() != column(other, name).tolist()
+
+
+@pytest.mark.parametrize("design", ["lhs", "sobol"])
+def test_excluded_points_are_left_out_and_counted_not_replaced(load: Load, design: str) -> None:
+    whole = points_of(load, design, 16)
+    kept = points_of(load, design, 16, where=["gap > 30 m"])
+    gaps = column(whole, "gap")
+    assert column(kept, "gap").tolist() == gaps[gaps > 30.0].tolist()
+    assert (kept.raw, kept.count, kept.drawn) == (16, 8, 16)
+
+
+@pytest.mark.parametrize(
+    ("design", "samples", "more", "said"),
+    [
+        ("sobol", 48, {}, "power of two"),
+        ("lhs", 8, {"where": ["gap > 59 m"]}, "none of 8 points fulfils gap > 59 m"),
+        (
+            "lhs",
+            8,
+            {"parameters": {"scenario.horizon": ["8 s", "9 s"]}},
+            "scenario parameters only",
+        ),
+    ],
+)
+def test_design_that_cannot_be_is_refused(
+    load: Load, design: str, samples: int, more: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(SweepError, match=said) as caught:
+        points_of(load, design, samples, **more)
+    assert caught.value.where is not None
+    assert caught.value.remedy
+
+
+def test_number_of_sobol_points_that_fits_is_named(load: Load) -> None:
+    with pytest.raises(SweepError) as caught:
+        points_of(load, "sobol", 48)
+    assert caught.value.remedy == "Write samples: 32 or 64."
