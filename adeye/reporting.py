@@ -16,6 +16,7 @@ from adeye.report.build import (
     replay_events,
     run_verdicts,
 )
+from adeye.report.claims import claims_of
 from adeye.report.compare import compare
 from adeye.report.drive import replay_of
 from adeye.report.files import write_atomically
@@ -31,6 +32,7 @@ from adeye.sweep.present import named_values
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from adeye.report.claims import ClaimOptions, Claims
     from adeye.report.comparison import Comparison
     from adeye.report.model import Report
     from adeye.report.options import CompareOptions
@@ -148,6 +150,21 @@ def compare_campaign(
     if html is not None:
         write_atomically(render_comparison(comparison).encode(), html)
     return comparison
+
+
+def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Claims:
+    """Say what a campaign allows to say about the probability of a violation.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        name: An ODD's file or id, or a campaign by number or digest; default: the newest.
+        options: Level, method, target.
+
+    Raises:
+        InputError: There is no such campaign, or an option is out of range.
+    """
+    with Repository.open(db, create=False) as repository:
+        return claims_of(repository, find_compared(repository, name), options)
 
 
 def _campaign_among(

@@ -9,6 +9,7 @@ import typer
 
 from adeye.cli.compare import compare
 from adeye.cli.coverage import coverage
+from adeye.cli.confidence import confidence
 from adeye.cli.database import database_app
 from adeye.cli.dependencies import dependencies
 from adeye.cli.doctor import doctor
@@ -166,6 +167,13 @@ add(
     "adeye compare",
     "adeye compare odd/motorway_chauffeur.yaml --baseline legacy_camera",
     "adeye compare 3 camera_radar legacy_camera --objectives failures,cost --epsilon cost=20",
+    panel=RESULTS,
+)
+add(
+    app,
+    confidence,
+    "adeye confidence odd/motorway_chauffeur.yaml",
+    "adeye confidence 3 --level 0.99 --target 1e-3",
     panel=RESULTS,
 )
 add(

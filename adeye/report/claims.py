@@ -1,0 +1,384 @@
+"""What may be said about the probability of a violation: a bound, or why there is none.
+
+The design decides. Only independent draws from a declared distribution are a sample; the drawn
+point is the unit, for its runs share the situation. A point without a decided verdict counts as if
+it had failed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
+
+import numpy as np
+from pydantic import Field
+
+from adeye.errors import UsageError
+from adeye.evaluation.judgement import VACUOUS
+from adeye.evaluation.pairing import FAILED, UNDECIDED, Groups, number_rows, severities
+from adeye.evaluation.statistics import (
+    Interval,
+    Stratum,
+    clopper_pearson,
+    jeffreys,
+    runs_without_failure,
+    scaled_bounds,
+    stratified_bound,
+    stratified_estimate,
+    upper_bound,
+    wilson,
+)
+from adeye.report.comparison import Range, Share
+from adeye.report.parts import Count, Id, Part
+from adeye.sweep.statement import design_statement
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from adeye.store.compared import Compared
+    from adeye.store.repository import Repository
+    from adeye.store.stored import CampaignInfo
+
+Method = Literal["clopper-pearson", "wilson", "jeffreys"]
+METHODS: Final[tuple[Method, ...]] = get_args(Method)
+WEIGHT_FACTOR: Final = 3.0
+"""How far an exposure is varied: it is known to its order of magnitude at best."""
+
+_INTERVALS: Final[dict[Method, Callable[[int, int, float], Interval]]] = {
+    "clopper-pearson": clopper_pearson,
+    "wilson": wilson,
+    "jeffreys": jeffreys,
+}
+_CONDITIONS: Final = (
+    "Every bound is conditional on this ODD model, this version of the tool and these "
+    "architectures: a statement about simulated situations, not about the road.",
+    "The unit is the drawn point; it fails if any of its runs, with its faults and replicates, "
+    "does. Points that are undecided or lack a run count as failed in every upper bound.",
+    "The bound of a scenario is about situations in which the precondition of the FSR holds.",
+    "The number of points stands in the ODD and was fixed before the first run. Adding points "
+    "after a look at the verdicts makes a bound too small.",
+)
+_WEIGHTED: Final = (
+    "By exposure: over all situations of these scenarios, held where the precondition does not "
+    "hold, weighted by exposures, which are assumptions: {exposures}. The range is that of the "
+    "bound with one exposure divided or multiplied by 3."
+)
+_SINGLE: Final = "Each bound holds by itself, not all of them at once (`--joint` makes them do so)."
+_JOINT: Final = (
+    "All {count} bounds hold at once with the level that is stated: each has its part of the error "
+    "(Bonferroni)."
+)
+_JEFFREYS: Final = "Bayesian intervals: beta distribution (1/2, 1/2) before the runs (Jeffreys)."
+
+
+class Claim(Part):
+    """What may be said of one FSR and architecture, in a scenario or weighted over all of them."""
+
+    fsr: Id
+    architecture: Id
+    scenario: str
+    """Empty: weighted over scenarios by exposure."""
+    is_mandatory: bool
+    is_in_gate: bool
+    points: Count
+    """Drawn points on which it is judged."""
+    exercised: Count
+    """Those in which its precondition held, or may have held."""
+    failing: Count
+    undecided: Count
+    """Points that did not fail and have a run without a decided verdict."""
+    refusal: str
+    """Why there is no bound; empty where there is."""
+    share: Share | None = None
+    """Failing share of exercised points; over scenarios that of all points, weighted."""
+    interval: Range | None = None
+    """Two-sided, by the method; it holds whatever the undecided points are."""
+    upper: Share | None = None
+    """One-sided bound, always exact."""
+    upper_varied: Range | None = None
+    """Least and greatest bound with one exposure divided or multiplied; only over scenarios."""
+    rate_per_h: Annotated[float, Field(ge=0.0)] | None = None
+    """Bound of violations per hour of operation; only over scenarios."""
+    needed: Count | None = None
+    """Exercised points without a failure that the target takes."""
+
+
+class Claims(Part):
+    """What may be said about a campaign."""
+
+    campaign: Id
+    odd: Id
+    title: str
+    level: Share
+    """Confidence of each statement."""
+    method: Method
+    target: Share | None
+    is_joint: bool
+    populations: dict[str, str]
+    """What the points of each scenario are."""
+    conditions: tuple[str, ...]
+    claims: tuple[Claim, ...]
+
+    @property
+    def missing(self) -> tuple[tuple[str, str], ...]:
+        """Mandatory FSRs and architectures of the gate about which nothing may be said."""
+        wanted = [item for item in self.claims if item.is_mandatory and item.is_in_gate]
+        said = {(item.fsr, item.architecture) for item in wanted if not item.refusal}
+        pairs = dict.fromkeys((item.fsr, item.architecture) for item in wanted)
+        return tuple(pair for pair in pairs if pair not in said)
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimOptions:
+    """How a claim is made.
+
+    Attributes:
+        level: Confidence of each statement.
+        method: Of the two-sided interval; the upper bound is Clopper and Pearson's.
+        target: Bound that is wanted, to tell how many points it takes.
+        is_joint: Whether all bounds are to hold at once.
+    """
+
+    level: float = 0.95
+    method: Method = "clopper-pearson"
+    target: float | None = None
+    is_joint: bool = False
+
+    def check(self) -> None:
+        """Refuse what is no level, method or target.
+
+        Raises:
+            UsageError: One of them is not.
+        """
+        shares = {"level": self.level} | ({} if self.target is None else {"target": self.target})
+        for name, value in shares.items():
+            if not 0.0 < value < 1.0:
+                raise UsageError(
+                    f"{name} is {value:g}", remedy="A share above 0 and below 1, such as 0.95."
+                )
+        if self.method not in METHODS:
+            raise UsageError(f"there is no method {self.method!r}", remedy=f"{', '.join(METHODS)}.")
+
+
+@dataclass(frozen=True, slots=True)
+class _Counts:
+    points: int
+    exercised: int
+    failing: int
+    undecided: int
+
+    @property
+    def worst(self) -> int:
+        return self.failing + self.undecided
+
+
+def claims_of(
+    repository: Repository, campaign: CampaignInfo, options: ClaimOptions | None = None
+) -> Claims:
+    """Make every claim that a campaign allows.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+        options: Level, method, target.
+
+    Raises:
+        UsageError: An option is out of range.
+    """
+    options = options or ClaimOptions()
+    options.check()
+    odd: Mapping[str, Any] = repository.content("odd", campaign.odd_digest)
+    return _Claimer(repository, campaign, odd, options).claims()
+
+
+class _Claimer:
+    def __init__(
+        self,
+        repository: Repository,
+        campaign: CampaignInfo,
+        odd: Mapping[str, Any],
+        options: ClaimOptions,
+    ) -> None:
+        self._campaign = campaign
+        self._options = options
+        self._compared = repository.compared(campaign.id, list(odd["architectures"]))
+        self._units = _units(self._compared)
+        self._severity = severities(self._compared.verdict)
+        self._status = [
+            item
+            for item in repository.fsr_status(campaign.id)
+            if item.scenario and item.is_applicable and item.planned
+        ]
+        names = self._compared.scenario.words
+        self._designs = {name: design_statement(odd, name, campaign.factors) for name in names}
+        self._exposures: dict[str, float | None] = {
+            str(use.get("as") or use["use"]): use.get("exposure") for use in odd["odd"]["scenarios"]
+        }
+
+    def claims(self) -> Claims:
+        options = self._options
+        keys = [(item.fsr, item.architecture, item.scenario) for item in self._status]
+        counts = {key: self._counts(*key) for key in keys}
+        by_fsr: dict[tuple[str, str], list[str]] = {}
+        for fsr, architecture, scenario in keys:
+            by_fsr.setdefault((fsr, architecture), []).append(scenario)
+        sampled = {
+            key: names
+            for key, names in by_fsr.items()
+            if all(self._designs[name].is_random_sample for name in names)
+        }
+        bounds = sum(not self._refusal(key[2], counts[key]) for key in keys) + len(sampled)
+        level = 1.0 - (1.0 - options.level) / max(1, bounds) if options.is_joint else options.level
+        found: list[Claim] = []
+        for item in self._status:
+            key = (item.fsr, item.architecture, item.scenario)
+            about = {
+                "fsr": item.fsr,
+                "architecture": item.architecture,
+                "is_mandatory": item.is_mandatory,
+                "is_in_gate": item.is_in_gate,
+            }
+            found.append(self._single(about, item.scenario, counts[key], level))
+            pair = key[:2]
+            if pair in sampled and item.scenario == sampled[pair][-1]:
+                strata = {name: counts[*pair, name] for name in sampled[pair]}
+                if len(strata) > 1:
+                    found.append(self._weighted(about, strata, level))
+        return Claims(
+            campaign=self._campaign.id,
+            odd=self._campaign.odd,
+            title=self._campaign.title,
+            level=options.level,
+            method=options.method,
+            target=options.target,
+            is_joint=options.is_joint,
+            populations={name: item.population for name, item in self._designs.items()},
+            conditions=self._conditions(found, bounds),
+            claims=tuple(found),
+        )
+
+    def _conditions(self, found: Sequence[Claim], bounds: int) -> tuple[str, ...]:
+        if all(item.refusal for item in found):
+            return ()
+        texts = list(_CONDITIONS)
+        if any(not item.scenario and not item.refusal for item in found):
+            exposures = ", ".join(
+                f"{name} {3600.0 * value:.4g} /h"
+                for name, value in self._exposures.items()
+                if value is not None
+            )
+            texts.append(_WEIGHTED.format(exposures=exposures))
+        texts.append(_JOINT.format(count=bounds) if self._options.is_joint else _SINGLE)
+        if self._options.method == "jeffreys":
+            texts.append(_JEFFREYS)
+        return tuple(texts)
+
+    def _counts(self, fsr: str, architecture: str, scenario: str) -> _Counts:
+        """Fold the runs of each drawn point."""
+        compared = self._compared
+        column = compared.fsrs.index(fsr)
+        rows = (
+            (compared.scenario.codes == _code(compared.scenario.words, scenario))
+            & (compared.architecture.codes == _code(compared.architecture.words, architecture))
+            & (compared.verdict[:, column] >= 0)
+        )
+        if not rows.any():
+            return _Counts(0, 0, 0, 0)
+        groups = Groups.of(self._units[rows])
+        worst = groups.worst(self._severity[rows, column])
+        exercised = groups.worst((compared.verdict[rows, column] != VACUOUS).astype(np.int64))
+        return _Counts(
+            points=len(worst),
+            exercised=int(exercised.sum()),
+            failing=int((worst == FAILED).sum()),
+            undecided=int((worst == UNDECIDED).sum()),
+        )
+
+    def _refusal(self, scenario: str, counts: _Counts) -> str:
+        design = self._designs[scenario]
+        if not design.is_random_sample:
+            return design.population
+        return "" if counts.exercised else "its precondition never held"
+
+    def _single(
+        self, about: Mapping[str, Any], scenario: str, counts: _Counts, level: float
+    ) -> Claim:
+        refusal = self._refusal(scenario, counts)
+        base = self._base(about, scenario, counts, refusal)
+        if refusal:
+            return base
+        options = self._options
+        interval = _INTERVALS[options.method]
+        return base.model_copy(
+            update={
+                "share": counts.failing / counts.exercised,
+                "interval": Range(
+                    low=interval(counts.failing, counts.exercised, level).low,
+                    high=interval(counts.worst, counts.exercised, level).high,
+                ),
+                "upper": upper_bound(counts.worst, counts.exercised, level),
+                "needed": None
+                if options.target is None
+                else runs_without_failure(options.target, level),
+            }
+        )
+
+    def _weighted(
+        self, about: Mapping[str, Any], strata: Mapping[str, _Counts], level: float
+    ) -> Claim:
+        total = _Counts(
+            *(
+                sum(getattr(item, name) for item in strata.values())
+                for name in ("points", "exercised", "failing", "undecided")
+            )
+        )
+        unknown = [name for name in strata if self._exposures.get(name) is None]
+        refusal = f"no exposure of {', '.join(unknown)}" if unknown else ""
+        if not total.exercised:
+            refusal = "its precondition never held"
+        base = self._base(about, "", total, refusal)
+        if refusal:
+            return base
+        rates = [float(self._exposures[name] or 0.0) for name in strata]
+        rate = math.fsum(rates)
+        weights = [item / rate for item in rates]
+        seen, worst = (
+            [
+                Stratum(weight, getattr(item, name), item.points)
+                for weight, item in zip(weights, strata.values(), strict=True)
+            ]
+            for name in ("failing", "worst")
+        )
+        upper = stratified_bound(worst, level)
+        varied = [upper]
+        varied += [bound for pair in scaled_bounds(worst, level, WEIGHT_FACTOR) for bound in pair]
+        return base.model_copy(
+            update={
+                "share": stratified_estimate(seen).share,
+                "upper": upper,
+                "upper_varied": Range(low=min(varied), high=max(varied)),
+                "rate_per_h": 3600.0 * rate * upper,
+            }
+        )
+
+    @staticmethod
+    def _base(about: Mapping[str, Any], scenario: str, counts: _Counts, refusal: str) -> Claim:
+        return Claim(
+            **about,
+            scenario=scenario,
+            points=counts.points,
+            exercised=counts.exercised,
+            failing=counts.failing,
+            undecided=counts.undecided,
+            refusal=refusal,
+        )
+
+
+def _units(compared: Compared) -> Any:
+    """Number the drawn points: what the scenario and what the architecture was given."""
+    return number_rows(compared.point, *(item.codes for item in compared.axes.values()))
+
+
+def _code(words: Sequence[str], word: str) -> int:
+    return list(words).index(word) if word in words else -1

@@ -1,0 +1,249 @@
+"""Claims: counts by another way, what the design forbids, and that nothing missing helps."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from adeye.errors import UsageError
+from adeye.evaluation.judgement import VERDICTS
+from adeye.evaluation.pairing import NOT_RUN
+from adeye.evaluation.statistics import Stratum, stratified_bound
+from adeye.report.claims import Claim, ClaimOptions, Claims, claims_of
+from adeye.store.figures import Labels
+from adeye.store.repository import Repository
+
+if TYPE_CHECKING:
+    from tests.project import Executed
+
+CODES = {str(word): code for code, word in enumerate(VERDICTS)} | {"NOT_RUN": NOT_RUN, "-": -1}
+
+
+@dataclass
+class Campaign:
+    """A stand-in for a stored campaign with one FSR and architecture: verdicts by point."""
+
+    verdicts: dict[str, list[str]]
+    """By scenario; one text of words a point, one word a run."""
+    designs: dict[str, str] = field(default_factory=dict)
+    exposures: dict[str, float] = field(default_factory=dict)
+    is_in_gate: bool = True
+
+    def content(self, _kind: str, _digest: str) -> Any:
+        uses = []
+        for name in self.verdicts:
+            design = self.designs.get(name, "random")
+            sweep: dict[str, Any] = {
+                "design": design,
+                "parameters": {"gap": ["10 m", "20 m"]},
+                "where": [],
+            }
+            if design == "random":
+                sweep["samples"] = 4
+            uses.append(
+                {"use": name, "as": None, "sweep": sweep, "exposure": self.exposures.get(name)}
+            )
+        return {
+            "odd": {"scenarios": uses},
+            "architectures": {"one": {}},
+            "scenarios": {name: {"constraints": []} for name in self.verdicts},
+        }
+
+    def compared(self, _campaign: str, _names: Any) -> Any:
+        rows = [
+            (name, f"{name}{number}", CODES[word])
+            for name, points in self.verdicts.items()
+            for number, words in enumerate(points)
+            for word in words.split()
+        ]
+        return SimpleNamespace(
+            scenario=Labels.of(row[0] for row in rows),
+            architecture=Labels.of("one" for _ in rows),
+            point=Labels.of(row[1] for row in rows).codes,
+            axes={},
+            fsrs=("FSR-01",),
+            verdict=np.array([[row[2]] for row in rows], dtype=np.int64).reshape(-1, 1),
+        )
+
+    def fsr_status(self, _campaign: str) -> Any:
+        return [
+            SimpleNamespace(
+                fsr="FSR-01",
+                architecture="one",
+                scenario=name,
+                is_applicable=True,
+                planned=1,
+                is_mandatory=True,
+                is_in_gate=self.is_in_gate,
+            )
+            for name in self.verdicts
+        ]
+
+
+def claims(campaign: Campaign, **options: Any) -> Claims:
+    info = SimpleNamespace(id="c", odd="odd", odd_digest="d", title="", factors=())
+    return claims_of(campaign, info, ClaimOptions(**options))  # type: ignore[arg-type]
+
+
+def single(verdicts: list[str], **options: Any) -> Claim:
+    (found,) = claims(Campaign({"cut_in": verdicts}), **options).claims
+    return found
+
+
+def test_zero_failures_are_the_zero_failure_bound() -> None:
+    found = single(["PASS"] * 299)
+    assert (found.points, found.exercised, found.failing, found.undecided) == (299, 299, 0, 0)
+    assert found.upper == pytest.approx(1.0 - 0.05 ** (1.0 / 299))
+    assert found.interval is not None
+    assert found.interval.high == pytest.approx(1.0 - 0.025 ** (1.0 / 299))
+    assert found.refusal == ""
+
+
+def test_a_point_fails_if_any_of_its_runs_does() -> None:
+    found = single(["PASS FAIL", "PASS PASS", "VACUOUS PASS"])
+    assert (found.points, found.exercised, found.failing) == (3, 3, 1)
+    assert found.share == pytest.approx(1 / 3)
+
+
+@pytest.mark.parametrize("word", ["INCONCLUSIVE", "INVALID", "ERROR", "NOT_RUN"])
+def test_what_is_undecided_counts_as_failed_in_the_bound(word: str) -> None:
+    found = single(["PASS"] * 9 + [f"PASS {word}"])
+    assert (found.failing, found.undecided, found.share) == (0, 1, 0.0)
+    assert found.upper == single(["PASS"] * 9 + ["FAIL"]).upper
+    assert found.interval is not None
+    assert found.interval.low == 0.0
+
+
+def test_a_failed_point_is_no_undecided_one() -> None:
+    assert single(["FAIL NOT_RUN", "PASS"]).undecided == 0
+
+
+def test_vacuous_points_are_not_exercised_and_help_nothing() -> None:
+    found = single(["VACUOUS"] * 500 + ["PASS"] * 3)
+    assert (found.points, found.exercised) == (503, 3)
+    assert found.upper == single(["PASS"] * 3).upper
+
+
+def test_never_exercised_is_refused() -> None:
+    found = claims(Campaign({"cut_in": ["VACUOUS"] * 500}))
+    (claim,) = found.claims
+    assert claim.refusal == "its precondition never held"
+    assert (claim.upper, claim.interval, claim.share) == (None, None, None)
+    assert found.missing == (("FSR-01", "one"),)
+    assert found.conditions == ()
+
+
+def test_runs_that_are_not_judged_are_no_evidence() -> None:
+    found = single(["-", "- PASS", "-"])
+    assert (found.points, found.exercised) == (1, 1)
+
+
+@pytest.mark.parametrize("design", ["full_factorial", "list", "zip"])
+def test_chosen_points_are_refused(design: str) -> None:
+    found = claims(Campaign({"cut_in": ["PASS"] * 500}, {"cut_in": design}))
+    (claim,) = found.claims
+    assert "not a random sample" in claim.refusal
+    assert (claim.upper, claim.interval, claim.share) == (None, None, None)
+    assert found.missing == (("FSR-01", "one"),)
+
+
+def test_one_grid_among_samples_has_no_bound_and_spoils_the_sum() -> None:
+    campaign = Campaign(
+        {"a": ["PASS"] * 9, "b": ["PASS"] * 9}, {"b": "full_factorial"}, {"a": 1.0, "b": 1.0}
+    )
+    found = claims(campaign)
+    assert [(item.scenario, item.upper is None) for item in found.claims] == [
+        ("a", False), ("b", True),
+    ]  # fmt: skip
+    assert found.missing == ()
+
+
+def test_outside_the_gate_nothing_is_missing() -> None:
+    assert claims(Campaign({"a": ["VACUOUS"]}, is_in_gate=False)).missing == ()
+
+
+def test_scenarios_are_weighted_by_exposure() -> None:
+    campaign = Campaign(
+        {"a": ["PASS"] * 100, "b": ["PASS"] * 40 + ["VACUOUS"] * 10},
+        exposures={"a": 3.0 / 3600.0, "b": 1.0 / 3600.0},
+    )
+    weighted = claims(campaign).claims[-1]
+    strata = [Stratum(0.75, 0, 100), Stratum(0.25, 0, 50)]
+    assert weighted.scenario == ""
+    assert (weighted.points, weighted.exercised) == (150, 140)
+    assert weighted.upper == pytest.approx(stratified_bound(strata, 0.95))
+    assert weighted.rate_per_h == pytest.approx(4.0 * stratified_bound(strata, 0.95))
+    assert weighted.upper_varied is not None
+    assert weighted.upper is not None
+    assert weighted.upper_varied.low <= weighted.upper <= weighted.upper_varied.high
+    more = [Stratum(0.5, 0, 100), Stratum(0.5, 0, 50)]
+    assert weighted.upper_varied.high >= stratified_bound(more, 0.95)
+    assert any("a 3 /h, b 1 /h" in text for text in claims(campaign).conditions)
+
+
+def test_undecided_points_count_as_failed_over_scenarios_too() -> None:
+    exposures = {"a": 1.0, "b": 1.0}
+    held = claims(Campaign({"a": ["PASS"] * 50, "b": ["PASS"] * 50}, exposures=exposures))
+    spoilt = Campaign({"a": ["PASS"] * 50, "b": ["PASS"] * 49 + ["NOT_RUN"]}, exposures=exposures)
+    found = claims(spoilt).claims[-1]
+    assert found.share == 0.0
+    assert found.upper is not None
+    assert found.upper > (held.claims[-1].upper or 1.0)
+
+
+def test_without_an_exposure_scenarios_are_not_weighted() -> None:
+    campaign = Campaign({"a": ["PASS"] * 9, "b": ["PASS"] * 9}, exposures={"a": 1.0})
+    assert claims(campaign).claims[-1].refusal == "no exposure of b"
+
+
+def test_joint_bounds_share_the_error() -> None:
+    campaign = Campaign({"a": ["PASS"] * 50, "b": ["PASS"] * 50}, exposures={"a": 1.0, "b": 1.0})
+    found = claims(campaign, is_joint=True)
+    assert [item.scenario for item in found.claims] == ["a", "b", ""]
+    assert found.claims[0].upper == pytest.approx(1.0 - (0.05 / 3.0) ** (1.0 / 50))
+    assert any("All 3 bounds hold at once" in text for text in found.conditions)
+
+
+def test_target_tells_how_many_points_it_takes() -> None:
+    assert single(["PASS"], target=1e-3).needed == 2995
+    assert single(["PASS"]).needed is None
+
+
+@pytest.mark.parametrize("options", [{"level": 1.0}, {"level": 0.0}, {"target": 2.0},
+                                     {"level": float("nan")}, {"method": "wald"}])  # fmt: skip
+def test_options_out_of_range_are_refused(options: dict[str, Any]) -> None:
+    with pytest.raises(UsageError, match=r"is 1|is 0|is 2|is nan|'wald'"):
+        single(["PASS"], **options)
+
+
+def test_counts_are_those_of_the_documented_view(suites: Executed) -> None:
+    with Repository.open(suites.db, create=False) as repository:
+        campaign = repository.find_campaign(suites.summary.campaign)
+        found = claims_of(repository, campaign)
+    rows = sqlite3.connect(suites.db).execute(
+        "SELECT v.fsr, r.architecture, r.scenario, r.parameters, v.verdict FROM v_verdicts v "
+        "JOIN v_runs r ON r.campaign = v.campaign AND r.ordinal = v.ordinal"
+    )
+    points: dict[tuple[str, ...], dict[str, list[str]]] = {}
+    for fsr, architecture, scenario, parameters, verdict in rows:
+        key = json.dumps(json.loads(parameters), sort_keys=True)
+        points.setdefault((fsr, architecture, scenario), {}).setdefault(key, []).append(verdict)
+    for item in found.claims:
+        own = points.get((item.fsr, item.architecture, item.scenario), {}).values()
+        exercised = [words for words in own if set(words) != {"VACUOUS"}]
+        assert (item.points, item.exercised) == (len(own), len(exercised))
+        assert item.failing == sum("FAIL" in words for words in exercised)
+        if item.scenario == "cut_in" and exercised:
+            worst = item.failing + item.undecided
+            test = stats.binomtest(worst, len(exercised), alternative="less")
+            assert item.upper == pytest.approx(test.proportion_ci(0.95, method="exact").high)
+        else:
+            assert item.refusal
+    assert any(item.upper is not None for item in found.claims)
