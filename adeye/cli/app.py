@@ -8,8 +8,8 @@ from typing import Annotated, Final
 import typer
 
 from adeye.cli.compare import compare
-from adeye.cli.coverage import coverage
 from adeye.cli.confidence import confidence
+from adeye.cli.coverage import coverage
 from adeye.cli.database import database_app
 from adeye.cli.dependencies import dependencies
 from adeye.cli.doctor import doctor
