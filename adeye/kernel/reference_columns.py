@@ -94,3 +94,47 @@ REG157_LEAD_BRAKING: Final = 8
 REG157_LOOKS_AHEAD: Final = 9
 
 PARAMETER_SIZE: Final = 13
+
+CUT_IN: Final = 0
+CUT_OUT: Final = 1
+DECELERATION: Final = 2
+
+EXACT: Final = 0
+"""Constant acceleration over the step, standstill within it."""
+SEMI_IMPLICIT: Final = 1
+"""New speed first, then the way at the new speed, as in the published code."""
+
+# What a scene is, one number each.
+S_EGO_SPEED: Final = 0
+"""[m/s]."""
+S_OTHER_SPEED: Final = 1
+"""Of the vehicle that cuts in, cuts out or brakes [m/s]."""
+S_GAP: Final = 2
+"""From the ego's front to that vehicle's rear [m]; NaN: what the driver keeps when it follows."""
+S_LATERAL_SPEED: Final = 3
+"""Of the change of lane [m/s]."""
+S_LATERAL_OFFSET: Final = 4
+"""From the ego's centre line to that of the vehicle that cuts in, at the beginning [m]."""
+S_FRONT_GAP: Final = 5
+"""From the front of the vehicle that cuts out to the rear of the standing one [m]."""
+S_BRAKING: Final = 6
+"""Full deceleration of the lead [m/s^2]."""
+S_BRAKING_JERK: Final = 7
+"""Growth of the lead's deceleration [m/s^3]; infinity: at once."""
+S_EGO_LENGTH: Final = 8
+S_EGO_WIDTH: Final = 9
+S_OTHER_LENGTH: Final = 10
+S_OTHER_WIDTH: Final = 11
+S_LANE_WIDTH: Final = 12
+SCENE_SIZE: Final = 13
+
+# What comes out.
+R_CONTACT: Final = 0
+"""1 with contact, 0 without, NaN if it is undecided after ``LONGEST`` or something is unknown."""
+R_IMPACT_SPEED: Final = 1
+"""Speed at which the gap closed at the contact [m/s]; NaN without one."""
+R_MIN_GAP: Final = 2
+"""Least gap to a vehicle in the ego's path [m], 0 with contact, infinity without such a one."""
+R_BRAKING_TIME: Final = 3
+"""When the ego first slowed down [s]; NaN if it never did."""
+RESULT_SIZE: Final = 4
