@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +17,27 @@ from adeye.kernel.reference_distances import must_be_avoided
 from adeye.kernel.reference_parameters import EDITIONS, MODELS, VARIANTS, parameters_of, vector
 from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
 
-__all__ = ["INTEGRATORS", "KINDS", "Question", "check_question", "drive", "obligations", "read"]
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+__all__ = [
+    "COLUMNS",
+    "INTEGRATORS",
+    "KINDS",
+    "Question",
+    "check_question",
+    "drive",
+    "obligations",
+    "read",
+]
 
 Floats = NDArray[np.float64]
 
 KINDS: Final[Mapping[str, int]] = {
     "cut_in": columns.CUT_IN,
     "cut_out": columns.CUT_OUT,
-    "deceleration": columns.DECELERATION,
+    "deceleration": columns.BRAKING_LEAD,
 }
 INTEGRATORS: Final[Mapping[str, int]] = {
     "exact": columns.EXACT,

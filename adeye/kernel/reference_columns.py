@@ -97,7 +97,7 @@ PARAMETER_SIZE: Final = 13
 
 CUT_IN: Final = 0
 CUT_OUT: Final = 1
-DECELERATION: Final = 2
+BRAKING_LEAD: Final = 2
 
 EXACT: Final = 0
 """Constant acceleration over the step, standstill within it."""

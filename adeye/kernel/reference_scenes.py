@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from adeye.kernel.jit import compiled
 from adeye.kernel.reference_columns import (
     BESIDE,
+    BRAKING_LEAD,
     CUE,
     CUT_IN,
     CUT_OUT,
-    DECELERATION,
     EGO_ACCELERATION,
     EGO_SPEED,
     GAP,
@@ -34,11 +34,11 @@ from adeye.kernel.reference_columns import (
     OTHER_ACCELERATION,
     OTHER_SPEED,
     OVERLAP,
-    REACTING,
     R_BRAKING_TIME,
     R_CONTACT,
     R_IMPACT_SPEED,
     R_MIN_GAP,
+    REACTING,
     S_BRAKING,
     S_BRAKING_JERK,
     S_EGO_LENGTH,
@@ -199,7 +199,7 @@ def _is_past(
         return True
     closing = view[EGO_SPEED] - view[OTHER_SPEED]
     is_settled = closing < SETTLED and view[OTHER_ACCELERATION] == 0.0 and state[REACTING] > 0.0
-    if kind == DECELERATION:
+    if kind == BRAKING_LEAD:
         calm = scene[S_BRAKING] <= 0.0 or view[OTHER_SPEED] <= 0.0
         return calm and (closing <= 0.0 or is_settled)
     if kind == CUT_OUT:
@@ -228,7 +228,7 @@ def drive_scene(
 
     Args:
         scene: Shape (SCENE_SIZE,).
-        kind: CUT_IN, CUT_OUT or DECELERATION.
+        kind: CUT_IN, CUT_OUT or BRAKING_LEAD.
         model: CC, FSM, RSS or REG157.
         parameters: Of that model.
         step: Length of a tick [s].
@@ -258,7 +258,7 @@ def drive_scene(
         if limit < 0.0 and math.isnan(result[R_BRAKING_TIME]):
             result[R_BRAKING_TIME] = tick * step
         braking = 0.0
-        if kind == DECELERATION:
+        if kind == BRAKING_LEAD:
             braking = min(scene[S_BRAKING_JERK] * (tick + 0.5) * step, scene[S_BRAKING])
         _move(motion, min(limit, 0.0), braking, step, integrator)
 
