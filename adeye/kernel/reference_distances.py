@@ -30,10 +30,9 @@ from adeye.kernel.reference_columns import (
     S_OTHER_SPEED,
     S_OTHER_WIDTH,
 )
-from adeye.kernel.reference_drivers import cut_in_threshold
 from adeye.kernel.rss import rss_longitudinal_distance
 
-__all__ = ["following_distance", "must_be_avoided", "r157_following_distance"]
+__all__ = ["cut_in_threshold", "following_distance", "must_be_avoided", "r157_following_distance"]
 
 Floats = NDArray[np.float64]
 
@@ -97,6 +96,24 @@ def following_distance(model: int, parameters: Floats, speed: float) -> float:
             parameters[RSS_MOST_BRAKING],
         )
     return r157_following_distance(speed)
+
+
+@compiled
+def cut_in_threshold(closing_speed: float, delay: float, braking: float) -> float:
+    """Return the TTC at the lane intrusion above which a cut-in must not end in contact [s].
+
+    Args:
+        closing_speed: Ego's minus the other's [m/s].
+        delay: [s].
+        braking: > 0 [m/s^2].
+
+    Source:
+        UN R157, paragraph 5.2.5.2: 0.35 s and 6 m/s^2.
+
+    >>> round(cut_in_threshold(60.0 / 3.6, 0.35, 6.0), 3)
+    1.739
+    """
+    return closing_speed / (2.0 * braking) + delay
 
 
 @compiled

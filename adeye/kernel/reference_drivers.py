@@ -22,7 +22,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.kernel.criticality import time_gap, time_to_collision
+from adeye.kernel.criticality import required_deceleration, time_gap, time_to_collision
 from adeye.kernel.fuzzy_safety import critical_fuzzy_safety, proactive_fuzzy_safety
 from adeye.kernel.jit import compiled
 from adeye.kernel.reference_columns import (
@@ -79,11 +79,11 @@ from adeye.kernel.reference_columns import (
     RSS_OTHER_ONLY,
     VIEW_SIZE,
 )
+from adeye.kernel.reference_distances import cut_in_threshold
 from adeye.kernel.rss import rss_lateral_distance, rss_longitudinal_distance
 
 __all__ = [
     "cc_limit",
-    "cut_in_threshold",
     "fsm_limit",
     "reference_limit",
     "reg157_limit",
@@ -162,7 +162,8 @@ def cc_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> fl
     It evaluates a vehicle that leaves the zone in which vehicles wander in their lane, and brakes
     for one that cuts in once the TTC is critical, for one that a cut-out reveals at once. For a
     lead in its lane it brakes when that brakes hard, or when it closes in within the driver's own
-    headway; the regulation says no more than the former. It brakes until the gap stops closing.
+    headway; the regulation says no more than the former. It brakes until the other is ahead and the
+    gap stops closing.
 
     Args:
         view: What it sees, shape (VIEW_SIZE,).
@@ -190,7 +191,7 @@ def cc_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> fl
     state[PERCEIVED] = state[PERCEIVED] + step if watched else 0.0
     if dangerous and evaluated:
         state[REACTING] = 1.0
-    elif closing <= 0.0 or not (in_path or is_cued):
+    elif (closing <= 0.0 and view[GAP] > 0.0) or not (in_path or is_cued):
         state[REACTING] = 0.0
         state[DECELERATION] = 0.0
     limit = math.inf
@@ -266,12 +267,14 @@ def _react(
     most: float,
     step: float,
 ) -> float:
-    """Return the limit of a driver who brakes as long as there is danger, and no longer."""
+    """Return the limit of a driver who brakes as long as there is danger, and no longer.
+
+    How hard it braked is remembered: a danger that flickers is no new ramp each time.
+    """
     if is_dangerous:
         state[REACTING] = 1.0
         return _respond(parameters, state, most, step)
     state[REACTING] = 0.0
-    state[DECELERATION] = 0.0
     return math.inf
 
 
@@ -317,21 +320,21 @@ def rss_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> f
 
 
 @compiled
-def cut_in_threshold(closing_speed: float, delay: float, braking: float) -> float:
-    """Return the TTC at the lane intrusion above which a cut-in must not end in contact [s].
-
-    Args:
-        closing_speed: Ego's minus the other's [m/s].
-        delay: [s].
-        braking: > 0 [m/s^2].
-
-    Source:
-        UN R157, paragraph 5.2.5.2: 0.35 s and 6 m/s^2.
-
-    >>> round(cut_in_threshold(60.0 / 3.6, 0.35, 6.0), 3)
-    1.739
-    """
-    return closing_speed / (2.0 * braking) + delay
+def _brakes_too_hard(view: Floats, parameters: Floats, step: float) -> bool:
+    """Tell whether a lead that brakes on would ask the cut-in rule for all of its braking."""
+    braking = -view[OTHER_ACCELERATION]
+    if braking <= 0.0:
+        return False
+    if braking >= parameters[REG157_LEAD_BRAKING]:
+        return True
+    time = parameters[DELAY] + parameters[REG157_GUARD] + parameters[REG157_LOOKS_AHEAD] * step
+    speed = view[OTHER_SPEED]
+    rolling = min(time, speed / braking)
+    room = view[GAP] + rolling * (speed - 0.5 * braking * rolling) - view[EGO_SPEED] * time
+    required = required_deceleration(
+        room, view[EGO_SPEED], max(speed - braking * time, 0.0), -braking
+    )
+    return required >= parameters[MOST]
 
 
 @compiled
@@ -339,8 +342,8 @@ def reg157_limit(view: Floats, parameters: Floats, state: Floats, step: float) -
     """Return the acceleration that the cut-in rule of paragraph 5.2.5.2 allows [m/s^2].
 
     The rule is made a driver who brakes as late as it allows: in the last tick whose TTC is above
-    the threshold, for a vehicle that has intruded into the lane. A lead that brakes hard is
-    answered at once.
+    the threshold, for a vehicle that has intruded into the lane. Of a lead that brakes, it is
+    counted that it brakes on; one that brakes hard is answered at once.
 
     Args:
         view: What it sees, shape (VIEW_SIZE,).
@@ -364,9 +367,8 @@ def reg157_limit(view: Floats, parameters: Floats, state: Floats, step: float) -
         # A TTC at constant speeds is one step shorter in the next tick, which would be too late.
         late = time_to_collision(view[GAP], closing) - parameters[REG157_LOOKS_AHEAD] * step
         is_dangerous = late <= threshold + parameters[REG157_GUARD] or state[REACTING] > 0.0
-    in_path = view[LATERAL_GAP] <= 0.0
-    if in_path and -view[OTHER_ACCELERATION] >= parameters[REG157_LEAD_BRAKING]:
-        is_dangerous = True
+    if view[LATERAL_GAP] <= 0.0 and _is_ahead(view, parameters):
+        is_dangerous = is_dangerous or _brakes_too_hard(view, parameters, step)
     return _react(parameters, state, is_dangerous, parameters[MOST], step)
 
 
