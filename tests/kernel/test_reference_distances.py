@@ -51,15 +51,14 @@ def test_stopping_distances(
     speed = speed_kmh / 3.6
     # These count the release of the pedal during the delay, too.
     driver = CarefulDriver(coasting=0.4)
-    near = {"abs": 0.06}
-    assert stopping_distance(speed, 0.35, 6.0) == pytest.approx(rule, **near)
-    assert stopping_distance(speed, 0.5, 5.0) == pytest.approx(five, **near)
-    assert stopping_distance(speed, 1.0, 4.0) == pytest.approx(four, **near)
+    assert stopping_distance(speed, 0.35, 6.0) == pytest.approx(rule, abs=0.06)
+    assert stopping_distance(speed, 0.5, 5.0) == pytest.approx(five, abs=0.06)
+    assert stopping_distance(speed, 1.0, 4.0) == pytest.approx(four, abs=0.06)
     way = ramped_stopping_distance(
         speed, driver.delay, driver.coasting, driver.jerk, driver.braking
     )
     ramped = [way, way + speed * driver.perception]
-    assert ramped == pytest.approx([careful, with_perception], **near)
+    assert ramped == pytest.approx([careful, with_perception], abs=0.06)
 
 
 def cut_in(gap: float, lateral: float) -> np.ndarray:

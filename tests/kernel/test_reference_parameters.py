@@ -70,7 +70,7 @@ def test_variant_changes_something_and_jrc_holds_it(name: str) -> None:
 def test_unknown_names_are_refused() -> None:
     for arguments in (("no", "r157"), ("cc", "no"), ("cc", "r157", ("no",))):
         with pytest.raises(KeyError):
-            parameters_of(*arguments)  # type: ignore[arg-type]
+            parameters_of(*arguments)
 
 
 def test_edition_changes_the_rule_only() -> None:
