@@ -20,6 +20,7 @@ from adeye.cli.output import emit
 from adeye.cli.planning import plan, signals
 from adeye.cli.query import query
 from adeye.cli.read import replay, show
+from adeye.cli.reference import reference
 from adeye.cli.run import report, run
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
@@ -112,6 +113,14 @@ add(
     dependencies,
     "adeye dependencies odd/motorway_chauffeur.yaml",
     "adeye dependencies odd/motorway_chauffeur.yaml --architecture camera_radar --json",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    reference,
+    "adeye reference cases.csv",
+    "adeye reference cases.csv --models cc,fsm --edition r157-01 --variant jrc -o result.csv",
+    "adeye reference leads.csv --scene deceleration --step 0.1 --integrator semi-implicit",
     panel=CAMPAIGN,
 )
 add(app, show, "adeye show 3f2a91c04b", "adeye show 3f2a --json", panel=RESULTS)

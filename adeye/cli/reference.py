@@ -1,0 +1,266 @@
+"""``reference``: which scenes of a CSV file the reference drivers of UN R157 master."""
+
+from __future__ import annotations
+
+import csv
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from adeye.cli.options import Json
+from adeye.cli.output import emit, emit_json, emit_table, talk, wrote
+from adeye.cli.progress import watching
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.evaluation.reference import Floats, Question
+
+CasesFile = Annotated[
+    Path, typer.Argument(metavar="CASES", help="CSV file with a header and one scene per row.")
+]
+Models = Annotated[
+    str,
+    typer.Option(
+        "--models",
+        metavar="NAMES",
+        envvar="ADEYE_MODELS",
+        help="Reference drivers, with commas between: cc, fsm, rss, reg157.",
+    ),
+]
+EditionName = Annotated[
+    str,
+    typer.Option(
+        "--edition",
+        metavar="NAME",
+        envvar="ADEYE_EDITION",
+        help="Rules: r157, r157-01, eu-2022-1426 or eu-2022-1426-standing.",
+    ),
+]
+VariantNames = Annotated[
+    str,
+    typer.Option(
+        "--variant",
+        metavar="NAMES",
+        envvar="ADEYE_REFERENCE_VARIANT",
+        help="Differences of the published code to the text, with commas between; jrc: all.",
+    ),
+]
+SceneName = Annotated[
+    str,
+    typer.Option(
+        "--scene",
+        metavar="KIND",
+        envvar="ADEYE_SCENE",
+        help="What the rows are: cut_in, cut_out or deceleration.",
+    ),
+]
+Step = Annotated[
+    float,
+    typer.Option(
+        "--step", metavar="SECONDS", envvar="ADEYE_STEP", help="Length of a tick, 0.001 to 0.1 s."
+    ),
+]
+Integrator = Annotated[
+    str,
+    typer.Option(
+        "--integrator",
+        metavar="NAME",
+        envvar="ADEYE_INTEGRATOR",
+        help="exact, or semi-implicit as in the published code.",
+    ),
+]
+OutputFile = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="FILE",
+        envvar="ADEYE_OUTPUT",
+        help="Write one row per scene with contact and impact speed of each model.",
+    ),
+]
+
+
+@dataclass
+class _Progress:
+    """Scenes driven so far."""
+
+    total: int
+    phase: str = "driving scenes"
+    done: int = 0
+    failures: int = 0
+
+
+def reference(
+    cases: CasesFile,
+    *,
+    models: Models = "cc,fsm,rss,reg157",
+    edition: EditionName = "r157-01",
+    variant: VariantNames = "",
+    scene: SceneName = "cut_in",
+    step: Step = 0.01,
+    integrator: Integrator = "exact",
+    output: OutputFile = None,
+    json: Json = False,
+) -> None:
+    """Let the reference drivers of UN R157 drive scenes, without a campaign.
+
+    Cut-in, cut-out and braking lead, in closed form or tick by tick: for each scene and driver
+    whether there is a contact, at what speed, and the least gap. A benchmark, not a proof: that a
+    model avoids a contact does not tell that a driver would.
+    """
+    from adeye.evaluation.reference import Question, check_question, drive, obligations, read
+
+    question = Question(
+        scene=scene,
+        models=_names(models),
+        edition=edition,
+        variant=_names(variant),
+        step=step,
+        integrator=integrator,
+    )
+    check_question(question)
+    rows, scenes = read(cases, scene)
+    progress = _Progress(len(scenes) * len(question.models))
+    results: dict[str, Floats] = {}
+    with watching() as report:
+
+        def told(count: int) -> None:
+            progress.done += count
+            report(progress)
+
+        for model in question.models:
+            results[model] = drive(scenes, question, model, threads=os.cpu_count() or 1, told=told)
+    duty = obligations(scenes, edition) if scene == "cut_in" else None
+    _warn(scenes, edition)
+    if output is not None:
+        _write(output, rows, results, duty)
+        wrote(output)
+    if json:
+        emit_json("reference", _document(question, results, duty))
+    else:
+        _print(question, results, duty)
+
+
+def _names(text: str) -> tuple[str, ...]:
+    """Return the names between the commas, each once."""
+    return tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+
+
+def _warn(scenes: Floats, edition: str) -> None:
+    from adeye.kernel.reference_columns import S_EGO_SPEED
+    from adeye.kernel.reference_parameters import EDITIONS
+
+    rules = EDITIONS[edition]
+    count = int((scenes[:, S_EGO_SPEED] > rules.highest_speed * (1.0 + 1e-9)).sum())
+    if count:
+        limit = rules.highest_speed * 3.6
+        talk(f"{count} of {len(scenes)} scenes are faster than {limit:.0f} km/h, beyond {edition}")
+
+
+def _word(value: float) -> str:
+    """Return what a mark of 1, 0 or NaN says."""
+    return "undecided" if value != value else ("yes" if value else "no")  # noqa: PLR0124 - NaN
+
+
+def _cells(result: Sequence[float]) -> list[str]:
+    contact, speed, gap, braking = (float(value) for value in result)
+    return [
+        _word(contact),
+        "" if speed != speed else f"{speed:.6g}",  # noqa: PLR0124 - NaN
+        "" if gap == float("inf") else f"{gap:.6g}",
+        "" if braking != braking else f"{braking:.6g}",  # noqa: PLR0124 - NaN
+    ]
+
+
+def _write(
+    path: Path,
+    rows: Sequence[Mapping[str, str]],
+    results: Mapping[str, Floats],
+    duty: Floats | None,
+) -> None:
+    from adeye.errors import UsageError
+
+    fields = ("contact", "impact_speed_mps", "min_gap_m", "braking_time_s")
+    header = [*rows[0], *(f"{model}_{field}" for model in results for field in fields)]
+    if duty is not None:
+        header.append("reg157_must_be_avoided")
+    try:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(header)
+            for k, row in enumerate(rows):
+                line = [*row.values()]
+                for result in results.values():
+                    line += _cells(result[k])
+                writer.writerow(line if duty is None else [*line, _word(duty[k])])
+    except OSError as error:
+        raise UsageError(
+            f"{path} cannot be written: {error.strerror}", remedy="Name a file in a folder."
+        ) from error
+
+
+def _counts(results: Mapping[str, Floats], duty: Floats | None) -> list[dict[str, Any]]:
+    counts = []
+    for model, result in results.items():
+        contact = result[:, 0] == 1.0
+        counts.append(
+            {
+                "model": model,
+                "scenes": len(result),
+                "contacts": int(contact.sum()),
+                "undecided": int((result[:, 0] != result[:, 0]).sum()),
+                "must_be_avoided": None if duty is None else int((duty == 1.0).sum()),
+                "contacts_against_the_rule": (
+                    None if duty is None else int((contact & (duty == 1.0)).sum())
+                ),
+            }
+        )
+    return counts
+
+
+def _document(
+    question: Question, results: Mapping[str, Floats], duty: Floats | None
+) -> dict[str, Any]:
+    marks = {1.0: True, 0.0: False}
+    cases = []
+    for k in range(len(next(iter(results.values())))):
+        case: dict[str, Any] = {
+            model: {
+                "contact": marks.get(float(result[k, 0])),
+                "impact_speed_mps": float(result[k, 1]),
+                "min_gap_m": float(result[k, 2]),
+                "braking_time_s": float(result[k, 3]),
+            }
+            for model, result in results.items()
+        }
+        if duty is not None:
+            case["must_be_avoided"] = marks.get(float(duty[k]))
+        cases.append(case)
+    return {
+        "scene": question.scene,
+        "edition": question.edition,
+        "variant": list(question.variant),
+        "step_s": question.step,
+        "integrator": question.integrator,
+        "models": _counts(results, duty),
+        "cases": cases,
+    }
+
+
+def _print(question: Question, results: Mapping[str, Floats], duty: Floats | None) -> None:
+    counts = _counts(results, duty)
+    names = [name for name in counts[0] if counts[0][name] is not None]
+    headers = [name.replace("_", " ") for name in names]
+    emit_table(
+        headers,
+        [[count[name] for name in names] for count in counts],
+        title=f"{question.scene} by {question.edition}"
+        + (f", {', '.join(question.variant)}" if question.variant else ""),
+        right=headers[1:],
+    )
+    emit("A benchmark, not a proof: what no model masters may still be avoidable.")

@@ -1,0 +1,214 @@
+"""Numbers by which the reference drivers act: by edition of the rules and by named variant.
+
+An edition is a legal text. A variant is a difference between that text and the published code of
+the European Commission's Joint Research Centre (JRC-FSM), each with a name of its own; ``jrc`` is
+all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, dataclass, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from adeye.kernel.reference_columns import CC, FSM, PARAMETER_SIZE, REG157, RSS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+__all__ = [
+    "EDITIONS",
+    "MODELS",
+    "VARIANTS",
+    "CarefulDriver",
+    "CutInRule",
+    "Edition",
+    "FuzzyDriver",
+    "Parameters",
+    "ResponsibleDriver",
+    "parameters_of",
+    "vector",
+]
+
+GRAVITY: Final = 9.81
+
+MODELS: Final[Mapping[str, int]] = MappingProxyType(
+    {"cc": CC, "fsm": FSM, "rss": RSS, "reg157": REG157}
+)
+
+
+class Edition(NamedTuple):
+    """What an edition of the rules says that others do not."""
+
+    title: str
+    delay: float
+    """In the threshold of the cut-in rule [s]."""
+    braking: float
+    """In the threshold of the cut-in rule [m/s^2]."""
+    highest_speed: float
+    """For which the edition is written [m/s]."""
+
+
+EDITIONS: Final[Mapping[str, Edition]] = MappingProxyType(
+    {
+        "r157": Edition("UN R157, original text", 0.35, 6.0, 60.0 / 3.6),
+        "r157-01": Edition("UN R157, 01 series of amendments", 0.35, 6.0, 130.0 / 3.6),
+        "eu-2022-1426": Edition("Regulation (EU) 2022/1426", 0.25, 6.0, 130.0 / 3.6),
+        "eu-2022-1426-standing": Edition(
+            "Regulation (EU) 2022/1426, standing passengers", 0.16, 2.4, 130.0 / 3.6
+        ),
+    }
+)
+
+VARIANTS: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "jrc-guard": "reg157 brakes at 0.1 s above the threshold, without a look at the next tick",
+        "jrc-lateral": "reg157 takes 0.5 m from edge to edge for the lane intrusion",
+        "jrc-raw-acceleration": "CFS takes the whole braking of an ego that is soon slow enough",
+        "jrc-ttc-end": "a cut-in of cc ends without contact once the TTC at overlap is above 2 s",
+        "jrc-coasting": "cc decelerates by 0.4 m/s2 during its delay",
+        "jrc-perception": "cc needs no time to evaluate, from overlap or from the first closing",
+        "jrc-no-emergency": "cc has no automatic emergency braking",
+        "jrc-rss-lateral": "the lateral distance of rss counts the other's movement only",
+        "jrc-beside": "an other beside the ego counts while its centre is ahead",
+    }
+)
+"""What each variant changes."""
+
+
+@dataclass(frozen=True, slots=True)
+class CarefulDriver:
+    """Careful and competent driver; fields in the order of the columns."""
+
+    beside: float = 0.0
+    delay: float = 0.75
+    coasting: float = 0.0
+    jerk: float = 12.65
+    braking: float = 0.774 * GRAVITY
+    wandering: float = 0.375
+    perception: float = 0.4
+    critical_ttc: float = 2.0
+    headway: float = 2.0
+    lead_braking: float = 5.0
+    emergency_jerk: float = 0.85 * GRAVITY / 0.6
+    emergency_braking: float = 0.85 * GRAVITY
+    # Centres are never exactly in line in a closed loop: our reading of "full wrap".
+    full_overlap: float = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class FuzzyDriver:
+    """Fuzzy safety model; fields in the order of the columns."""
+
+    beside: float = 0.0
+    delay: float = 0.75
+    coasting: float = 0.0
+    jerk: float = 12.65
+    braking: float = 6.0
+    comfortable: float = 4.0
+    lead_braking: float = 7.0
+    margin: float = 2.0
+    lateral_guard: float = 0.1
+    raw_acceleration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ResponsibleDriver:
+    """Responsibility-sensitive safety with the numbers of JRC-FSM; fields as the columns."""
+
+    beside: float = 0.0
+    delay: float = 0.75
+    coasting: float = 0.0
+    jerk: float = 12.65
+    braking: float = 0.774 * GRAVITY
+    acceleration: float = 3.0
+    least_braking: float = 6.0
+    most_braking: float = 6.0
+    lateral_acceleration: float = 1.0
+    lateral_braking: float = 1.0
+    fluctuation: float = 0.3
+    other_only: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CutInRule:
+    """Cut-in rule of paragraph 5.2.5.2; fields in the order of the columns."""
+
+    beside: float = 0.0
+    delay: float = 0.35
+    coasting: float = 0.0
+    jerk: float = math.inf
+    braking: float = 6.0
+    intrusion: float = 0.3
+    lateral_gap: float = 0.0
+    guard: float = 0.0
+    lead_braking: float = 5.0
+    looks_ahead: float = 1.0
+
+
+Parameters = CarefulDriver | FuzzyDriver | ResponsibleDriver | CutInRule
+
+
+def parameters_of(model: str, edition: str = "r157-01", variant: Sequence[str] = ()) -> Parameters:
+    """Return the parameters of a model.
+
+    Args:
+        model: One of ``MODELS``.
+        edition: One of ``EDITIONS``; it changes ``reg157`` only.
+        variant: Names out of ``VARIANTS``, or ``jrc`` for all of them.
+
+    Raises:
+        KeyError: If a name is unknown.
+    """
+    rules = EDITIONS[edition]
+    names = _named(variant)
+    beside = 0.5 if "jrc-beside" in names else 0.0
+    if model == "cc":
+        return replace(_careful(names), beside=beside)
+    if model == "fsm":
+        raw = 1.0 if "jrc-raw-acceleration" in names else 0.0
+        return FuzzyDriver(beside=beside, raw_acceleration=raw)
+    if model == "rss":
+        only = 1.0 if "jrc-rss-lateral" in names else 0.0
+        return ResponsibleDriver(beside=beside, other_only=only)
+    if model != "reg157":
+        raise KeyError(model)
+    rule = CutInRule(beside=beside, delay=rules.delay, braking=rules.braking)
+    if "jrc-guard" in names:
+        rule = replace(rule, guard=0.1, looks_ahead=0.0)
+    if "jrc-lateral" in names:
+        rule = replace(rule, intrusion=math.inf, lateral_gap=0.5)
+    return rule
+
+
+def _named(variant: Sequence[str]) -> frozenset[str]:
+    """Return the names of single variants."""
+    names = frozenset(VARIANTS) if "jrc" in variant else frozenset(variant) - {"jrc"}
+    for name in names:
+        if name not in VARIANTS:
+            raise KeyError(name)
+    return names
+
+
+def _careful(names: frozenset[str]) -> CarefulDriver:
+    driver = CarefulDriver()
+    if "jrc-coasting" in names:
+        driver = replace(driver, coasting=0.4)
+    if "jrc-perception" in names:
+        driver = replace(driver, wandering=math.inf, perception=0.0, headway=math.inf)
+    if "jrc-no-emergency" in names:
+        driver = replace(driver, emergency_jerk=0.0, emergency_braking=0.0)
+    return driver
+
+
+def vector(parameters: Parameters) -> NDArray[np.float64]:
+    """Return parameters as a row for the kernels, shape (PARAMETER_SIZE,)."""
+    row = np.zeros(PARAMETER_SIZE)
+    values = astuple(parameters)
+    row[: len(values)] = values
+    return row

@@ -1,0 +1,126 @@
+"""``reference`` on small files: rows, JSON, and what it refuses."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+HEADER = "case,ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps"
+ROWS = ("far,16,8,30,1", "near,36,10,12,3")
+
+
+@pytest.fixture
+def cases(tmp_path: Path) -> Path:
+    path = tmp_path / "cases.csv"
+    path.write_text("\n".join((HEADER, *ROWS)), encoding="utf-8")
+    return path
+
+
+def test_one_row_per_scene_is_written(adeye: Any, cases: Path) -> None:
+    out = cases.with_name("out.csv")
+    ended = adeye("reference", str(cases), "-o", str(out))
+    assert ended.code == 0, ended.err
+    assert "A benchmark, not a proof" in ended.out
+    with out.open(encoding="utf-8", newline="") as file:
+        far, near = csv.DictReader(file)
+    assert (far["case"], far["reg157_must_be_avoided"]) == ("far", "yes")
+    for model in ("cc", "fsm", "rss", "reg157"):
+        assert (far[f"{model}_contact"], near[f"{model}_contact"]) == ("no", "yes")
+        assert far[f"{model}_impact_speed_mps"] == ""
+        assert float(near[f"{model}_impact_speed_mps"]) > 0.0
+        assert float(far[f"{model}_min_gap_m"]) > 0.0
+
+
+def test_json_counts_and_lists_scenes(adeye: Any, cases: Path) -> None:
+    document = adeye("reference", str(cases), "--models", "fsm,cc", "--json").document
+    assert document["schema"] == "adeye/reference@1"
+    assert [item["model"] for item in document["models"]] == ["fsm", "cc"]
+    assert [item["contacts"] for item in document["models"]] == [1, 1]
+    assert [case["cc"]["contact"] for case in document["cases"]] == [False, True]
+    assert document["cases"][0]["cc"]["impact_speed_mps"] is None
+
+
+def test_variant_changes_the_answer(adeye: Any, cases: Path) -> None:
+    cases.write_text(f"{HEADER}\nlate,33,20,36,1", encoding="utf-8")
+    text, code = (
+        adeye("reference", str(cases), "--models", "cc", "--json", *more).document["cases"][0]["cc"]
+        for more in ((), ("--variant", "jrc"))
+    )
+    assert text != code
+
+
+def test_speed_beyond_the_edition_is_told(adeye: Any, cases: Path) -> None:
+    assert (
+        "1 of 2 scenes are faster than 60 km/h"
+        in adeye("reference", str(cases), "--edition", "r157").err
+    )
+
+
+@pytest.mark.parametrize(
+    ("scene", "content"),
+    [
+        ("cut_out", "ego_speed_mps,other_speed_mps,front_gap_m,lateral_speed_mps\n20,20,60,1"),
+        ("deceleration", "ego_speed_mps,other_speed_mps,gap_m,max_deceleration_mps2\n20,20,,6"),
+    ],
+)
+def test_missing_gap_is_the_own_following_distance(
+    adeye: Any, cases: Path, scene: str, content: str
+) -> None:
+    cases.write_text(content, encoding="utf-8")
+    document = adeye("reference", str(cases), "--scene", scene, "--json").document
+    assert all(item["undecided"] == 0 for item in document["models"])
+    assert document["cases"][0]["cc"]["contact"] is False
+    assert document["models"][0]["must_be_avoided"] is None
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("a,-1,8,30,1", "cases.csv:2: ego_speed_mps is '-1'"),
+        ("a,0,8,30,1", "cases.csv:2: ego_speed_mps is '0'"),
+        ("a,16,nan,30,1", "cases.csv:2: other_speed_mps is 'nan'"),
+        ("a,16,8,,1", "cases.csv:2: gap_m is ''"),
+        ("a,16,8,far,1", "cases.csv:2: gap_m is 'far'"),
+        ("a,16,8,30,inf", "cases.csv:2: lateral_speed_mps is 'inf'"),
+        ("a,16,8,30", "cases.csv:2: the row has not as many cells"),
+        ("", "holds no scene"),
+    ],
+)
+def test_bad_row_is_told_with_its_line(adeye: Any, cases: Path, row: str, message: str) -> None:
+    cases.write_text(f"{HEADER}\n{row}", encoding="utf-8")
+    ended = adeye("reference", str(cases))
+    assert ended.code == 2
+    assert message in ended.err.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--models", "idm"), "there is no model 'idm'"),
+        (("--models", ","), "no model is named"),
+        (("--edition", "r79"), "there is no edition 'r79'"),
+        (("--variant", "x"), "there is no variant 'x'"),
+        (("--scene", "x"), "there is no scene 'x'"),
+        (("--integrator", "x"), "there is no integrator 'x'"),
+        (("--step", "1"), "the step of 1 s is not allowed"),
+    ],
+)
+def test_unknown_option_is_refused(
+    adeye: Any, cases: Path, options: tuple[str, ...], message: str
+) -> None:
+    ended = adeye("reference", str(cases), *options)
+    assert ended.code == 2
+    assert message in ended.err.replace("\n", " ")
+
+
+def test_missing_column_and_file_are_refused(adeye: Any, cases: Path) -> None:
+    cases.write_text("gap_m\n1", encoding="utf-8")
+    assert "has no column 'ego_speed_mps'" in adeye("reference", str(cases)).err
+    cases.unlink()
+    assert adeye("reference", str(cases)).code == 2
+
+
+def test_output_that_cannot_be_written_is_refused(adeye: Any, cases: Path) -> None:
+    ended = adeye("reference", str(cases), "-o", str(cases.parent / "no" / "out.csv"))
+    assert ended.code == 2

@@ -1,0 +1,53 @@
+"""Scenes from a file: threads change no bit, blocks cover everything, duties follow the edition."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from adeye.errors import UsageError
+from adeye.evaluation.reference import Question, check_question, drive, obligations, read
+from adeye.kernel import reference_columns as columns
+
+
+@pytest.fixture
+def scenes(tmp_path: Path) -> np.ndarray:
+    random = np.random.default_rng(1)
+    path = tmp_path / "cases.csv"
+    lines = ["ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps,note"]
+    for ego, share, gap, lateral in random.random((5000, 4)).tolist():
+        lines.append(f"{10 + 20 * ego},{9 * share},{5 + 60 * gap},{0.5 + lateral},x")
+    path.write_text("\n".join(lines), encoding="utf-8")
+    rows, scenes = read(path, "cut_in")
+    assert len(rows) == 5000
+    assert rows[0]["note"] == "x"
+    return scenes
+
+
+def test_threads_change_no_bit_and_every_block_is_told(scenes: np.ndarray) -> None:
+    told: list[int] = []
+    question = Question(step=0.05)
+    alone = drive(scenes, question, "fsm")
+    several = drive(scenes, question, "fsm", threads=3, told=told.append)
+    assert alone.tobytes() == several.tobytes()
+    assert sum(told) == len(scenes)
+    assert set(np.unique(alone[:, columns.R_CONTACT])) == {0.0, 1.0}
+
+
+def test_standing_passengers_need_more_time(scenes: np.ndarray) -> None:
+    by_edition = [
+        obligations(scenes, name).sum()
+        for name in ("eu-2022-1426-standing", "r157", "eu-2022-1426")
+    ]
+    assert by_edition == sorted(by_edition)
+    assert by_edition[0] < by_edition[2]
+
+
+def test_defaults_fill_what_the_file_does_not_say(scenes: np.ndarray) -> None:
+    assert set(scenes[:, columns.S_LANE_WIDTH]) == {3.5}
+    assert set(scenes[:, columns.S_EGO_WIDTH]) == {1.9}
+
+
+def test_question_without_models_is_refused() -> None:
+    with pytest.raises(UsageError, match="no model"):
+        check_question(Question(models=()))

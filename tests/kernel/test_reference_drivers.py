@@ -1,0 +1,142 @@
+"""Reference drivers tick by tick: when they begin to brake and how hard."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adeye.kernel import reference_columns as columns
+from adeye.kernel.reference_drivers import reference_limit
+from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
+
+STEP = 0.01
+
+
+def view(**seen: float) -> np.ndarray:
+    """Return what is seen behind a slower vehicle in the path, with changes."""
+    row = np.zeros(columns.VIEW_SIZE)
+    known = {
+        "EGO_SPEED": 20.0, "OTHER_SPEED": 10.0, "GAP": 15.0, "LENGTHS": 8.6,
+        "LATERAL_GAP": -1.0, "INTRUSION": 1.5, "OVERLAP": 0.5,
+    }  # fmt: skip
+    for name, value in (known | seen).items():
+        row[getattr(columns, name)] = value
+    return row
+
+
+def limits(model: str, row: np.ndarray, ticks: int, variant: tuple[str, ...] = ()) -> list[float]:
+    state = np.zeros(columns.STATE_SIZE)
+    parameters = vector(parameters_of(model, variant=variant))
+    return [reference_limit(MODELS[model], row, parameters, state, STEP) for _ in range(ticks)]
+
+
+def first_braking(values: list[float]) -> float:
+    return round(next(k for k, value in enumerate(values) if value < -0.01) * STEP, 9)
+
+
+@pytest.mark.parametrize(
+    ("model", "seconds"), [("cc", 0.4 + 0.75), ("fsm", 0.75), ("rss", 0.75), ("reg157", 0.35)]
+)
+def test_brake_answers_after_perception_and_delay(model: str, seconds: float) -> None:
+    assert first_braking(limits(model, view(GAP=5.0), 200)) == pytest.approx(seconds, abs=1e-9)
+
+
+def test_careful_driver_reaches_its_full_braking_after_0_6_seconds() -> None:
+    values = limits("cc", view(), 300)
+    assert values[-1] == pytest.approx(-0.774 * 9.81)
+    ramp = [value for value in values if -0.774 * 9.81 < value < 0.0]
+    assert len(ramp) * STEP == pytest.approx(0.6, abs=0.011)
+
+
+def test_careful_driver_begins_to_evaluate_outside_the_wandering_zone() -> None:
+    beside = {"LATERAL_GAP": 1.0, "LATERAL_SPEED": 1.0, "INTRUSION": -0.2, "OVERLAP": 0.0}
+    inside, outside = (limits("cc", view(CUE=cue, **beside), 200) for cue in (0.37, 0.38))
+    assert inside == [math.inf] * 200
+    assert first_braking(outside) == pytest.approx(1.15)
+
+
+def test_careful_driver_waits_for_a_critical_ttc_of_a_cut_in() -> None:
+    beside = {"LATERAL_GAP": 1.0, "LATERAL_SPEED": 1.0, "CUE": 1.0}
+    assert limits("cc", view(GAP=20.1, **beside), 200) == [math.inf] * 200
+    assert limits("cc", view(GAP=19.9, **beside), 200)[-1] < -7.0
+
+
+def test_careful_driver_answers_a_lead_that_brakes_by_5() -> None:
+    lead = {"OTHER_SPEED": 20.0, "GAP": 40.0}
+    assert limits("cc", view(OTHER_ACCELERATION=-4.9, **lead), 200) == [math.inf] * 200
+    assert limits("cc", view(OTHER_ACCELERATION=-5.0, **lead), 200)[-1] < -7.0
+
+
+def test_emergency_braking_needs_full_overlap_after_a_cut_in() -> None:
+    state = np.zeros(columns.STATE_SIZE)
+    parameters = vector(parameters_of("cc"))
+    beside = view(LATERAL_GAP=0.1, LATERAL_SPEED=1.0, CUE=0.3)
+    reference_limit(columns.CC, beside, parameters, state, STEP)
+    half = reference_limit(columns.CC, view(OVERLAP=0.5), parameters, state.copy(), STEP)
+    assert half == math.inf
+    values = [
+        reference_limit(columns.CC, view(OVERLAP=1.0), parameters, state, STEP) for _ in range(61)
+    ]
+    assert values[0] == pytest.approx(-0.85 * 9.81 / 0.6 * STEP)
+    assert values[-1] == pytest.approx(-0.85 * 9.81)
+
+
+def test_coasting_variant_releases_the_pedal_during_the_delay() -> None:
+    assert limits("cc", view(), 60, ("jrc-coasting",))[50] == pytest.approx(-0.4)
+
+
+def test_fuzzy_model_brakes_by_the_membership() -> None:
+    # PFS(60, 25, 20) = 0.4388, CFS = 0.
+    assert limits("fsm", view(EGO_SPEED=25.0, OTHER_SPEED=20.0, GAP=60.0), 300)[-1] == (
+        pytest.approx(-4.0 * 0.438760, abs=1e-5)
+    )
+
+
+def test_fuzzy_model_ignores_who_comes_after_it_has_passed() -> None:
+    beside = {"LATERAL_GAP": 1.6, "GAP": 10.0}
+    # Past in (10 + 8.6) / 10 + 0.1 = 1.96 s.
+    slow, fast = (
+        limits("fsm", view(LATERAL_SPEED=1.6 / seconds, **beside), 200) for seconds in (1.97, 1.95)
+    )
+    assert slow == [math.inf] * 200
+    assert fast[-1] < 0.0
+
+
+def test_both_distances_must_be_short_for_rss() -> None:
+    assert limits("rss", view(LATERAL_GAP=3.0), 200) == [math.inf] * 200
+    assert limits("rss", view(GAP=100.0), 200) == [math.inf] * 200
+    assert limits("rss", view(), 200)[-1] == pytest.approx(-0.774 * 9.81)
+
+
+def test_rule_brakes_in_the_last_tick_above_its_threshold() -> None:
+    threshold = 10.0 / 12.0 + 0.35
+    late = view(GAP=10.0 * (threshold + 0.0099))
+    early = view(GAP=10.0 * (threshold + 0.0101))
+    assert limits("reg157", early, 50) == [math.inf] * 50
+    assert limits("reg157", late, 50)[-1] == -6.0
+
+
+def test_guard_of_the_published_code_is_a_tenth_of_a_second() -> None:
+    row = view(GAP=10.0 * (10.0 / 12.0 + 0.35 + 0.099))
+    assert limits("reg157", row, 50) == [math.inf] * 50
+    assert limits("reg157", row, 50, ("jrc-guard",))[-1] == -6.0
+
+
+def test_lateral_variant_takes_half_a_metre() -> None:
+    row = view(GAP=5.0, LATERAL_GAP=0.45, INTRUSION=0.2)
+    assert limits("reg157", row, 50) == [math.inf] * 50
+    assert limits("reg157", row, 50, ("jrc-lateral",))[-1] == -6.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("column", range(columns.VIEW_SIZE))
+def test_what_is_unknown_asks_for_no_number(model: str, column: int) -> None:
+    row = view()
+    row[column] = math.nan
+    assert math.isnan(limits(model, row, 1)[0])
+
+
+def test_unknown_model_is_no_number() -> None:
+    assert math.isnan(
+        reference_limit(9, view(), np.zeros(columns.PARAMETER_SIZE), np.zeros(6), STEP)
+    )

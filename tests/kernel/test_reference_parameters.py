@@ -1,0 +1,85 @@
+"""Parameters of the reference drivers: editions, variants, the order of the columns."""
+
+import math
+from dataclasses import fields
+
+import pytest
+
+from adeye.kernel import reference_columns as columns
+from adeye.kernel.reference_distances import cut_in_threshold
+from adeye.kernel.reference_parameters import (
+    EDITIONS,
+    MODELS,
+    VARIANTS,
+    CarefulDriver,
+    CutInRule,
+    FuzzyDriver,
+    ResponsibleDriver,
+    parameters_of,
+    vector,
+)
+
+CLOSING_KMH = (10, 20, 30, 40, 50, 60)
+
+
+@pytest.mark.parametrize(
+    ("edition", "table"),
+    [
+        ("r157", (0.581, 0.813, 1.044, 1.276, 1.507, 1.739)),
+        ("r157-01", (0.581, 0.813, 1.044, 1.276, 1.507, 1.739)),
+        ("eu-2022-1426", (0.48, 0.71, 0.94, 1.18, 1.41, 1.64)),
+        ("eu-2022-1426-standing", (0.74, 1.32, 1.90, 2.47, 3.05, 3.63)),
+    ],
+)
+def test_thresholds_of_the_edition(edition: str, table: tuple[float, ...]) -> None:
+    rule = parameters_of("reg157", edition)
+    ours = [cut_in_threshold(v / 3.6, rule.delay, rule.braking) for v in CLOSING_KMH]
+    # The tables are rounded to 0.01 s.
+    assert ours == pytest.approx(list(table), abs=0.0101)
+
+
+@pytest.mark.parametrize(
+    ("record", "prefix"),
+    [
+        (CarefulDriver(), "CC_"),
+        (FuzzyDriver(), "FSM_"),
+        (ResponsibleDriver(), "RSS_"),
+        (CutInRule(), "REG157_"),
+    ],
+)
+def test_fields_are_in_the_order_of_the_columns(record: object, prefix: str) -> None:
+    names = {getattr(columns, name): name for name in dir(columns) if name.startswith(prefix)}
+    own = [field.name for field in fields(record)][5:]  # type: ignore[arg-type]
+    assert [names[5 + k] for k in range(len(own))] == [prefix + name.upper() for name in own]
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_variant_changes_something_and_jrc_holds_it(name: str) -> None:
+    if name == "jrc-ttc-end":
+        return  # It ends scenes and is no parameter.
+    changed = [m for m in MODELS if parameters_of(m, variant=(name,)) != parameters_of(m)]
+    assert changed
+    alone = parameters_of(changed[0], variant=(name,))
+    whole = parameters_of(changed[0], variant=("jrc",))
+    text = parameters_of(changed[0])
+    for field in fields(alone):
+        if getattr(alone, field.name) != getattr(text, field.name):
+            assert getattr(whole, field.name) == getattr(alone, field.name)
+
+
+def test_unknown_names_are_refused() -> None:
+    for arguments in (("no", "r157"), ("cc", "no"), ("cc", "r157", ("no",))):
+        with pytest.raises(KeyError):
+            parameters_of(*arguments)
+
+
+def test_edition_changes_the_rule_only() -> None:
+    for model in ("cc", "fsm", "rss"):
+        assert {parameters_of(model, edition) for edition in EDITIONS} == {parameters_of(model)}
+
+
+def test_vector_is_filled_with_zeros() -> None:
+    row = vector(CutInRule())
+    assert row.shape == (columns.PARAMETER_SIZE,)
+    assert row[columns.JERK] == math.inf
+    assert row[-1] == 0.0

@@ -1,0 +1,232 @@
+"""Scenes of the reference drivers: a second implementation, convergence, scenes with an answer."""
+
+import math
+from concurrent.futures import ProcessPoolExecutor
+from itertools import product
+from multiprocessing import get_context
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.kernel import reference_columns as columns
+from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
+from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
+from tests import reference_scenes as second
+
+KMH = 1.0 / 3.6
+
+
+def scenes_of(rows: Any) -> Any:
+    """Return cut-ins of (ego speed, other speed, gap, lateral speed)."""
+    rows = np.asarray(rows, dtype=float)
+    scenes = np.zeros((len(rows), columns.SCENE_SIZE))
+    scenes[:, :4] = rows
+    scenes[:, columns.S_LATERAL_OFFSET] = 3.5
+    scenes[:, [columns.S_EGO_LENGTH, columns.S_OTHER_LENGTH]] = 4.3
+    scenes[:, [columns.S_EGO_WIDTH, columns.S_OTHER_WIDTH]] = 1.9
+    scenes[:, columns.S_LANE_WIDTH] = 3.5
+    return scenes
+
+
+def driven(  # noqa: PLR0913 - one scene
+    scenes: Any,
+    model: str,
+    *,
+    kind: int = columns.CUT_IN,
+    variant: tuple[str, ...] = (),
+    step: float = 0.01,
+    integrator: int = columns.EXACT,
+    ttc_end: float = math.inf,
+) -> Any:
+    results = np.empty((len(scenes), columns.RESULT_SIZE))
+    drive_scenes(
+        scenes,
+        kind,
+        MODELS[model],
+        vector(parameters_of(model, variant=variant)),
+        step,
+        integrator,
+        ttc_end,
+        np.zeros(SCRATCH_SIZE),
+        results,
+    )
+    return results
+
+
+def grid(speeds: int, shares: int, gaps: int, laterals: int) -> list[tuple[float, ...]]:
+    """Return a grid of 10 to 130 km/h, gaps of 1 to 120 m, sideways 0.2 to 3 m/s."""
+    axes = product(
+        np.linspace(10.0, 130.0, speeds) * KMH,
+        np.linspace(0.0613, 0.9371, shares),
+        np.linspace(1.0137, 119.771, gaps),
+        np.linspace(0.2, 3.0, laterals),
+    )
+    return [(float(v), float(v * s), float(g), float(w)) for v, s, g, w in axes]
+
+
+def is_at_the_boundary(row: tuple[float, ...], model: str, step: float) -> bool:
+    """Tell whether a delay of one step more or less changes the verdict."""
+    early, late = (second.contact(second.CutIn(*row), model, step, k * step) for k in (-1, 1))
+    return early != late
+
+
+def compare(rows: list[tuple[float, ...]], model: str, step: float, theirs: Any) -> int:
+    """Assert equality away from the boundary; return how many cases differ at it."""
+    ours = driven(scenes_of(rows), model, step=step)[:, columns.R_CONTACT]
+    marks = {True: 1.0, False: 0.0, None: math.nan}
+    expected = np.array([marks[verdict] for verdict in theirs])
+    assert 0.01 < np.nanmean(ours) < 0.9
+    differing = np.flatnonzero(~((ours == expected) | (np.isnan(ours) & np.isnan(expected))))
+    wrong = [rows[k] for k in differing if not is_at_the_boundary(rows[k], model, step)]
+    assert wrong == []
+    return len(differing)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_sample_of_the_grid_agrees_with_the_second_implementation(model: str) -> None:
+    rows = grid(4, 3, 6, 6)
+    theirs = second.contacts((rows, model, 0.05))
+    assert compare(rows, model, 0.05, theirs) <= len(rows) // 100
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_full_grid_agrees_with_the_second_implementation(model: str) -> None:
+    rows = grid(13, 8, 25, 40)
+    assert len(rows) >= 100_000
+    blocks = [(rows[k : k + 1000], model, 0.1) for k in range(0, len(rows), 1000)]
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        theirs = [verdict for block in pool.map(second.contacts, blocks) for verdict in block]
+    # Where the contact is at the very end of a step, rounding alone decides.
+    assert compare(rows, model, 0.1, theirs) <= len(rows) // 200
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_impact_speed_converges_with_the_step(model: str) -> None:
+    scenes = scenes_of(grid(5, 4, 8, 8))
+    fine = driven(scenes, model, step=0.001)
+    braked = (fine[:, columns.R_CONTACT] == 1.0) & (fine[:, columns.R_BRAKING_TIME] > 0.0)
+    worst = []
+    for step in (0.08, 0.04, 0.02, 0.01):
+        coarse = driven(scenes, model, step=step)
+        both = braked & (coarse[:, columns.R_CONTACT] == 1.0)
+        assert both.sum() >= 3
+        # Touching slowly, a small way is a large speed; the energy of the impact is smooth.
+        column = columns.R_IMPACT_SPEED
+        error = np.abs(coarse[both, column] ** 2 - fine[both, column] ** 2)
+        worst.append(float(error.mean()))
+    assert worst[-1] < 0.5 * worst[0]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_both_integrators_meet_for_small_steps(model: str) -> None:
+    scenes = scenes_of(grid(4, 3, 6, 6))
+    exact, euler = (
+        driven(scenes, model, step=0.002, integrator=integrator)[:, columns.R_CONTACT]
+        for integrator in (columns.EXACT, columns.SEMI_IMPLICIT)
+    )
+    known = ~(np.isnan(exact) | np.isnan(euler))
+    assert np.mean(exact[known] != euler[known]) <= 0.01
+    assert known.mean() > 0.85
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_order_of_scenes_changes_no_bit(model: str) -> None:
+    scenes = scenes_of(grid(3, 3, 3, 3))
+    there, back = driven(scenes, model), driven(scenes[::-1].copy(), model)[::-1]
+    assert there.tobytes() == np.ascontiguousarray(back).tobytes()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_mirrored_cut_in_is_the_same(model: str) -> None:
+    scenes = scenes_of(grid(3, 3, 3, 3))
+    mirrored = scenes.copy()
+    mirrored[:, columns.S_LATERAL_OFFSET] *= -1.0
+    assert driven(scenes, model).tobytes() == driven(mirrored, model).tobytes()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_vehicle_that_stays_in_its_lane_is_passed(model: str) -> None:
+    result = driven(scenes_of([(30.0, 10.0, 50.0, 0.0)]), model)[0]
+    assert result[columns.R_CONTACT] == 0.0
+    assert result[columns.R_MIN_GAP] == math.inf
+    assert math.isnan(result[columns.R_IMPACT_SPEED])
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_cut_in_right_before_a_much_faster_ego_cannot_be_mastered(model: str) -> None:
+    result = driven(scenes_of([(36.0, 10.0, 12.0, 3.0)]), model)[0]
+    assert result[columns.R_CONTACT] == 1.0
+    assert 15.0 < result[columns.R_IMPACT_SPEED] <= 26.0
+    assert result[columns.R_MIN_GAP] == 0.0
+
+
+def test_rule_avoids_what_it_must_avoid_and_nothing_just_below() -> None:
+    least = 10.0 * (1.1 + 10.0 / 12.0 + 0.35)
+    avoided, touched = driven(
+        scenes_of([(20.0, 10.0, least + 0.15, 1.0), (20.0, 10.0, least - 0.15, 1.0)]),
+        "reg157",
+        step=0.001,
+    )
+    assert avoided[columns.R_CONTACT] == 0.0
+    assert avoided[columns.R_MIN_GAP] < 0.2
+    assert touched[columns.R_CONTACT] == 1.0
+
+
+def test_published_end_hides_a_contact_of_the_careful_driver() -> None:
+    # At overlap the TTC is 2.4 s; 20 m/s faster, its braking of later would come too late.
+    scenes = scenes_of([(30.0, 10.0, 80.0, 1.0)])
+    variant = ("jrc-perception", "jrc-no-emergency")
+    whole = driven(scenes, "cc", variant=variant)[0]
+    ended = driven(scenes, "cc", variant=variant, ttc_end=2.0)[0]
+    assert whole[columns.R_CONTACT] == 0.0 or whole[columns.R_IMPACT_SPEED] > 0.0
+    assert ended[columns.R_CONTACT] == 0.0
+    assert ended[columns.R_MIN_GAP] > whole[columns.R_MIN_GAP]
+
+
+def scene_of_a_lead(speed: float, gap: float, braking: float, jerk: float = math.inf) -> Any:
+    scenes = scenes_of([(speed, speed, gap, 0.0)])
+    scenes[:, columns.S_BRAKING] = braking
+    scenes[:, columns.S_BRAKING_JERK] = jerk
+    return scenes
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("braking", [1.0, 3.0, 4.9, 5.0, 7.0, 7.5])
+def test_lead_that_brakes_to_standstill_is_not_touched_from_the_own_distance(
+    model: str, braking: float
+) -> None:
+    if model == "reg157" and braking > 6.0:
+        pytest.skip("brakes by 6 m/s2 only")
+    scenes = scene_of_a_lead(15.0, math.nan, braking)
+    result = driven(scenes, model, kind=columns.BRAKING_LEAD)[0]
+    assert result[columns.R_CONTACT] == 0.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_lead_that_brakes_right_ahead_is_touched(model: str) -> None:
+    scenes = scene_of_a_lead(30.0, 5.0, 9.0, 12.0)
+    assert driven(scenes, model, kind=columns.BRAKING_LEAD)[0, columns.R_CONTACT] == 1.0
+
+
+def scene_of_a_cut_out(speed: float, front: float, lateral: float) -> Any:
+    scenes = scenes_of([(speed, speed, math.nan, lateral)])
+    scenes[:, columns.S_FRONT_GAP] = front
+    return scenes
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_standing_vehicle_far_behind_a_cut_out_is_not_touched(model: str) -> None:
+    scenes = scene_of_a_cut_out(15.0, 60.0, 1.5)
+    result = driven(scenes, model, kind=columns.CUT_OUT)[0]
+    assert result[columns.R_CONTACT] == 0.0
+    assert 0.0 < result[columns.R_MIN_GAP] < 100.0
+
+
+@pytest.mark.parametrize("model", ["fsm", "rss", "reg157"])
+def test_standing_vehicle_right_behind_a_late_cut_out_is_touched(model: str) -> None:
+    # The lead leaves so late that it hits the standing one, and the ego follows too near.
+    scenes = scene_of_a_cut_out(36.0, 5.0, 0.5)
+    scenes[:, columns.S_GAP] = 10.0
+    assert driven(scenes, model, kind=columns.CUT_OUT)[0, columns.R_CONTACT] == 1.0
