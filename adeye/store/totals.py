@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from adeye.evaluation.verdict import ExitCode, Verdict, fold_runs, gate_exit
 
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from adeye.store.repository import Repository
     from adeye.store.rows import VerdictRecord
     from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
+
+
+_NAMED: Final = 3
+"""Altered rows that a message names; ``db verify`` names all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,9 +119,18 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         if verdict is not Verdict.PASS:
             reasons.append(f"{item.fsr} {verdict} for {item.architecture}")
     progress = repository.progress(campaign.id)
-    code = gate_exit(verdicts, planned=progress.planned, accounted=progress.accounted)
+    unsound = repository.unsound(campaign.id)
+    code = gate_exit(
+        verdicts,
+        planned=progress.planned,
+        accounted=progress.accounted,
+        is_sound=not unsound,
+    )
     if progress.accounted < progress.planned:
         reasons.append(f"{progress.accounted} of {progress.planned} test cases accounted for")
+    reasons += [f"{finding}" for finding in unsound[:_NAMED]]
+    if len(unsound) > _NAMED:
+        reasons.append(f"{len(unsound) - _NAMED} more rows are not as they were written")
     if code is ExitCode.OK:
         return code, f"Every mandatory requirement passes for {', '.join(campaign.gate)}."
     return code, "; ".join(reasons) or code.meaning
