@@ -14,7 +14,7 @@ from adeye.cli.output import clean, emit, emit_json, short, wrote
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adeye.report.gate import Finding
+    from adeye.report.findings import Finding
     from adeye.report.gating import GateResult
 
 Campaign = Annotated[
@@ -94,7 +94,7 @@ def gate(
         raise UsageError("--accept-incomplete is about writing a baseline", remedy="Add --update.")
     options = GateOptions(
         baseline=baseline,
-        tolerances=Tolerances(_sizes(tolerance or ())),
+        tolerances=Tolerances.given(_sizes(tolerance or ())),
         is_update=update,
         accepts_incomplete=accept_incomplete,
         junit=junit,
@@ -134,7 +134,7 @@ def _sizes(texts: Sequence[str]) -> dict[str, float]:
 
 def print_gate(result: GateResult) -> None:
     """Print what was found, what decides first, and the answer."""
-    from adeye.report.gate import deciding
+    from adeye.report.findings import deciding
     from adeye.report.words import counted
 
     against = f" against {result.baseline}" if result.baseline else ""
@@ -164,7 +164,7 @@ def _print_findings(title: str, findings: Sequence[Finding]) -> None:
 
 
 def _document(result: GateResult) -> dict[str, object]:
-    from adeye.report.gate import deciding
+    from adeye.report.findings import deciding
 
     decides = deciding(result.findings)
     return {

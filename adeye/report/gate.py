@@ -1,4 +1,4 @@
-"""What changed between a baseline and a campaign, and which of it decides the exit code.
+"""What changed between a baseline and a campaign.
 
 Test cases are paired by situation, faults and swept values of the architecture. All have the same
 random numbers on both sides, so a pair that differs was changed by something that was edited.
@@ -7,11 +7,12 @@ random numbers on both sides, so a pair that differs was changed by something th
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import UsageError
-from adeye.evaluation.verdict import ExitCode, Verdict, exit_code
+from adeye.evaluation.verdict import Verdict
+from adeye.report.designs import is_sample
+from adeye.report.findings import Finding, Kind
 from adeye.report.margins import Column, Tolerances, compare_cells, compare_pairs
 from adeye.report.words import counted
 
@@ -22,73 +23,6 @@ if TYPE_CHECKING:
 
 NAMED_RUNS: Final = 3
 """Runs that a finding names."""
-
-
-class Kind(StrEnum):
-    """What a finding is about."""
-
-    FAILING = "failing"
-    NEWLY_FAILING = "newly failing"
-    MARGIN = "margin"
-    UNDECIDED = "undecided"
-    MISSING = "missing"
-    CHANGED = "changed"
-    RELAXED = "relaxed"
-    INTEGRITY = "integrity"
-    NEWLY_PASSING = "newly passing"
-    NOTE = "note"
-
-    @property
-    def code(self) -> ExitCode:
-        """Exit code that a finding calls for, if it decides."""
-        return _CODES[self]
-
-
-_CODES: Final = {
-    Kind.FAILING: ExitCode.FAILED,
-    Kind.NEWLY_FAILING: ExitCode.FAILED,
-    Kind.MARGIN: ExitCode.FAILED,
-    Kind.UNDECIDED: ExitCode.INCOMPLETE,
-    Kind.MISSING: ExitCode.INCOMPLETE,
-    Kind.CHANGED: ExitCode.INCOMPLETE,
-    Kind.RELAXED: ExitCode.INCOMPLETE,
-    Kind.INTEGRITY: ExitCode.INTEGRITY,
-    Kind.NEWLY_PASSING: ExitCode.OK,
-    Kind.NOTE: ExitCode.OK,
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """One difference, or one reason why the gate is not green.
-
-    Attributes:
-        kind: What it is about.
-        text: For people.
-        decides: Whether it counts for the exit code: about a mandatory FSR and an architecture of
-            the gate, now or in the baseline.
-        fsr: Id, if it is about one.
-        architecture: Id, if it is about one.
-        scenario: Id, if it is about one.
-        runs: Digests of runs to look at, the worst first.
-    """
-
-    kind: Kind
-    text: str
-    decides: bool = True
-    fsr: str = ""
-    architecture: str = ""
-    scenario: str = ""
-    runs: tuple[str, ...] = ()
-
-    @property
-    def where(self) -> str:
-        """What it is about."""
-        return ", ".join(filter(None, (self.fsr, self.architecture, self.scenario)))
-
-    def __str__(self) -> str:
-        """Write it as ``kind: where: text``."""
-        return ": ".join(filter(None, (str(self.kind), self.where, self.text)))
 
 
 @dataclass(frozen=True)
@@ -104,21 +38,6 @@ class Snapshot:
     state: Baseline
     runs: Mapping[tuple[str, str], str] = field(default_factory=dict)
     points: Mapping[str, int] = field(default_factory=dict)
-
-
-def deciding(findings: Iterable[Finding]) -> list[Finding]:
-    """Keep the findings that decide the exit code: the one place for what a gate leaves out."""
-    return [item for item in findings if item.decides and item.kind.code is not ExitCode.OK]
-
-
-def gate_code_of(findings: Iterable[Finding], campaign: ExitCode) -> ExitCode:
-    """Combine what was found with the exit code of the campaign itself.
-
-    Args:
-        findings: All of them.
-        campaign: Exit code that the verdicts of the campaign call for.
-    """
-    return exit_code([campaign, *(item.kind.code for item in deciding(findings))])
 
 
 def check_same_odd(then: Baseline, now: Baseline, path: str) -> None:
@@ -216,6 +135,31 @@ def _notes(then: Baseline, now: Baseline) -> Iterator[Finding]:
         which = "the campaign has" if now.cases is None else "the baseline has"
         text = f"{which} too many test cases to pair them: counts and worst cases are compared"
         yield Finding(Kind.NOTE, text, decides=False)
+
+
+def _starts_to_fail(was: str, has: str) -> bool:
+    return has == "F" and was != "F"
+
+
+def _stops_to_fail(was: str, has: str) -> bool:
+    return was == "F" and has in "PV"
+
+
+def _is_lost(was: str, has: str) -> bool:
+    return was in "PVF" and has not in "PVF"
+
+
+def _is_idle(was: str, has: str) -> bool:
+    return was in "PF" and has == "V"
+
+
+_TURNS: Final = (
+    (Kind.NEWLY_FAILING, "runs fail that did not", _starts_to_fail),
+    (Kind.NEWLY_PASSING, "runs do not fail any more", _stops_to_fail),
+    (Kind.UNDECIDED, "runs are undecided that were not", _is_lost),
+    (Kind.NOTE, "runs do not exercise it any more", _is_idle),
+)
+"""What may happen to the verdict of a test case, by letters."""
 
 
 class _Cells:
@@ -337,39 +281,18 @@ class _Cells:
             key: (then[key].verdicts[before.at], now[key].verdicts[after.at]) for key in keys
         }
         at = (fsr, *place)
-        for kind, wanted, text in (
-            (
-                Kind.NEWLY_FAILING,
-                [k for k, (a, b) in letters.items() if a != "F" == b],
-                "runs fail that did not",
-            ),
-            (
-                Kind.NEWLY_PASSING,
-                [k for k, (a, b) in letters.items() if b in "PV" and a == "F"],
-                "runs do not fail any more",
-            ),
-            (
-                Kind.UNDECIDED,
-                [k for k, (a, b) in letters.items() if a in "PVF" and b not in "PVF"],
-                "runs are undecided that were not",
-            ),
-            (
-                Kind.NOTE,
-                [k for k, (a, b) in letters.items() if a in "PF" and b == "V"],
-                "runs do not exercise it any more",
-            ),
-        ):
+        for kind, text, is_meant in _TURNS:
+            wanted = [key for key, (was, has) in letters.items() if is_meant(was, has)]
             if wanted:
                 runs = tuple(self._run(place[0], key) for key in wanted[:NAMED_RUNS])
                 said = f"{counted(len(wanted))} of {counted(len(keys))} {text}"
                 yield Finding(kind, said, decides, *at, runs=runs)
-        is_sample = self._is_sample(place[1])
         loss = compare_pairs(
             keys,
             (then, before),
             (now, after),
             self._tolerances,
-            points=self._now.points if is_sample else None,
+            points=self._now.points if self._is_sample(place[1]) else None,
             name=place[1],
         )
         if loss is not None:
@@ -378,8 +301,6 @@ class _Cells:
             yield Finding(kind, loss.text, decides, *at, runs=runs)
 
     def _is_sample(self, scenario: str) -> bool:
-        from adeye.report.designs import is_sample
-
         designs = (self._then.designs.get(scenario, ""), self._now.state.designs.get(scenario, ""))
         return all(map(is_sample, designs))
 

@@ -7,16 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.evaluation.verdict import ExitCode, exit_code
 from adeye.report.baseline import Baseline, read_baseline, write_baseline
-from adeye.report.gate import (
-    Finding,
-    Kind,
-    Snapshot,
-    changes,
-    check_same_odd,
-    deciding,
-    gate_code_of,
-    state_of,
-)
+from adeye.report.findings import Finding, Kind, deciding, gate_code_of
+from adeye.report.gate import Snapshot, changes, check_same_odd, state_of
 from adeye.report.snapshot import MAX_CASES, case_keys, take_down
 from adeye.report.words import counted
 from adeye.store.totals import gate_code, totals

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.gate import deciding
+from adeye.report.findings import deciding
 from adeye.report.words import binding_sentence, quantity
 
 if TYPE_CHECKING:

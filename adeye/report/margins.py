@@ -14,7 +14,7 @@ import numpy as np
 
 from adeye.errors import UsageError
 from adeye.evaluation.statistics import MIN_UNITS, RESOLUTION, bca, resampled_sums
-from adeye.report.words import counted, quantity
+from adeye.report.words import counted, quantity, unit_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 NUMERIC: Final = 1e-6
 """Tolerance that always applies, relative and in the unit of the margin: a baseline is rounded."""
+_VACUOUS: Final = "V"
+"""Letter of a verdict whose margin says nothing."""
 CONFIDENCE: Final = 0.95
 """Of the interval of a mean change."""
 
@@ -48,10 +50,19 @@ class Tolerances:
     """Losses of margin that do not count.
 
     Attributes:
-        sizes: Size by id of an FSR, or by unit for all others.
+        sizes: Size by id of an FSR, or by unit for all others, as a margin has it.
     """
 
     sizes: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def given(cls, sizes: Mapping[str, float]) -> Tolerances:
+        """Take sizes whose units may be written with ``^``.
+
+        >>> Tolerances.given({"m/s^2": 0.1}).sizes
+        {'m/s²': 0.1}
+        """
+        return cls({unit_text(name) or name: size for name, size in sizes.items()})
 
     def of(self, fsr: str, unit: str, value: float) -> float:
         """Give the loss that does not count, at least what rounding makes.
@@ -141,7 +152,8 @@ def compare_pairs(
             (rows[key].margins if is_plain else rows[key].robustness)[column.at]
             for rows, column in (then, now)
         )
-        if before is not None and after is not None:
+        is_judged = all(rows[key].verdicts[c.at] != _VACUOUS for rows, c in (then, now))
+        if is_judged and before is not None and after is not None:
             pairs.append((key, before, after))
     fsr = then[1].fsr
     lost = [item for item in pairs if item[1] - item[2] > tolerances.of(fsr, unit, item[1])]
