@@ -20,6 +20,10 @@ _NAMED: Final = 3
 """Altered rows that a message names; ``db verify`` names all."""
 
 
+_EXPLAINED: Final = frozenset({Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE})
+"""Verdicts of runs that say why in words."""
+
+
 @dataclass(frozen=True, slots=True)
 class Total:
     """One FSR for one architecture, folded over all runs.
@@ -84,8 +88,9 @@ def _total(
     worst: tuple[tuple[RunRef, VerdictRecord], ...] = ()
     if first.is_applicable:
         verdict = gate.verdict if gate else fold_runs(counts, min_exercised=first.min_exercised)
+        only = verdict if verdict in _EXPLAINED else None
         worst = repository.worst_runs(
-            campaign.id, first.fsr, architecture=first.architecture, limit=1
+            campaign.id, first.fsr, architecture=first.architecture, verdict=only, limit=1
         )
     return Total(
         fsr=first.fsr,
@@ -99,6 +104,16 @@ def _total(
         worst=worst[0] if worst else None,
         note="" if first.is_applicable else first.reason or "not applicable",
     )
+
+
+def _why(item: Total) -> str:
+    """Say why a run has no verdict; a violation is explained by its margin."""
+    if item.verdict is None:
+        return f" ({item.note})"
+    if item.worst is None or item.verdict not in _EXPLAINED or not item.worst[1].detail:
+        return ""
+    judged = item.worst[1]
+    return f" ({', '.join(filter(None, (judged.signal, judged.detail)))})"
 
 
 def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode, str]:
@@ -117,7 +132,7 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         verdict = item.verdict or Verdict.ERROR
         verdicts[item.architecture].append(verdict)
         if verdict is not Verdict.PASS:
-            reasons.append(f"{item.fsr} {verdict} for {item.architecture}")
+            reasons.append(f"{item.fsr} {verdict} for {item.architecture}{_why(item)}")
     progress = repository.progress(campaign.id)
     unsound = repository.unsound(campaign.id)
     code = gate_exit(

@@ -128,9 +128,13 @@ class Bench:
     @contextmanager
     def edited(self, name: str = ODD_FILE) -> Iterator[Any]:
         """Edit a YAML file."""
-        path = self.folder / name
-        content = yaml.safe_load(path.read_text("utf-8"))
+        content = yaml.safe_load((self.folder / name).read_text("utf-8"))
         yield content
+        self.write(name, content)
+
+    def write(self, name: str, content: Any) -> None:
+        """Write a YAML file."""
+        path = self.folder / name
         path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
 
     @contextmanager

@@ -93,7 +93,12 @@ def tolerance_of_nothing(bench: Bench) -> Said:
 
 WAYS: Final = [
     Way("ODD without a scenario", 2, "scenarios", no_scenario),
-    Way("`where` that excludes every point", 2, "where", where_leaves_nothing),
+    Way(
+        "`where` that excludes every point",
+        2,
+        "none of 2 combinations fulfils gap < 1 m",
+        where_leaves_nothing,
+    ),
     Way("gate without an architecture", 2, "gate", no_architecture),
     Way("concept without an FSR", 2, "requirements", no_requirement),
     Way("two FSRs with one id", 2, "'FSR-01' is defined twice", duplicate_id),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign import runner
-
+from adeye.testing import zoo
 from tests.chaos.ways import Way
 
 if TYPE_CHECKING:
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tests.chaos.bench import Bench, Said
 
 CONCEPT: Final = "odd/concepts/motorway_chauffeur.yaml"
+NO_VALUE: Final = "FSR-06 ERROR for camera_radar (odd_m, the metric has no finite value)"
 EXPIRED: Final = "2020-01-31"
 
 
@@ -108,6 +109,15 @@ def broken_channel(body: str) -> Callable[[Bench], Said]:
     return spoil
 
 
+def hanging_channel(bench: Bench) -> Said:
+    zoo.settle(bench.folder / "odd" / "architectures")
+    with bench.architecture() as content:
+        nominal = content["channels"]["nominal"]
+        nominal |= {"kind": "process", "parameters": zoo.parameters("hangs_in_c")}
+        content["switch"]["policy"] = "stuck"
+    return bench.run("--workers", "1")
+
+
 def fsr_gone(bench: Bench) -> Said:
     with bench.edited(CONCEPT) as concept:
         concept["requirements"] = [
@@ -161,9 +171,12 @@ def made_optional(bench: Bench) -> Said:
 
 
 def out_of_the_gate(bench: Bench) -> Said:
+    with bench.architecture() as content:
+        twin = {**content, "architecture": "twin"}
+    bench.write("odd/architectures/twin.yaml", twin)
     with bench.edited() as odd:
-        odd["architectures"].append("architectures/legacy_camera.yaml")
-        odd["gate"] = {"architectures": ["legacy_camera"]}
+        odd["architectures"].append("architectures/twin.yaml")
+        odd["gate"] = {"architectures": ["twin"]}
     return bench.run_and_gate()
 
 
@@ -193,12 +206,13 @@ def update_of_incomplete(bench: Bench) -> Said:
 
 
 WAYS: Final = [
-    Way("metric that raises", 3, "no track", spoilt_metric("raise RuntimeError('no track')")),
-    Way("metric that is NaN", 3, "FSR-06 ERROR", spoilt_metric("values[0] = np.nan")),
-    Way("metric that is infinite", 3, "FSR-06 ERROR", spoilt_metric("values[0] = np.inf")),
-    Way("metric of a wrong shape", 3, "odd_m", spoilt_metric("values = values[:-1]")),
-    Way("metric with an unknown status", 3, "odd_m", spoilt_metric("statuses = ('fine',) * runs")),
-    Way("metric that leaves the process", 3, "SystemExit", spoilt_metric("raise SystemExit(0)")),
+    Way("metric that raises", 3, NO_VALUE, spoilt_metric("raise RuntimeError('no track')")),
+    Way("metric that is NaN", 3, NO_VALUE, spoilt_metric("values[0] = np.nan")),
+    Way("metric that is infinite", 3, NO_VALUE, spoilt_metric("values[0] = np.inf")),
+    Way("metric of a wrong shape", 3, NO_VALUE, spoilt_metric("values = values[:-1]")),
+    Way("metric with an unknown status", 3, NO_VALUE,
+        spoilt_metric("statuses = ('fine',) * runs")),
+    Way("metric that leaves the process", 3, NO_VALUE, spoilt_metric("raise SystemExit(0)")),
     Way("FSR whose precondition never holds", 3, "FSR-08 VACUOUS", vacuous),
     Way("fewer exercised runs than asked for", 3, "FSR-06 VACUOUS", too_few_exercised),
     Way("scenario that does not come about", 3, "INVALID", not_realised),
@@ -211,6 +225,8 @@ WAYS: Final = [
         broken_channel("raise RuntimeError('no track')")),
     Way("channel that answers NaN", 1, "channel_invalid_output of channel nominal",
         broken_channel("return float('nan'), 0.0")),
+    Way("channel that hangs", 1, "channel_timeout of channel nominal", hanging_channel,
+        is_slow=True),
     Way("FSR of the baseline is gone", 3, "missing: FSR-05: the FSR is gone", fsr_gone),
     Way("scenario of the baseline is gone", 3, "missing: lead_braking", scenario_gone),
     Way("architecture of the baseline is gone", 3, "missing: camera_radar", architecture_gone),
