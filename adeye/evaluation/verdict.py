@@ -192,11 +192,7 @@ def exit_of_verdict(verdict: Verdict) -> ExitCode:
 
 
 def gate_exit(
-    verdicts: Mapping[str, Iterable[Verdict]],
-    *,
-    planned: int,
-    accounted: int,
-    is_sound: bool = True,
+    verdicts: Mapping[str, Iterable[Verdict]], *, planned: int, accounted: int
 ) -> ExitCode:
     """Decide the gate: OK only if every mandatory FSR passes for every architecture in it.
 
@@ -204,15 +200,13 @@ def gate_exit(
         verdicts: For each architecture in the gate, the folded verdict of every mandatory FSR.
         planned: Number of test cases planned.
         accounted: Number of them with a result or a waiver.
-        is_sound: Whether what the verdicts were folded from is as it was written.
 
     Returns:
-        OK; FAILED if an FSR failed; INTEGRITY if more is accounted for than was planned, or it is
-        not sound;
+        OK; FAILED if an FSR failed; INTEGRITY if more is accounted for than was planned;
         INCOMPLETE for everything else, also for an empty plan, gate or concept.
     """
     codes = [ExitCode.OK if 0 < planned <= accounted else ExitCode.INCOMPLETE]
-    if accounted > planned or not is_sound:
+    if accounted > planned:
         codes.append(ExitCode.INTEGRITY)
     if not verdicts:
         codes.append(ExitCode.INCOMPLETE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from adeye.errors import IntegrityError
 from adeye.evaluation.verdict import ExitCode, exit_code
 from adeye.report.baseline import Baseline, read_baseline, write_baseline
 from adeye.report.findings import Finding, Kind, deciding, gate_code_of
@@ -90,7 +91,11 @@ def judge_campaign(
         more = f"{counted(len(altered) - MAX_ALTERED)} more; adeye db verify names all"
         own.append(Finding(Kind.INTEGRITY, more))
     code, message = gate_code(repository, campaign)
-    snapshot = _snapshot(repository, campaign, code)
+    try:
+        snapshot = _snapshot(repository, campaign, code)
+    except IntegrityError as error:
+        # What was altered is named, not only what cannot be folded any more.
+        raise IntegrityError("\n".join([*map(str, own), str(error)])) from error
     now = snapshot.state
     if now.accounted < now.planned:
         left = f"{counted(now.accounted)} of {counted(now.planned)} test cases are accounted for"

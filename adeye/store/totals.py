@@ -6,14 +6,15 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from adeye.errors import IntegrityError
 from adeye.evaluation.verdict import ExitCode, Verdict, fold_runs, gate_exit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from adeye.store.repository import Repository
     from adeye.store.rows import VerdictRecord
-    from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
+    from adeye.store.stored import CampaignInfo, Finding, FsrStatus, RunRef
 
 
 _NAMED: Final = 3
@@ -87,10 +88,9 @@ def _total(
     verdict: Verdict | None = None
     worst: tuple[tuple[RunRef, VerdictRecord], ...] = ()
     if first.is_applicable:
-        verdict = gate.verdict if gate else fold_runs(counts, min_exercised=first.min_exercised)
-        only = verdict if verdict in _EXPLAINED else None
+        verdict = gate.verdict if gate else _folded(first, counts)
         worst = repository.worst_runs(
-            campaign.id, first.fsr, architecture=first.architecture, verdict=only, limit=1
+            campaign.id, first.fsr, architecture=first.architecture, limit=1
         )
     return Total(
         fsr=first.fsr,
@@ -106,14 +106,35 @@ def _total(
     )
 
 
-def _why(item: Total) -> str:
+def _folded(item: FsrStatus, counts: Mapping[Verdict, int]) -> Verdict:
+    try:
+        return fold_runs(counts, min_exercised=item.min_exercised)
+    except ValueError as error:
+        # Nothing that was written counts below zero.
+        raise IntegrityError(
+            f"{item.fsr} for {item.architecture}: {error}. Run 'adeye db verify'; it names the row."
+        ) from error
+
+
+def _why(repository: Repository, campaign: CampaignInfo, item: Total) -> str:
     """Say why a run has no verdict; a violation is explained by its margin."""
     if item.verdict is None:
         return f" ({item.note})"
-    if item.worst is None or item.verdict not in _EXPLAINED or not item.worst[1].detail:
+    if item.verdict not in _EXPLAINED:
         return ""
-    judged = item.worst[1]
-    return f" ({', '.join(filter(None, (judged.signal, judged.detail)))})"
+    found = repository.worst_runs(
+        campaign.id, item.fsr, architecture=item.architecture, verdict=item.verdict, limit=1
+    )
+    said = [text for _, run in found for text in (run.signal, run.detail) if run.detail and text]
+    return f" ({', '.join(said)})" if said else ""
+
+
+def _named(unsound: Sequence[Finding]) -> str:
+    """Name what is not as it was written; no verdict is folded from it."""
+    named = [str(item) for item in unsound[:_NAMED]]
+    if len(unsound) > _NAMED:
+        named.append(f"{len(unsound) - _NAMED} more")
+    return f"The database is not as it was written: {'; '.join(named)}. Run 'adeye db verify'."
 
 
 def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode, str]:
@@ -123,6 +144,9 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         repository: The database.
         campaign: The campaign.
     """
+    unsound = repository.unsound(campaign.id)
+    if unsound:
+        return ExitCode.INTEGRITY, _named(unsound)
     verdicts: dict[str, list[Verdict]] = {name: [] for name in campaign.gate}
     reasons: list[str] = []
     for item in totals(repository, campaign):
@@ -132,20 +156,13 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         verdict = item.verdict or Verdict.ERROR
         verdicts[item.architecture].append(verdict)
         if verdict is not Verdict.PASS:
-            reasons.append(f"{item.fsr} {verdict} for {item.architecture}{_why(item)}")
+            reasons.append(
+                f"{item.fsr} {verdict} for {item.architecture}{_why(repository, campaign, item)}"
+            )
     progress = repository.progress(campaign.id)
-    unsound = repository.unsound(campaign.id)
-    code = gate_exit(
-        verdicts,
-        planned=progress.planned,
-        accounted=progress.accounted,
-        is_sound=not unsound,
-    )
+    code = gate_exit(verdicts, planned=progress.planned, accounted=progress.accounted)
     if progress.accounted < progress.planned:
         reasons.append(f"{progress.accounted} of {progress.planned} test cases accounted for")
-    reasons += [f"{finding}" for finding in unsound[:_NAMED]]
-    if len(unsound) > _NAMED:
-        reasons.append(f"{len(unsound) - _NAMED} more rows are not as they were written")
     if code is ExitCode.OK:
         return code, f"Every mandatory requirement passes for {', '.join(campaign.gate)}."
     return code, "; ".join(reasons) or code.meaning

@@ -148,6 +148,7 @@ WAYS: Final = [
     Way("verdicts made green", 4, "verdict", verdict_made_green),
     Way("tally made green, run again", 4, "tally", tally_made_green),
     Way("tally made green and hashed again", 4, "tally", tally_hashed_again),
+    Way("tally counted twice", 4, "tally", tampered("UPDATE tally SET runs = runs + 1")),
     Way("gate flag taken from the plan", 4, "campaign_fsr",
         tampered("UPDATE campaign_fsr SET mandatory = 0", verb="run")),
     Way("trigger dropped", 4, "tally_no_update", trigger_dropped),
