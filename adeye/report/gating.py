@@ -114,7 +114,7 @@ def judge_campaign(
         number=campaign.number,
         state=now,
         work=campaign.state,
-        baseline="" if path is None else str(path),
+        baseline="" if then is None else str(path),
         own=tuple(own),
         changes=tuple(changed),
         exit_code=decided,
