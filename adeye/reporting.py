@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,9 +20,11 @@ from adeye.report.claims import claims_of
 from adeye.report.compare import compare
 from adeye.report.drive import replay_of
 from adeye.report.files import write_atomically
+from adeye.report.gating import GateResult, judge_campaign, update_baseline
 from adeye.report.html import render_comparison, write_html
 from adeye.report.json_report import render_json
-from adeye.report.junit import render_junit
+from adeye.report.junit import render_gate, render_junit
+from adeye.report.margins import Tolerances
 from adeye.report.parts import Label
 from adeye.report.plots import plots_of
 from adeye.spec.load import load_odd
@@ -202,6 +204,65 @@ def find_compared(repository: Repository, name: str | None) -> CampaignInfo:
     """
     found = None if name is None else _campaign_called(repository, name)
     return find_campaign(repository, name) if found is None else found
+
+
+@dataclass(frozen=True)
+class GateOptions:
+    """What a gate is asked.
+
+    Attributes:
+        baseline: File to compare with; None for the verdicts of the campaign alone.
+        tolerances: Losses of margin that do not count.
+        is_update: Write the baseline instead.
+        accepts_incomplete: Write it also from incomplete evidence.
+        junit: JUnit XML to write.
+    """
+
+    baseline: Path | None = None
+    tolerances: Tolerances = field(default_factory=Tolerances)
+    is_update: bool = False
+    accepts_incomplete: bool = False
+    junit: Path | None = None
+
+
+def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions) -> GateResult:
+    """Judge a campaign by its verdicts and against a baseline; nothing is executed.
+
+    Every stored row is verified first: what was altered makes no verdict.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        name: Campaign by its ODD's file or id, its number or digest; None for the newest.
+        options: What is asked.
+
+    Raises:
+        InputError: There is no such campaign, or no such baseline.
+        IntegrityError: The baseline was edited.
+        PlatformError: A file cannot be written.
+    """
+    with Repository.open(db, create=False) as repository:
+        campaign = find_compared(repository, name)
+        result = judge_campaign(
+            repository,
+            campaign,
+            options.baseline,
+            options.tolerances,
+            may_lack=options.is_update,
+        )
+        if options.junit is not None:
+            builder = ReportBuilder(
+                repository,
+                campaign,
+                database=str(db) if db is not None else "",
+                created=campaign.created_at[:SECOND],
+            )
+            report = builder.build(lambda _: (), replays=0)
+            write_atomically(render_gate(report, result), options.junit)
+    if options.is_update and options.baseline is not None:
+        return update_baseline(
+            result, options.baseline, accepts_incomplete=options.accepts_incomplete
+        )
+    return result
 
 
 def is_campaign_name(text: str) -> bool:

@@ -6,6 +6,7 @@ python docs/generate.py --check    compare
 
 from __future__ import annotations
 
+import json
 import sqlite3
 import sys
 import tempfile
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 REFERENCE: Final = Path(__file__).resolve().parent / "reference"
 ROOT: Final = REFERENCE.parent.parent
+BASELINE: Final = ROOT / "docs" / "schema" / "baseline.schema.json"
 NOTE: Final = "<!-- Made by docs/generate.py; do not edit. -->"
 
 sys.path.insert(0, str(ROOT))
@@ -311,9 +313,17 @@ def _proof(path: str) -> str:
 # --- all of them ----------------------------------------------------------------------------------
 
 
+def baseline_schema() -> str:
+    """Write the JSON Schema of a baseline, which a report makes and nobody writes."""
+    from adeye.report.baseline import json_schema
+
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
 def pages() -> dict[Path, str]:
     """Make every generated page, by file."""
-    return {REFERENCE / name: page() for name, page in PAGES.items()} | {README: readme()}
+    own = {REFERENCE / name: page() for name, page in PAGES.items()}
+    return own | {README: readme(), BASELINE: baseline_schema()}
 
 
 def stale() -> list[str]:

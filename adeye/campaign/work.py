@@ -14,7 +14,7 @@ import numpy as np
 from adeye.campaign.happenings import happenings
 from adeye.campaign.metrics import plugin_of, use_plugin_metrics
 from adeye.engine import run as run_batch
-from adeye.errors import AdeyeError
+from adeye.errors import ASKED_TO_END, AdeyeError
 from adeye.evaluation.judge import Evaluation, evaluate_trace
 from adeye.evaluation.metrics.statuses import status_codes
 from adeye.evaluation.outcome import END_REASONS
@@ -133,9 +133,9 @@ def execute(task: BatchTask) -> BatchResult:
     """
     try:
         done = _execute(task)
-    except AdeyeError:
+    except (AdeyeError, *ASKED_TO_END):
         raise
-    except Exception as error:  # noqa: BLE001 - recorded with the block, the campaign goes on
+    except BaseException as error:  # noqa: BLE001 - recorded with the block, the campaign goes on
         return BatchResult(failure=f"{type(error).__name__}: {error}")
     if task.execute:
         parts = compiled_parts(task.execute[0].architecture, task.context)

@@ -14,6 +14,7 @@ from adeye.cli.database import database_app
 from adeye.cli.dependencies import dependencies
 from adeye.cli.doctor import doctor
 from adeye.cli.forks import fork, forks
+from adeye.cli.gate import gate
 from adeye.cli.new import new_app
 from adeye.cli.options import add, examples
 from adeye.cli.output import emit
@@ -98,6 +99,10 @@ add(
     coverage,
     "adeye coverage odd/first.yaml",
     "adeye coverage 3 --strength 3 --json",
+    gate,
+    "adeye gate",
+    "adeye gate --baseline reports/baselines/motorway_chauffeur.json --tolerance m=0.05",
+    "adeye gate --baseline reports/baselines/motorway_chauffeur.json --update",
     panel=CAMPAIGN,
 )
 add(app, signals, "adeye signals odd/first.yaml", panel=CAMPAIGN)

@@ -12,6 +12,7 @@ import typer
 
 from adeye.cli.apart import results_apart
 from adeye.cli.completion import complete_campaigns, complete_runs
+from adeye.errors import IntegrityError
 
 OddFile = Annotated[
     Path,
@@ -169,11 +170,19 @@ def add(
 
 
 def _apart(verb: Callable[..., None]) -> Callable[..., None]:
-    """Let a verb run with standard output kept for its results."""
+    """Let a verb run with standard output kept for its results.
+
+    Verbs end with ``typer.Exit``. Whoever else asks Python to end, such as a plug-in, does not say
+    what became of the verb, least of all with 0.
+    """
 
     @functools.wraps(verb)
     def run(*arguments: Any, **options: Any) -> None:
         with results_apart():
-            verb(*arguments, **options)
+            try:
+                verb(*arguments, **options)
+            except SystemExit as error:
+                msg = f"code from outside adeye asked to end the process with {error.code!r}"
+                raise IntegrityError(msg) from error
 
     return run

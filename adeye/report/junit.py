@@ -18,11 +18,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.report.findings import deciding
 from adeye.report.words import binding_sentence, quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from adeye.report.gating import GateResult
     from adeye.report.model import Architecture, Cell, Fsr, Report
 
 EPOCH = "1970-01-01T00:00:00"
@@ -60,15 +62,51 @@ def render_junit(report: Report) -> bytes:
     Returns:
         XML that the usual JUnit schema accepts, in UTF-8, the same bytes for the same report.
     """
+    return _render(report, _suites(report))
+
+
+def _suites(report: Report) -> list[_Suite]:
     suites = [_campaign(report)]
     suites += [_gate_suite(report, item) for item in report.architectures if item.is_gate]
     suites += [_compared_suite(report, item) for item in report.architectures if not item.is_gate]
+    return suites
+
+
+def _render(report: Report, suites: Sequence[_Suite]) -> bytes:
     root = ET.Element("testsuites")
     for number, suite in enumerate(suites):
         _write(root, suite, number, report)
     ET.indent(root)
     text: bytes = ET.tostring(root, encoding="utf-8", xml_declaration=True)
     return text + b"\n"
+
+
+def render_gate(report: Report, result: GateResult) -> bytes:
+    """Write the verdicts and what a gate found as JUnit XML.
+
+    Args:
+        report: Of the campaign.
+        result: Of the gate.
+
+    Returns:
+        As of ``render_junit``, with a suite ``gate``: a test case for each finding and one for the
+        exit code. What does not decide is green.
+    """
+    suite = _Suite("gate", [("baseline", result.baseline), ("exit_code", str(result.exit_code))])
+    kinds: dict[ExitCode, Literal["failure", "error"] | None]
+    kinds = {ExitCode.OK: None, ExitCode.FAILED: "failure"}
+    code = result.exit_code
+    suite.cases.append(
+        _Case("exit_code", "gate", kinds.get(code, "error"), code.name, result.message)
+    )
+    counted = set(deciding(result.findings))
+    for item in result.findings:
+        kind = kinds.get(item.kind.code, "error") if item in counted else None
+        name = " ".join(filter(None, (str(item.kind), item.where))) or str(item.kind)
+        runs = "\n".join(f"adeye show {run}" for run in item.runs)
+        suite.cases.append(_Case(name, "gate", kind, item.kind.name, item.text, runs))
+        suite.output.append(str(item))
+    return _render(report, [*_suites(report), suite])
 
 
 def _campaign(report: Report) -> _Suite:

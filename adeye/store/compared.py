@@ -38,16 +38,20 @@ class Compared:
         architecture: (N,) id.
         fault_entry: (N,) entry of the fault list.
         situation: (N,) code of the situation: scenario, parameters, replicate and seed.
+        situation_digests: (N,) its digest, the same in every campaign; empty unless asked for.
+        faults: (N,) executable content of the faults, as JSON.
         point: (N,) code of scenario and parameters: the point of the design.
         axes: (N,) swept values of the architecture by axis; no word where a case has none.
         result: (N,) digest of the result that the case has or would have.
         is_done: (N,) whether it was executed and has the verdict of every FSR that is judged on it.
         fsrs: F ids.
+        fsr_digests: F identities of what their verdicts depend on beside the trace.
         verdict: (N, F) codes of ``VERDICTS``, ``NOT_RUN`` or ``NOT_JUDGED``.
         robustness: (N, F) lower end; NaN where there is none.
         margin: (N, F) in the unit of the binding predicate; NaN where there is none.
         measured: (N, F) code of unit and signal of the margin, -1 for none.
         units: Unit behind each code of ``measured``.
+        measures: Unit and signal behind each code of ``measured``.
         acting: (N,) codes of the channels that had authority, as bits of ``channels``.
         channels: Ids.
         seen_s: (N, S) when each sensor first detected the critical object [s]; NaN for never.
@@ -59,16 +63,20 @@ class Compared:
     architecture: Labels
     fault_entry: Labels
     situation: Ints
+    situation_digests: tuple[str, ...]
+    faults: Labels
     point: Ints
     axes: Mapping[str, Labels]
     result: tuple[str, ...]
     is_done: Bools
     fsrs: tuple[str, ...]
+    fsr_digests: tuple[str, ...]
     verdict: Ints
     robustness: Floats
     margin: Floats
     measured: Ints
     units: tuple[str, ...]
+    measures: tuple[tuple[str, str], ...]
     acting: Ints
     channels: tuple[str, ...]
     seen_s: Floats
@@ -81,7 +89,11 @@ class Compared:
 
 
 def read_compared(
-    connection: Connection, campaign_id: str, architectures: Collection[str]
+    connection: Connection,
+    campaign_id: str,
+    architectures: Collection[str],
+    *,
+    is_named: bool = False,
 ) -> Compared:
     """Read the cases of some architectures of a campaign with verdicts and what happened.
 
@@ -89,13 +101,14 @@ def read_compared(
         connection: In a transaction.
         campaign_id: The campaign.
         architectures: Their ids.
+        is_named: Whether to keep the digest of each situation, which takes memory.
     """
     cases = _Cases.read(connection, campaign_id, frozenset(architectures))
-    situation, fault, parameters = read_columns(
+    situation, fault, faults, parameters = read_columns(
         connection,
         "test_case",
         "digest",
-        ("situation_digest", "fault_entry", "parameters"),
+        ("situation_digest", "fault_entry", "faults", "parameters"),
         cases.tests,
         object,
     )
@@ -121,16 +134,20 @@ def read_compared(
         architecture=Labels.of(cases.architectures),
         fault_entry=Labels.of(fault),
         situation=Labels.of(zip(cases.scenarios, situation, strict=True)).codes,
+        situation_digests=tuple(situation) if is_named else (),
+        faults=Labels.of(faults),
         point=Labels.of(zip(cases.scenarios, parameters, strict=True)).codes,
         axes=encode_points(map(_own_axes, cases.points)),
         result=tuple(cases.results),
         is_done=is_done,
         fsrs=names,
+        fsr_digests=tuple(fsrs.values()),
         verdict=np.where(judged, code, NOT_JUDGED),
         robustness=np.where(is_done[:, np.newaxis], verdicts.numbers[0][rows], np.nan),
         margin=np.where(is_done[:, np.newaxis], verdicts.numbers[1][rows], np.nan),
         measured=np.where(is_done[:, np.newaxis], verdicts.measured[rows], -1),
         units=tuple(unit for unit, _ in verdicts.signals),
+        measures=tuple(verdicts.signals),
         acting=np.where(is_done, happened.acting[rows], 0),
         channels=tuple(happened.channels),
         seen_s=np.where(is_done[:, np.newaxis], happened.seen_s[rows], np.nan),

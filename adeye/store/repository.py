@@ -30,6 +30,7 @@ from adeye.store import (
     recording,
     scenario_view,
     schema,
+    soundness,
     summaries,
     tables,
     verification,
@@ -38,20 +39,6 @@ from adeye.store.block import JudgedBlock, RunBlock, run_block
 from adeye.store.database import Database, create_parent, database_path
 from adeye.store.hindsight import Hindsight
 from adeye.store.owner import Owner
-from adeye.store.stored import (
-    Block,
-    CampaignInfo,
-    DatabaseInfo,
-    Finding,
-    FsrStatus,
-    Plan,
-    Progress,
-    ResultTable,
-    RunRef,
-    StoredCase,
-    StoredRun,
-    WorkState,
-)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -70,6 +57,20 @@ if TYPE_CHECKING:
         PlannedCase,
         RunRecord,
         VerdictRecord,
+    )
+    from adeye.store.stored import (
+        Block,
+        CampaignInfo,
+        DatabaseInfo,
+        Finding,
+        FsrStatus,
+        Plan,
+        Progress,
+        ResultTable,
+        RunRef,
+        StoredCase,
+        StoredRun,
+        WorkState,
     )
 
 DEFAULT_LEASE_S = 60.0
@@ -96,10 +97,7 @@ class Repository:
             PlatformError: It cannot be opened, is not ours, or has another schema version.
         """
         path = database_path(location)
-        if create:
-            create_parent(path)
-        else:
-            schema.require_exists(path)
+        (create_parent if create else schema.require_exists)(path)
         database = Database(path)
         try:
             with database.read() as connection:
@@ -304,9 +302,8 @@ class Repository:
 
     def gate(self, campaign: str, *, on: date | None = None) -> tuple[FsrStatus, ...]:
         """Fold every mandatory FSR for every architecture; waivers must be valid on a day."""
-        day = datetime.now(UTC).date() if on is None else on
         with self._database.read() as connection:
-            return summaries.gate(connection, campaign, day)
+            return summaries.gate(connection, campaign, on or datetime.now(UTC).date())
 
     def failed_channels(self, campaign: str) -> tuple[tuple[str, str, str, int], ...]:
         """Count the runs in which a channel failed, by architecture, channel and outcome."""
@@ -370,10 +367,10 @@ class Repository:
         with self._database.read() as connection:
             return figures.read_figures(connection, campaign)
 
-    def compared(self, campaign: str, architectures: Collection[str]) -> Compared:
+    def compared(self, campaign: str, of: Collection[str], *, is_named: bool = False) -> Compared:
         """Return the planned cases of some architectures with all that compares them."""
         with self._database.read() as connection:
-            return compared.read_compared(connection, campaign, architectures)
+            return compared.read_compared(connection, campaign, of, is_named=is_named)
 
     def failed_among(self, campaign: str, ordinals: Sequence[int]) -> frozenset[int]:
         """Return those of a few hundred runs of a campaign that fail an FSR."""
@@ -392,9 +389,12 @@ class Repository:
         with self._database.read() as connection:
             return tuple(verification.verify(connection))
 
+    def unsound(self, campaign: str) -> tuple[Finding, ...]:
+        """Name what is not as it was written of all that the summaries of a campaign rest on."""
+        with self._database.read() as connection:
+            return tuple(soundness.unsound(connection, campaign))
+
     def info(self) -> DatabaseInfo:
         """Say what the database holds."""
         with self._database.read() as connection:
-            rows = summaries.row_counts(connection)
-            version = schema.read_version(connection) or ""
-        return DatabaseInfo(str(self.path), version, self.path.stat().st_size, rows)
+            return summaries.info(connection, self.path)

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Any, Final
 from sqlalchemy import and_, between, case, func, or_, select, text
 
 from adeye.evaluation.verdict import Verdict
-from adeye.store import tables
+from adeye.store import schema, tables
 from adeye.store.pending import is_judged
 from adeye.store.reading import run_ref, verdict_record
-from adeye.store.stored import FsrStatus, Progress, ResultTable, RunRef
+from adeye.store.stored import DatabaseInfo, FsrStatus, Progress, ResultTable, RunRef
 from adeye.store.views import COUNTED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from datetime import date
+    from pathlib import Path
 
     from sqlalchemy import Connection, Row, Select, Table
 
@@ -131,6 +132,12 @@ def worst_runs(
         .limit(limit)
     )
     return tuple((run_ref(item), verdict_record(item)) for item in connection.execute(query))
+
+
+def info(connection: Connection, path: Path) -> DatabaseInfo:
+    """Say what a database file holds."""
+    version = schema.read_version(connection) or ""
+    return DatabaseInfo(str(path), version, path.stat().st_size, row_counts(connection))
 
 
 def row_counts(connection: Connection) -> dict[str, int]:

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from adeye.errors import IntegrityError
 from adeye.evaluation.verdict import ExitCode, Verdict, fold_runs, gate_exit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from adeye.store.repository import Repository
     from adeye.store.rows import VerdictRecord
-    from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
+    from adeye.store.stored import CampaignInfo, Finding, FsrStatus, RunRef
+
+
+_NAMED: Final = 3
+"""Altered rows that a message names; ``db verify`` names all."""
+
+
+_EXPLAINED: Final = frozenset({Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE})
+"""Verdicts of runs that say why in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +88,7 @@ def _total(
     verdict: Verdict | None = None
     worst: tuple[tuple[RunRef, VerdictRecord], ...] = ()
     if first.is_applicable:
-        verdict = gate.verdict if gate else fold_runs(counts, min_exercised=first.min_exercised)
+        verdict = gate.verdict if gate else _folded(first, counts)
         worst = repository.worst_runs(
             campaign.id, first.fsr, architecture=first.architecture, limit=1
         )
@@ -97,6 +106,37 @@ def _total(
     )
 
 
+def _folded(item: FsrStatus, counts: Mapping[Verdict, int]) -> Verdict:
+    try:
+        return fold_runs(counts, min_exercised=item.min_exercised)
+    except ValueError as error:
+        # Nothing that was written counts below zero.
+        raise IntegrityError(
+            f"{item.fsr} for {item.architecture}: {error}. Run 'adeye db verify'; it names the row."
+        ) from error
+
+
+def _why(repository: Repository, campaign: CampaignInfo, item: Total) -> str:
+    """Say why a run has no verdict; a violation is explained by its margin."""
+    if item.verdict is None:
+        return f" ({item.note})"
+    if item.verdict not in _EXPLAINED:
+        return ""
+    found = repository.worst_runs(
+        campaign.id, item.fsr, architecture=item.architecture, verdict=item.verdict, limit=1
+    )
+    said = [text for _, run in found for text in (run.signal, run.detail) if run.detail and text]
+    return f" ({', '.join(said)})" if said else ""
+
+
+def _named(unsound: Sequence[Finding]) -> str:
+    """Name what is not as it was written; no verdict is folded from it."""
+    named = [str(item) for item in unsound[:_NAMED]]
+    if len(unsound) > _NAMED:
+        named.append(f"{len(unsound) - _NAMED} more")
+    return f"The database is not as it was written: {'; '.join(named)}. Run 'adeye db verify'."
+
+
 def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode, str]:
     """Decide the exit code of a campaign and say why.
 
@@ -104,6 +144,9 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         repository: The database.
         campaign: The campaign.
     """
+    unsound = repository.unsound(campaign.id)
+    if unsound:
+        return ExitCode.INTEGRITY, _named(unsound)
     verdicts: dict[str, list[Verdict]] = {name: [] for name in campaign.gate}
     reasons: list[str] = []
     for item in totals(repository, campaign):
@@ -113,7 +156,9 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         verdict = item.verdict or Verdict.ERROR
         verdicts[item.architecture].append(verdict)
         if verdict is not Verdict.PASS:
-            reasons.append(f"{item.fsr} {verdict} for {item.architecture}")
+            reasons.append(
+                f"{item.fsr} {verdict} for {item.architecture}{_why(repository, campaign, item)}"
+            )
     progress = repository.progress(campaign.id)
     code = gate_exit(verdicts, planned=progress.planned, accounted=progress.accounted)
     if progress.accounted < progress.planned:

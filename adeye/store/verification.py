@@ -29,7 +29,7 @@ from adeye.store.triggers import trigger_ddl
 from adeye.store.views import view_ddl
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from sqlalchemy import Connection
 
@@ -44,10 +44,10 @@ def verify(connection: Connection) -> Iterator[Finding]:
     driver.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")
     try:
         yield from _pages(connection)
-        yield from _definitions(connection)
+        yield from altered_definitions(connection)
         for table in tables.INSERT_ONLY:
             if table not in tables.RESULTS:
-                yield from _altered_rows(connection, table)
+                yield from altered_rows(table, _stream(connection, table))
         for table in (*tables.RESULTS, *plugin_tables(connection)):
             yield from _altered_results(connection, table)
         yield from _content(connection)
@@ -82,7 +82,7 @@ def _pages(connection: Connection) -> Iterator[Finding]:
             yield Finding("database", "", str(line))
 
 
-def _definitions(connection: Connection) -> Iterator[Finding]:
+def altered_definitions(connection: Connection) -> Iterator[Finding]:
     """Name triggers and views that are gone or say something else."""
     expected = {_second_name(ddl): ddl for ddl in (*trigger_ddl(), *view_ddl().values())}
     stored = connection.exec_driver_sql(
@@ -101,8 +101,14 @@ def _second_name(ddl: str) -> str:
     return ddl.split(maxsplit=3)[2]
 
 
-def _altered_rows(connection: Connection, table: Table) -> Iterator[Finding]:
-    for values in _stream(connection, table):
+def altered_rows(table: Table, rows: Iterable[tuple[Any, ...]]) -> Iterator[Finding]:
+    """Name rows that do not have their hash.
+
+    Args:
+        table: An insert-only table that is not written a block at a time.
+        rows: Every column of some of its rows.
+    """
+    for values in rows:
         if _hash(table, values) != values[-1]:
             yield Finding(table.name, _key(table, values), "altered")
 

@@ -61,6 +61,7 @@ def test_the_verbs_are_these() -> None:
         "faults",
         "fork",
         "forks",
+        "gate",
         "init",
         "new channel",
         "new metric",

@@ -142,3 +142,14 @@ def test_too_few_exercised_runs_are_vacuous(repository: Repository, example: Any
     assert found["FSR1", "new"].verdict is Verdict.VACUOUS
     assert found["FSR2", "legacy"].verdict is Verdict.VACUOUS
     assert gate(repository, campaign)[0] is ExitCode.INCOMPLETE
+
+
+def test_run_without_a_verdict_says_why(repository: Repository, example: Any) -> None:
+    example.verdict_of = failing("FSR1", 1, Verdict.ERROR)
+    told = example.campaign(repository, 8)
+    (found,) = repository.worst_runs(told, "FSR1", architecture="new", limit=1)
+    said = ", ".join(filter(None, (found[1].signal, found[1].detail)))
+    code, message = gate(repository, told)
+    assert code is ExitCode.INCOMPLETE
+    assert message.startswith("FSR1 ERROR for new")
+    assert (f"({said})" in message) is bool(found[1].detail)

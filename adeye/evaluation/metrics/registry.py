@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 import numpy as np
 
-from adeye.errors import UsageError
+from adeye.errors import ASKED_TO_END, UsageError
 from adeye.evaluation.metrics.statuses import (
     CODES,
     ERROR,
@@ -195,7 +195,9 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         actor = np.array(column.actor, dtype=np.int64)
         shapes = {values.shape, times.shape, codes.shape, actor.shape}
         is_formed = shapes == {(runs,)}
-    except Exception:  # noqa: BLE001 - whatever a plug-in raises is an error of its run
+    except ASKED_TO_END:
+        raise
+    except BaseException:  # noqa: BLE001 - whatever a plug-in raises is an error of its run
         _LOG.exception("metric %s", metric.uid)
         is_formed = False
     if not is_formed:

@@ -148,6 +148,23 @@ def test_one_run_that_a_metric_fails_on_leaves_the_others(
     assert "backwards" in caplog.text
 
 
+def test_metric_that_leaves_the_process_is_an_error(hand_made: Any) -> None:
+    class Leaving(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            raise SystemExit(0 * trace.runs)
+
+    assert computed(Leaving, hand_made(runs=2)).status == ("error", "error")
+
+
+def test_interruption_in_a_metric_is_no_error_of_it(hand_made: Any) -> None:
+    class Interrupted(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            raise KeyboardInterrupt(trace.runs)
+
+    with pytest.raises(KeyboardInterrupt):
+        computed(Interrupted, hand_made(runs=2))
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_value_that_is_not_finite_is_an_error(hand_made: Any, bad: float) -> None:
     class Bad(Mean):

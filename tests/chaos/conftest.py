@@ -1,0 +1,47 @@
+"""A small campaign that is green, with its baseline, and a way to run verbs beside it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adeye.cli.entry import main
+from tests.chaos.bench import BASELINE, ODD, Bench
+from tests.project import Project
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+
+@pytest.fixture(scope="session")
+def green(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run the campaign and take its baseline, once; nobody writes to it."""
+    project = Project(tmp_path_factory.mktemp("green") / "project", ODD)
+    assert main(["run", str(project.odd), "--db", str(project.db), "--quiet"]) == 0
+    update = ["gate", "--db", str(project.db), "--baseline", str(project.folder / BASELINE)]
+    assert main([*update, "--update"]) == 0
+    return project.folder
+
+
+@pytest.fixture
+def bench(
+    green: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> Iterator[Bench]:
+    """Copy the green campaign, and work in its folder."""
+    for name in os.environ:
+        if name.startswith("ADEYE_") and name != "ADEYE_NUMBA_CACHE_DIR":
+            monkeypatch.delenv(name)
+    monkeypatch.setenv("COLUMNS", "500")
+    folder = tmp_path / "project"
+    shutil.copytree(green, folder)
+    monkeypatch.chdir(folder)
+    yield Bench(folder, monkeypatch, capfd)
+    # Plug-ins of one test are none of the next one's.
+    shutil.rmtree(folder, ignore_errors=True)

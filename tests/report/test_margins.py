@@ -1,0 +1,115 @@
+"""Losses of margin: a test for a random sample, every pair for chosen points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from adeye.errors import UsageError
+from adeye.report.baseline import BaselineCase
+from adeye.report.margins import Column, Loss, Tolerances, compare_pairs
+
+NAMES = [f"{number:016x}" for number in range(40)]
+
+
+def rows(values: list[float | None], letter: str = "P") -> dict[str, BaselineCase]:
+    return {
+        key: BaselineCase(
+            key=key, fault="none", verdicts=letter, margins=(value,),
+            robustness=(None if value is None else value / 2.0,),
+        )
+        for key, value in zip(NAMES, values, strict=False)
+    }  # fmt: skip
+
+
+def compared(
+    before: list[float | None],
+    after: list[float | None],
+    *,
+    sample: bool = False,
+    measures: tuple[str | None, str | None] = ("m gap", "m gap"),
+    letter: str = "P",
+    tolerance: float = 0.0,
+) -> Loss | None:
+    keys = NAMES[: len(before)]
+    return compare_pairs(
+        keys,
+        (rows(before), Column("FSR-1", 0, measures[0])),
+        (rows(after, letter), Column("FSR-1", 0, measures[1])),
+        Tolerances({"m": tolerance, "1": tolerance}),
+        points={key: number for number, key in enumerate(keys)} if sample else None,
+        name="cut_in",
+    )
+
+
+def test_no_loss_is_none() -> None:
+    assert compared([1.0, 2.0], [1.0, 3.0]) is None
+
+
+def test_rounding_is_no_loss() -> None:
+    assert compared([1234.567, 1.0], [1234.566, 0.9999995]) is None
+
+
+def test_worst_pair_comes_first() -> None:
+    loss = compared([5.0, 5.0, 5.0], [4.0, 5.0, 1.0])
+    assert loss is not None
+    assert loss.keys == (NAMES[2], NAMES[0])
+    assert loss.is_regression
+    assert "2 of 3 pairs" in loss.text
+
+
+def test_pair_without_a_margin_or_not_exercised_is_none() -> None:
+    assert compared([1.0, 1.0], [None, 1.0]) is None
+    assert compared([1.0, 1.0], [0.0, 0.0], letter="V") is None
+
+
+def test_other_signal_is_compared_by_its_scale() -> None:
+    loss = compared([2.0], [1.0], measures=("m gap", "s time_gap"))
+    assert loss is not None
+    assert "divided by its scale" in loss.text
+    assert "most \N{MINUS SIGN}0.50;" in loss.text
+
+
+def test_sample_is_tested_over_its_points_and_a_single_loss_is_none() -> None:
+    before: list[float | None] = [float(number % 7) for number in range(40)]
+    noise = np.where(np.arange(40) % 2, 0.5, -0.5)
+    mixed = [float(value or 0.0) + float(step) for value, step in zip(before, noise, strict=True)]
+    loss = compared(before, [*mixed], sample=True)
+    assert loss is not None
+    assert not loss.is_regression
+    assert "drawn points" in loss.text
+    chosen = compared(before, [*mixed])
+    assert chosen is not None
+    assert chosen.is_regression
+
+
+def test_sample_that_lost_everywhere_is_a_regression_beyond_its_tolerance() -> None:
+    before: list[float | None] = [float(number % 7) for number in range(40)]
+    after: list[float | None] = [
+        (value or 0.0) - 0.5 - 0.1 * (number % 3) for number, value in enumerate(before)
+    ]
+    loss = compared(before, after, sample=True)
+    assert loss is not None
+    assert loss.is_regression
+    tolerated = compared(before, after, sample=True, tolerance=0.65)
+    assert tolerated is not None
+    assert not tolerated.is_regression
+
+
+def test_too_few_points_are_not_tested() -> None:
+    loss = compared([2.0, 2.0], [1.0, 2.0], sample=True)
+    assert loss is not None
+    assert loss.is_regression
+    assert "too few points" in loss.text
+
+
+def test_tolerance_of_an_fsr_goes_before_that_of_its_unit() -> None:
+    tolerances = Tolerances.given({"m/s^2": 0.5, "FSR-1": 0.1})
+    assert tolerances.of("FSR-1", "m/s²", 1.0) == 0.1
+    assert tolerances.of("FSR-2", "m/s²", 1.0) == 0.5
+    assert tolerances.of("FSR-2", "m", 2.0) == 2e-6
+
+
+def test_tolerance_for_nothing_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"'km' is neither.*FSR-1, m"):
+        Tolerances({"km": 1.0}).check(["FSR-1"], ["m", "m"])
