@@ -99,6 +99,10 @@ add(
     coverage,
     "adeye coverage odd/first.yaml",
     "adeye coverage 3 --strength 3 --json",
+    panel=CAMPAIGN,
+)
+add(
+    app,
     gate,
     "adeye gate",
     "adeye gate --baseline reports/baselines/motorway_chauffeur.json --tolerance m=0.05",
