@@ -7,6 +7,7 @@ from typing import Annotated, Final
 
 import typer
 
+from adeye.cli.check import check
 from adeye.cli.compare import compare
 from adeye.cli.database import database_app
 from adeye.cli.dependencies import dependencies
@@ -102,6 +103,14 @@ add(
     dependencies,
     "adeye dependencies odd/motorway_chauffeur.yaml",
     "adeye dependencies odd/motorway_chauffeur.yaml --architecture camera_radar --json",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    check,
+    "adeye check odd/motorway_chauffeur.yaml",
+    "adeye check",
+    "adeye check 3 --json",
     panel=CAMPAIGN,
 )
 add(app, show, "adeye show 3f2a91c04b", "adeye show 3f2a --json", panel=RESULTS)
