@@ -1,0 +1,158 @@
+"""Ask the integrity rules: of a campaign in the database, or of a plan that is not saved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import create_engine, select
+
+from adeye.store import tables
+from adeye.store.check_views import RULES, check_view_ddl
+from adeye.store.content import save_concept, save_content
+from adeye.store.database import Database, database_path
+from adeye.store.encoding import insert_rows
+from adeye.store.planning import fsr_rows, judging_hash, save_campaign
+from adeye.store.reading import find_campaign, latest_campaign
+from adeye.store.schema import require_current, require_exists
+
+if TYPE_CHECKING:
+    from collections import Counter
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from sqlalchemy import Connection
+
+    from adeye.store.rows import CampaignRecord
+    from adeye.store.rules import Rule
+    from adeye.store.stored import CampaignInfo
+
+_UNSAVED: Final = "unsaved"
+PLAN_RULES: Final = tuple(rule for rule in RULES if not rule.needs_evidence)
+"""Rules that a plan is enough for."""
+EVIDENCE_RULES: Final = tuple(rule for rule in RULES if rule.needs_evidence)
+"""Rules about runs and verdicts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """Something that breaks an integrity rule.
+
+    Attributes:
+        rule: Name of the rule.
+        part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
+        id: Its id.
+        detail: What is wrong with it.
+    """
+
+    rule: str
+    part: str
+    id: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignViolations:
+    """What the rules say of a stored campaign.
+
+    Attributes:
+        campaign: The campaign.
+        fsr_digests: Digest by which each of its FSRs is judged, by id.
+        violations: In the order of the rules.
+    """
+
+    campaign: CampaignInfo
+    fsr_digests: dict[str, str]
+    violations: tuple[Violation, ...]
+
+
+def check_plan(
+    record: CampaignRecord, counted: Counter[tuple[str, str, bool]]
+) -> tuple[Violation, ...]:
+    """Ask the rules that need no evidence of a plan, in a database that is gone at the end.
+
+    Args:
+        record: The campaign that would be planned.
+        counted: Its test cases by architecture, scenario and whether they lie inside the ODD.
+    """
+    engine = create_engine("sqlite://")
+    try:
+        with engine.connect() as connection:
+            tables.metadata.create_all(connection)
+            for statement in check_view_ddl().values():
+                connection.exec_driver_sql(statement)
+            save_content(connection, "odd", record.odd)
+            save_concept(connection, record.concept)
+            fsrs = fsr_rows(_UNSAVED, record, counted)
+            save_campaign(connection, _UNSAVED, record, counted.total(), judging_hash(fsrs))
+            insert_rows(connection, tables.campaign_fsr, fsrs)
+            return _ask(connection, PLAN_RULES, _UNSAVED)
+    finally:
+        engine.dispose()
+
+
+def check_campaign(
+    location: str | Path | None,
+    name: str | None = None,
+    *,
+    odd: str | None = None,
+    rules: Iterable[Rule] = RULES,
+) -> CampaignViolations | None:
+    """Ask rules of a campaign in a database.
+
+    Args:
+        location: The database, as everywhere.
+        name: Number or beginning of the id of the campaign; None for the newest.
+        odd: Take the newest of the ODD of this id.
+        rules: Those to ask.
+
+    Returns:
+        None where there is no campaign, or no database, and none was named.
+
+    Raises:
+        InputError: There is no campaign of the name.
+        PlatformError: The database cannot be read.
+    """
+    path = database_path(location)
+    if name is None and not path.is_file():
+        return None
+    require_exists(path)
+    database = Database(path)
+    try:
+        with database.read() as connection:
+            require_current(connection, path)
+            campaign = (
+                latest_campaign(connection, odd)
+                if name is None
+                else find_campaign(connection, name)
+            )
+            if campaign is None:
+                return None
+            found = _ask(connection, rules, campaign.id)
+            return CampaignViolations(campaign, _digests(connection, campaign.id), found)
+    finally:
+        database.close()
+
+
+def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[Violation, ...]:
+    return tuple(
+        Violation(rule.name, str(part), str(name), str(detail))
+        for rule in rules
+        for part, name, detail in _rows(connection, rule.view, campaign)
+    )
+
+
+def _rows(connection: Connection, view: str, campaign: str) -> Iterable[Any]:
+    return connection.exec_driver_sql(
+        f"SELECT part, id, detail FROM {view} "  # noqa: S608 - names of this package
+        "WHERE campaign = ? ORDER BY part, id, detail",
+        (campaign,),
+    ).all()
+
+
+def _digests(connection: Connection, campaign: str) -> dict[str, str]:
+    judged = tables.campaign_fsr
+    found = connection.execute(
+        select(judged.c.fsr_id, judged.c.fsr_digest).where(judged.c.campaign_id == campaign)
+    )
+    return {str(item.fsr_id): str(item.fsr_digest) for item in found}
