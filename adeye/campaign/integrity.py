@@ -6,7 +6,6 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from adeye.campaign.plan import make_plan
 from adeye.store.check_views import RULES
 from adeye.store.checking import (
     EVIDENCE_RULES,
@@ -125,6 +124,9 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> Checked:
         InputError: A file does not say what it must; the message has its line.
         PlatformError: The database cannot be read.
     """
+    # What is stored is checked without what simulates.
+    from adeye.campaign.plan import make_plan
+
     plan = make_plan(path)
     record = plan.record()
     found = list(check_plan(record, _counted(plan)))

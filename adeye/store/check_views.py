@@ -28,6 +28,14 @@ _GOAL_EVENTS: Final = """CREATE VIEW v_goal_events AS
 SELECT g.concept_digest AS concept, g.id AS goal, j.value AS event
 FROM safety_goal g JOIN json_each(g.content, '$.hazardous_events') j"""
 
+# What the goal says and what its events call for, whichever is higher.
+_GOAL_ASIL: Final = """CREATE VIEW v_goal_asil AS
+SELECT g.concept_digest AS concept, g.id AS goal, MAX(RANK(g.asil), COALESCE((
+    SELECT MAX(RANK(e.asil)) FROM v_goal_events v
+    JOIN v_hazard_asil e ON e.concept = v.concept AND e.event = v.event
+    WHERE v.concept = g.concept_digest AND v.goal = g.id), -9)) AS rank
+FROM safety_goal g"""
+
 _FSR_GOALS: Final = """CREATE VIEW v_fsr_goals AS
 SELECT f.concept_digest AS concept, f.id AS fsr, j.value AS goal,
     (SELECT value FROM json_each(f.content, '$.fdti')) AS fdti_s,
@@ -102,12 +110,16 @@ WHERE e.asil <> 'QM' AND NOT EXISTS (
         "A safety goal has a lower ASIL than one of its hazardous events.",
         "Give it the highest ASIL of its events.",
         """SELECT c.id AS campaign, 'safety_goal' AS part, g.id,
-    'has ASIL ' || g.asil || ', its event ' || v.event || ' has ' || h.asil AS detail
+    'has ASIL ' || g.asil || ', its event ' || e.event || ' has ' || e.asil AS detail
 FROM campaign c
 JOIN safety_goal g ON g.concept_digest = c.concept_digest
 JOIN v_goal_events v ON v.concept = g.concept_digest AND v.goal = g.id
-JOIN v_hazard_asil h ON h.concept = v.concept AND h.event = v.event
-WHERE RANK(g.asil) < RANK(h.asil)""",
+JOIN (
+    SELECT h.concept, h.event, CASE h.asil WHEN 'unknown' THEN x.asil ELSE h.asil END AS asil
+    FROM v_hazard_asil h
+    JOIN hazardous_event x ON x.concept_digest = h.concept AND x.id = h.event) e
+    ON e.concept = v.concept AND e.event = v.event
+WHERE RANK(g.asil) < RANK(e.asil)""",
     ),
     Rule(
         "goal_without_fsr",
@@ -125,12 +137,12 @@ WHERE NOT EXISTS (
         "A requirement has a lower ASIL than its goal, and comes of no decomposition.",
         "Give it the ASIL of the goal, or decompose a requirement into it.",
         """SELECT c.id AS campaign, 'fsr' AS part, f.id,
-    'has ASIL ' || f.asil || ', its goal ' || g.id || ' has ' || g.asil AS detail
+    'has ASIL ' || f.asil || ', its goal ' || g.goal || ' has ' || LETTER(g.rank) AS detail
 FROM campaign c
 JOIN v_fsr_goals s ON s.concept = c.concept_digest
 JOIN fsr f ON f.concept_digest = s.concept AND f.id = s.fsr
-JOIN safety_goal g ON g.concept_digest = s.concept AND g.id = s.goal
-WHERE RANK(f.asil) < RANK(g.asil) AND NOT EXISTS (
+JOIN v_goal_asil g ON g.concept = s.concept AND g.goal = s.goal
+WHERE RANK(f.asil) < g.rank AND NOT EXISTS (
     SELECT 1 FROM decomposition_child x
     JOIN v_fsr_goals p ON p.concept = x.concept_digest AND p.fsr = x.fsr_id AND p.goal = s.goal
     WHERE x.concept_digest = f.concept_digest AND x.child_id = f.id)""",
@@ -334,10 +346,15 @@ RULES: Final = (*CONCEPT_RULES, *EVIDENCE_RULES)
 """Every rule, in the order in which findings are listed."""
 
 _RANKED: Final = "WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4"
-_RANK: Final = re.compile(r"(RANK|BRACKET)\(([a-z_.]+)\)")
+_LETTERED: Final = (
+    "WHEN 0 THEN 'QM' WHEN 1 THEN 'A' WHEN 2 THEN 'B' WHEN 3 THEN 'C' WHEN 4 THEN 'D'"
+)
+_RANK: Final = re.compile(r"(RANK|BRACKET|LETTER)\(([a-z_.]+)\)")
 
 
 def _ranked(match: re.Match[str]) -> str:
+    if match[1] == "LETTER":
+        return f"CASE {match[2]} {_LETTERED} ELSE 'none' END"
     # The letter before the closing bracket, or the first one; what is no ASIL is below every one.
     start = "-2" if match[1] == "BRACKET" else "1"
     return f"CASE substr({match[2]}, {start}, 1) {_RANKED} ELSE -9 END"
@@ -359,6 +376,7 @@ def check_view_ddl() -> dict[str, str]:
     return {
         "v_hazard_asil": _HAZARD_ASIL,
         "v_goal_events": _GOAL_EVENTS,
+        "v_goal_asil": _written_out(_GOAL_ASIL),
         "v_fsr_goals": _FSR_GOALS,
         "v_element_causes": _ELEMENT_CAUSES,
         "v_fsr_causes": _FSR_CAUSES,

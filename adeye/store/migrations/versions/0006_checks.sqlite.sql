@@ -113,6 +113,15 @@ FROM safety_goal g JOIN json_each(g.content, '$.hazardous_events') j
 
 --
 
+CREATE VIEW v_goal_asil AS
+SELECT g.concept_digest AS concept, g.id AS goal, MAX(CASE substr(g.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END, COALESCE((
+    SELECT MAX(CASE substr(e.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END) FROM v_goal_events v
+    JOIN v_hazard_asil e ON e.concept = v.concept AND e.event = v.event
+    WHERE v.concept = g.concept_digest AND v.goal = g.id), -9)) AS rank
+FROM safety_goal g
+
+--
+
 CREATE VIEW v_fsr_goals AS
 SELECT f.concept_digest AS concept, f.id AS fsr, j.value AS goal,
     (SELECT value FROM json_each(f.content, '$.fdti')) AS fdti_s,
@@ -184,12 +193,16 @@ WHERE e.asil <> 'QM' AND NOT EXISTS (
 
 CREATE VIEW v_check_goal_asil AS
 SELECT c.id AS campaign, 'safety_goal' AS part, g.id,
-    'has ASIL ' || g.asil || ', its event ' || v.event || ' has ' || h.asil AS detail
+    'has ASIL ' || g.asil || ', its event ' || e.event || ' has ' || e.asil AS detail
 FROM campaign c
 JOIN safety_goal g ON g.concept_digest = c.concept_digest
 JOIN v_goal_events v ON v.concept = g.concept_digest AND v.goal = g.id
-JOIN v_hazard_asil h ON h.concept = v.concept AND h.event = v.event
-WHERE CASE substr(g.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END < CASE substr(h.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END
+JOIN (
+    SELECT h.concept, h.event, CASE h.asil WHEN 'unknown' THEN x.asil ELSE h.asil END AS asil
+    FROM v_hazard_asil h
+    JOIN hazardous_event x ON x.concept_digest = h.concept AND x.id = h.event) e
+    ON e.concept = v.concept AND e.event = v.event
+WHERE CASE substr(g.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END < CASE substr(e.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END
 
 --
 
@@ -205,12 +218,12 @@ WHERE NOT EXISTS (
 
 CREATE VIEW v_check_asil_lost AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id,
-    'has ASIL ' || f.asil || ', its goal ' || g.id || ' has ' || g.asil AS detail
+    'has ASIL ' || f.asil || ', its goal ' || g.goal || ' has ' || CASE g.rank WHEN 0 THEN 'QM' WHEN 1 THEN 'A' WHEN 2 THEN 'B' WHEN 3 THEN 'C' WHEN 4 THEN 'D' ELSE 'none' END AS detail
 FROM campaign c
 JOIN v_fsr_goals s ON s.concept = c.concept_digest
 JOIN fsr f ON f.concept_digest = s.concept AND f.id = s.fsr
-JOIN safety_goal g ON g.concept_digest = s.concept AND g.id = s.goal
-WHERE CASE substr(f.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END < CASE substr(g.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END AND NOT EXISTS (
+JOIN v_goal_asil g ON g.concept = s.concept AND g.goal = s.goal
+WHERE CASE substr(f.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END < g.rank AND NOT EXISTS (
     SELECT 1 FROM decomposition_child x
     JOIN v_fsr_goals p ON p.concept = x.concept_digest AND p.fsr = x.fsr_id AND p.goal = s.goal
     WHERE x.concept_digest = f.concept_digest AND x.child_id = f.id)
