@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from adeye.store.check_views import RULES
 from adeye.store.checking import (
     EVIDENCE_RULES,
     PLAN_RULES,
+    Checked,
+    CheckFinding,
     Violation,
     check_campaign,
     check_plan,
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from adeye.spec.load import OddFiles
     from adeye.spec.misplaced import Loc
     from adeye.store.checking import CampaignViolations
-    from adeye.store.rules import Rule
-    from adeye.store.stored import CampaignInfo
 
 _KEYS: Final[Mapping[str, str]] = {
     "hazard_asil": "severity",
@@ -50,50 +49,6 @@ _KEYS: Final[Mapping[str, str]] = {
 """Key of what breaks a rule that has to be looked at."""
 
 _STALE: Final = "stale_evidence"
-
-
-@dataclass(frozen=True, slots=True)
-class CheckFinding:
-    """Something that breaks an integrity rule.
-
-    Attributes:
-        rule: Name of the rule.
-        part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
-        id: Its id.
-        detail: What is wrong with it.
-        where: Its place in the files; None for a stored campaign.
-    """
-
-    rule: str
-    part: str
-    id: str
-    detail: str
-    where: SourceLocation | None
-
-
-@dataclass(frozen=True, slots=True)
-class Checked:
-    """What was checked, and what was found.
-
-    Attributes:
-        odd: Id of the ODD.
-        path: Its file; None for a stored campaign.
-        campaign: Campaign whose evidence was looked at; None where there is none.
-        rules: Rules that were asked, in the order of the findings.
-        findings: What breaks them.
-    """
-
-    odd: str
-    path: Path | None
-    campaign: CampaignInfo | None
-    rules: tuple[Rule, ...]
-    findings: tuple[CheckFinding, ...]
-
-    @property
-    def broken(self) -> dict[Rule, list[CheckFinding]]:
-        """Findings by rule."""
-        found = {rule: [f for f in self.findings if f.rule == rule.name] for rule in self.rules}
-        return {rule: findings for rule, findings in found.items() if findings}
 
 
 def check_stored(db: str | Path | None, name: str | None = None) -> Checked | None:

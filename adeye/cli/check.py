@@ -12,7 +12,7 @@ from adeye.cli.options import Db, Json
 from adeye.cli.output import clean, emit, emit_json, short, talk, wrote
 
 if TYPE_CHECKING:
-    from adeye.campaign.integrity import Checked, CheckFinding
+    from adeye.store.checking import Checked, CheckFinding
 
 _FOUND: Final = 1
 _NOTHING: Final = 3
@@ -93,7 +93,7 @@ def _print(checked: Checked) -> None:
     what = f"{checked.odd}{_evidence(checked)}"
     if count:
         findings_word = "1 finding" if count == 1 else f"{count} findings"
-        emit(clean(f"\n{what}: {findings_word} by {broken} of {len(checked.rules)} rules."))
+        emit(f"\n{clean(what)}: {findings_word} by {broken} of {len(checked.rules)} rules.")
     else:
         emit(clean(f"{what}: no findings by {len(checked.rules)} rules."))
 

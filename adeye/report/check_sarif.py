@@ -14,7 +14,7 @@ from adeye.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adeye.campaign.integrity import Checked, CheckFinding
+    from adeye.store.checking import Checked, CheckFinding
     from adeye.store.rules import Rule
 
 SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"

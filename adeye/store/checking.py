@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Connection
 
+    from adeye.errors import SourceLocation
     from adeye.store.rows import CampaignRecord
     from adeye.store.rules import Rule
     from adeye.store.stored import CampaignInfo
@@ -64,6 +65,50 @@ class CampaignViolations:
     campaign: CampaignInfo
     fsr_digests: dict[str, str]
     violations: tuple[Violation, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckFinding:
+    """Something that breaks an integrity rule.
+
+    Attributes:
+        rule: Name of the rule.
+        part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
+        id: Its id.
+        detail: What is wrong with it.
+        where: Its place in the files; None for a stored campaign.
+    """
+
+    rule: str
+    part: str
+    id: str
+    detail: str
+    where: SourceLocation | None
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What was checked, and what was found.
+
+    Attributes:
+        odd: Id of the ODD.
+        path: Its file; None for a stored campaign.
+        campaign: Campaign whose evidence was looked at; None where there is none.
+        rules: Rules that were asked, in the order of the findings.
+        findings: What breaks them.
+    """
+
+    odd: str
+    path: Path | None
+    campaign: CampaignInfo | None
+    rules: tuple[Rule, ...]
+    findings: tuple[CheckFinding, ...]
+
+    @property
+    def broken(self) -> dict[Rule, list[CheckFinding]]:
+        """Findings by rule."""
+        found = {rule: [f for f in self.findings if f.rule == rule.name] for rule in self.rules}
+        return {rule: findings for rule, findings in found.items() if findings}
 
 
 def check_plan(

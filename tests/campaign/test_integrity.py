@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.integrity import Checked, CheckFinding, check_odd, check_stored
+from adeye.campaign.integrity import check_odd, check_stored
 from adeye.spec.load import shipped
 from adeye.store.check_views import RULES
+from adeye.store.checking import Checked, CheckFinding
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, Project
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from adeye.campaign.integrity import Checked, CheckFinding
 from adeye.errors import SourceLocation
 from adeye.report.check_sarif import check_sarif
 from adeye.store.check_views import RULES
+from adeye.store.checking import Checked, CheckFinding
 
 PLACE = SourceLocation("odd/concepts/a.yaml", 12, 5)
 

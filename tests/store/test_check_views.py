@@ -53,7 +53,7 @@ def test_rank_counts_what_stands_before_the_brackets(memory: sqlite3.Connection)
     ddl = check_view_ddl()["v_check_asil_lost"]
     case = re.search(r"CASE substr\(f\.asil, 1, 1\) .*? END", ddl)
     assert case is not None
-    words = {word: rank for rank, word in enumerate(ASIL_ORDER)}
+    words: dict[str, int] = {word: rank for rank, word in enumerate(ASIL_ORDER)}
     words |= {"B(D)": 2, "QM(D)": 0, "x": -9, "": -9}
     for word, rank in words.items():
         found = memory.execute(f"SELECT {case[0]} FROM (SELECT ? AS asil) f", (word,))  # noqa: S608

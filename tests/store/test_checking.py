@@ -34,9 +34,11 @@ from adeye.store.repository import Repository
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from adeye.spec.asil import Asil
+
 # ruff: noqa: S608 - names of this file
 LATER = date(2999, 12, 31)
-TEXTS = dict.fromkeys(
+TEXTS: dict[str, Any] = dict.fromkeys(
     (
         "function",
         "malfunction",
@@ -62,7 +64,7 @@ def fsr(name: str, goal: str, asil: str, *elements: str, **more: Any) -> Require
     return Requirement(**{**fields, **more})
 
 
-def element(name: str, asil: str, *resources: str, **more: Any) -> Element:
+def element(name: str, asil: Asil, *resources: str, **more: Any) -> Element:
     return Element(
         id=name, kind="sensor", text=name, asil_capability=asil, resources=resources, **more
     )
