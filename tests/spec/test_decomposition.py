@@ -13,6 +13,7 @@ from adeye.spec.concept import Concept
 from adeye.spec.decomposition import asil_problems, parents, scheme
 from adeye.spec.document import load_document, validate
 from adeye.spec.load import _check_asil, _load
+from adeye.spec.quantity import SI
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -126,6 +127,33 @@ def test_decomposition_goes_on_stepwise(tmp_path: Path) -> None:
     made["decompositions"].append(step)
     concept = read(tmp_path, made)
     assert scheme(concept, concept.decompositions[1]) == "A(D) + A(D)"
+
+
+def test_stored_concept_is_read_again_as_it_was() -> None:
+    made = content()
+    made["hazardous_events"][0] |= {"exposure_method": "frequency", "scenarios": ["cut_in"]}
+    made["safety_goals"][0] |= {
+        "emergency_operation": "drive slowly",
+        "eotti": "20 s",
+        "eotti_rationale": "text",
+    }
+    made["elements"][0] |= {"supplier": "one", "software": ["tracker"], "provides": ["objects"]}
+    made["elements"][1] |= {"consumes": ["objects"]}
+    made["assumptions"] = [
+        {"id": "AS-1", "text": "dry", "owner": "me", "valid_until": "2999-12-31"}
+    ]
+    made["requirements"][0] |= {
+        "type": "fault_tolerance",
+        "operating_modes": ["automated"],
+        "safe_state": "standstill",
+        "emergency_operation_interval": "10 s",
+        "redundancy": "radar",
+        "assumptions": ["AS-1"],
+    }
+    concept = Concept.model_validate(made)
+    stored = concept.model_dump(mode="json")
+    assert Concept.model_validate(stored, context=SI) == concept
+    assert stored["safety_goals"][0]["eotti"] == 20.0
 
 
 def test_content_without_the_new_keys_has_none_of_them() -> None:

@@ -2,42 +2,20 @@ import random  # noqa: TID251 - picks rows to alter; no simulated noise
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from adeye.errors import IntegrityError, PlatformError
-from adeye.spec.concept import Concept
-from adeye.spec.decomposition import Decomposition, DependentFailure
 from adeye.store import tables
 from adeye.store.repository import Repository
 from adeye.store.stored import Finding
 
 
-def decomposed(concept: Concept) -> Concept:
-    """Give a concept rows in every table of its parts."""
-    camera = concept.elements[0].model_copy(update={"resources": ("power",)})
-    step = Decomposition(
-        requirement="FSR1", into=("FSR2", "FSR3"), independence="text", dfa=("DFA1",)
-    )
-    record = DependentFailure(
-        id="DFA1", covers=("power",), argument="text", owner="me", valid_until=date(2030, 1, 1)
-    )
-    return concept.model_copy(
-        update={
-            "elements": (camera,),
-            "decompositions": (step,),
-            "dependent_failures": (record,),
-        }
-    )
-
-
 @pytest.fixture
 def campaign(repository: Repository, example: Any) -> str:
-    concept = decomposed(example.concept())
-    example.concept = lambda: concept
+    example.decompose()
     planned = str(example.campaign(repository, 8))
     example.hindsight(repository, planned)
     return planned
