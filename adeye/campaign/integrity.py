@@ -14,6 +14,7 @@ from adeye.store.checking import (
     Violation,
     check_campaign,
     check_plan,
+    count_unknown,
 )
 
 if TYPE_CHECKING:
@@ -89,8 +90,12 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> Checked:
     stored = check_campaign(db, odd=odd, rules=EVIDENCE_RULES)
     if stored is not None:
         found += stored.violations
-        digests = {item.id: item.digest for item in record.fsrs}
-        found += _stale(stored, digests, record.odd.digest)
+        results = (part.engine.result_digests(part.test_cases) for part in plan.planned())
+        unknown, planned = count_unknown(db, stored.campaign.id, results)
+        if unknown:
+            text = f"{unknown:,} of {planned:,} test cases that it asks for now have no result"
+            found.append(Violation(_STALE, "odd", odd, text))
+        found += _stale(stored, {item.id: item.digest for item in record.fsrs})
     order = [rule.name for rule in RULES]
     found.sort(key=lambda item: order.index(item.rule))
     findings = tuple(_placed(item, plan.files) for item in found)
@@ -107,18 +112,12 @@ def _counted(plan: CampaignPlan) -> Counter[tuple[str, str, bool]]:
     return counted
 
 
-def _stale(
-    stored: CampaignViolations, digests: Mapping[str, str], odd_digest: str
-) -> Iterator[Violation]:
-    """Say what of the files is not what the newest evidence is of."""
-    number = stored.campaign.number
-    if stored.campaign.odd_digest != odd_digest:
-        text = f"it, a scenario or an architecture was edited after campaign {number} was planned"
-        yield Violation(_STALE, "odd", stored.campaign.odd, text)
+def _stale(stored: CampaignViolations, digests: Mapping[str, str]) -> Iterator[Violation]:
+    """Say which FSRs of the files are not those by which the newest evidence is judged."""
     for name, digest in digests.items():
         if stored.fsr_digests.get(name) != digest:
             known = "judges otherwise than" if name in stored.fsr_digests else "is not in"
-            yield Violation(_STALE, "fsr", name, f"{known} campaign {number}")
+            yield Violation(_STALE, "fsr", name, f"{known} campaign {stored.campaign.number}")
 
 
 def _placed(item: Violation, files: OddFiles | None) -> CheckFinding:

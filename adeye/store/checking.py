@@ -11,14 +11,14 @@ from adeye.store import tables
 from adeye.store.check_views import RULES, check_view_ddl
 from adeye.store.content import save_concept, save_content
 from adeye.store.database import Database, database_path
-from adeye.store.encoding import insert_rows
+from adeye.store.encoding import chunks, insert_rows
 from adeye.store.planning import fsr_rows, judging_hash, save_campaign
 from adeye.store.reading import find_campaign, latest_campaign
 from adeye.store.schema import require_current, require_exists
 
 if TYPE_CHECKING:
     from collections import Counter
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
     from sqlalchemy import Connection
@@ -177,6 +177,40 @@ def check_campaign(
             return CampaignViolations(campaign, _digests(connection, campaign.id), found)
     finally:
         database.close()
+
+
+def count_unknown(
+    location: str | Path | None, campaign: str, results: Iterable[Sequence[str]]
+) -> tuple[int, int]:
+    """Count the results that neither a campaign asks for nor anything has brought.
+
+    Args:
+        location: The database, which is there.
+        campaign: Id of the campaign.
+        results: Digests of results, many at a time.
+
+    Returns:
+        How many are unknown, and how many were given.
+
+    Raises:
+        PlatformError: The database cannot be read.
+    """
+    case, run = tables.campaign_case.c, tables.run.c
+    unknown = total = 0
+    database = Database(database_path(location))
+    try:
+        with database.read() as connection:
+            for some in (part for digests in results for part in chunks(digests)):
+                planned = select(case.result_digest).where(
+                    case.campaign_id == campaign, case.result_digest.in_(some)
+                )
+                brought = select(run.result_digest).where(run.result_digest.in_(some))
+                known = set(connection.execute(planned.union(brought)).scalars())
+                total += len(some)
+                unknown += sum(item not in known for item in some)
+    finally:
+        database.close()
+    return unknown, total
 
 
 def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[Violation, ...]:

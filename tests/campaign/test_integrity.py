@@ -120,9 +120,17 @@ def test_files_are_compared_with_the_newest_evidence(project: Project) -> None:
         ("fsr", "FSR-02", "judges otherwise than campaign 1")
     ]
     with project.edited_odd() as odd:
-        odd["seed"] = 8
+        odd["title"] = "Another title"
     stale = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
-    assert [item.part for item in stale] == ["odd", "fsr"]
+    assert [item.part for item in stale] == ["fsr"]
+
+    with project.edited_odd() as odd:
+        parameters = odd["scenarios"][1]["sweep"]["parameters"]
+        parameters["deceleration"].append("5 m/s^2")
+    stale = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
+    assert sorted(item.part for item in stale) == ["fsr", "odd"]
+    stale.sort(key=lambda item: item.part, reverse=True)
+    assert stale[0].detail == "2 of 30 test cases that it asks for now have no result"
     assert line_of(project, stale[0]) == "odd: mini"
 
 

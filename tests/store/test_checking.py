@@ -27,7 +27,7 @@ from adeye.spec.concept import (
 )
 from adeye.spec.decomposition import Decomposition, DependentFailure
 from adeye.store.check_views import RULES
-from adeye.store.checking import Violation, check_campaign, check_plan
+from adeye.store.checking import Violation, check_campaign, check_plan, count_unknown
 from adeye.store.query import run_query
 from adeye.store.repository import Repository
 
@@ -594,6 +594,19 @@ def test_nothing_to_check_is_told_from_no_findings(repository: Repository, tmp_p
         check_campaign(tmp_path / "none.db", "1")
     with pytest.raises(InputError, match="run an ODD first"):
         check_campaign(repository.path, "1")
+
+
+def test_results_that_are_neither_planned_nor_there_are_counted(
+    repository: Repository, example: Any
+) -> None:
+    first = example.campaign(repository, 4)
+    second = repository.plan_campaign(example.record(), example.cases(8), block_size=3).campaign
+    results = [case.result_digest for case in example.cases(12)]
+    # The second campaign asks for eight, four of which are there.
+    assert count_unknown(repository.path, second, [results[:6], results[6:]]) == (4, 12)
+    assert count_unknown(repository.path, first, [results]) == (8, 12)
+    assert count_unknown(repository.path, first, [results[:4] * 300]) == (0, 1200)
+    assert count_unknown(repository.path, first, []) == (0, 0)
 
 
 def test_foreign_database_is_refused(tmp_path: Path) -> None:
