@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field, Strict
 
 from adeye.errors import suggest
-from adeye.spec.asil import ASIL_ORDER, CHILDREN, goal_of, rank, scheme_text, schemes
+from adeye.spec.asil import ASIL_ORDER, CHILDREN, goal_of, own_asil, rank, scheme_text, schemes
 from adeye.spec.elements import causes
 from adeye.spec.misplaced import Loc, repeated
 from adeye.spec.quantity import Many, Record, Reference, Text
@@ -156,7 +156,10 @@ def _step(
         if goal_of(child.asil) != goal:
             place: Loc = ("requirements", concept.requirements.index(child), "asil")
             text = f"{child.id} comes of a decomposition of ASIL {goal}, and has {child.asil}"
-            yield place, f"{text}. Write the goal's in brackets, as in {child.asil[0]}({goal})"
+            yield (
+                place,
+                f"{text}. Write the goal's in brackets, as in {own_asil(child.asil)}({goal})",
+            )
     pair = tuple(sorted((rank(child.asil) for child in children), reverse=True))
     allowed = schemes(parent.asil)
     if pair not in [tuple(map(rank, scheme)) for scheme in allowed]:
@@ -175,7 +178,7 @@ def _lost(
     loc: Loc = ("requirements", number, "asil")
     if goal_of(item.asil) and item.id not in of:
         text = f"requirement {item.id} has ASIL {item.asil} and comes of no decomposition"
-        yield loc, f"{text}. Write {item.asil[0]}, or list it under decompositions"
+        yield loc, f"{text}. Write {own_asil(item.asil)}, or list it under decompositions"
     inherited = known[of[item.id]].goals if item.id in of else ()
     for goal in item.goals:
         needed = concept.goal_asil(goal)

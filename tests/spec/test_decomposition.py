@@ -197,6 +197,11 @@ def decomposition(**changes: Any) -> Callable[[dict[str, Any]], None]:
         ),
         (asil(2, "B(C)"), r"FSR-1b comes of a decomposition of ASIL D, and has B\(C\)\. .*B\(D\)"),
         (asil(1, "B"), r"FSR-1a comes of a decomposition of ASIL D, and has B\. .*as in B\(D\)"),
+        (asil(1, "QM"), r"FSR-1a comes of .* has QM\. .*as in QM\(D\)"),
+        (
+            lambda made: made["requirements"].append(fsr("FSR-4", "QM(D)", "camera")),
+            r"FSR-4 has ASIL QM\(D\) and comes of no decomposition\. Write QM, or",
+        ),
         (
             lambda made: made["requirements"].append(fsr("FSR-4", "B", "camera")),
             "FSR-4 has ASIL B, below D of SG-1. Set it to D, or decompose",
