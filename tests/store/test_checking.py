@@ -545,16 +545,17 @@ def test_every_rule_has_a_defect() -> None:
 
 
 def test_no_defect_hides_another(tmp_path: Path, sound_database: bytes) -> None:
-    hidden = set()
+    hidden, tried = set(), set()
     for at, one in enumerate(DEFECTS):
         for shift in (1, 4):
             other = DEFECTS[(at + shift) % len(DEFECTS)]
+            tried.add((one.name, other.name))
             path = tmp_path / f"{at}-{shift}.db"
             path.write_bytes(sound_database)
             sown(path, one, other)
             if not broken(path) >= {one.rule, other.rule}:
                 hidden.add((one.name, other.name))
-    assert hidden == OVERRULED
+    assert hidden == OVERRULED & tried
 
 
 def test_one_view_has_what_all_have(database: Path) -> None:
