@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from adeye.store.evidence_rules import EVIDENCE_RULES, FRAGMENTS
+from adeye.store.campaign_rules import CAMPAIGN_RULES, FRAGMENTS
 from adeye.store.rules import Rule
 
 _HAZARD_ASIL: Final = """CREATE VIEW v_hazard_asil AS
@@ -342,7 +342,7 @@ WHERE s.emergency_operation_s
 )
 """Rules about what the concept says."""
 
-RULES: Final = (*CONCEPT_RULES, *EVIDENCE_RULES)
+RULES: Final = (*CONCEPT_RULES, *CAMPAIGN_RULES)
 """Every rule, in the order in which findings are listed."""
 
 _RANKED: Final = "WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4"

@@ -20,7 +20,7 @@ _JUDGED: Final = """SELECT campaign_id, fsr_id, architecture, scenario, SUM(runs
 FRAGMENTS: Final = {"ITS_SIDE": _SIDES, "JUDGED": _JUDGED}
 """What words in the rules stand for."""
 
-EVIDENCE_RULES: Final = (
+CAMPAIGN_RULES: Final = (
     Rule(
         "fsr_without_scenario",
         "A requirement is judged in no planned scenario.",

@@ -3,14 +3,13 @@
 from collections import Counter
 from typing import Any
 
-from adeye.store.checking import EVIDENCE_RULES as ASKED_OF_RUNS
-from adeye.store.checking import check_campaign, check_plan
-from adeye.store.evidence_rules import EVIDENCE_RULES, FRAGMENTS
+from adeye.store.campaign_rules import CAMPAIGN_RULES, FRAGMENTS
+from adeye.store.checking import EVIDENCE_RULES, check_campaign, check_plan
 from adeye.store.repository import Repository
 
 
 def test_plan_rules_ask_no_table_of_results() -> None:
-    for rule in EVIDENCE_RULES:
+    for rule in CAMPAIGN_RULES:
         words = " ".join([rule.sql, *(FRAGMENTS[name] for name in FRAGMENTS if name in rule.sql)])
         is_about_runs = any(name in words for name in ("tally", " run ", "v_case_counts"))
         assert rule.needs_evidence == is_about_runs, rule.name
@@ -18,7 +17,7 @@ def test_plan_rules_ask_no_table_of_results() -> None:
 
 def test_campaign_that_was_only_planned_has_not_run(repository: Repository, example: Any) -> None:
     repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    checked = check_campaign(repository.path, rules=ASKED_OF_RUNS)
+    checked = check_campaign(repository.path, rules=EVIDENCE_RULES)
     assert checked is not None
     assert [(item.rule, item.id, item.detail) for item in checked.violations] == [
         ("not_run", scenario, f"2 of 2 test cases of {architecture} have no result")
@@ -33,11 +32,11 @@ def test_another_threshold_makes_evidence_stale_until_it_is_judged(
     example.campaign(repository, 8)
     example.thresholds["FSR1"] = "another"
     plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    checked = check_campaign(repository.path, rules=ASKED_OF_RUNS)
+    checked = check_campaign(repository.path, rules=EVIDENCE_RULES)
     assert checked is not None
     assert {(item.rule, item.id) for item in checked.violations} >= {("stale_evidence", "FSR1")}
     example.work_off(repository, plan.campaign)
-    checked = check_campaign(repository.path, rules=ASKED_OF_RUNS)
+    checked = check_campaign(repository.path, rules=EVIDENCE_RULES)
     assert checked is not None
     assert checked.violations == ()
 
