@@ -7,6 +7,7 @@ from typing import Annotated, Final
 
 import typer
 
+from adeye.cli.check import check
 from adeye.cli.compare import compare
 from adeye.cli.confidence import confidence
 from adeye.cli.coverage import coverage
@@ -130,6 +131,14 @@ add(
     "adeye reference cases.csv",
     "adeye reference cases.csv --models cc,fsm --edition r157-01 --variant jrc -o result.csv",
     "adeye reference leads.csv --scene deceleration --step 0.1 --integrator semi-implicit",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    check,
+    "adeye check odd/motorway_chauffeur.yaml",
+    "adeye check",
+    "adeye check 3 --json",
     panel=CAMPAIGN,
 )
 add(app, show, "adeye show 3f2a91c04b", "adeye show 3f2a --json", panel=RESULTS)

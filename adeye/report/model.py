@@ -17,6 +17,7 @@ from adeye.report.comparison import Comparison
 from adeye.report.fault_parts import FaultEvidence
 from adeye.report.parts import Asil, Binding, Command, Count, Id, Label, Margin, Part
 from adeye.report.replay import Replay
+from adeye.spec.asil import RequirementAsil
 
 SCHEMA = "adeye/report@1"
 
@@ -64,7 +65,7 @@ class Fsr(Part):
     id: Id
     text: str
     formula: str
-    asil: Asil
+    asil: RequirementAsil
     goals: tuple[str, ...]
     mandatory: bool = True
     allocation: tuple[str, ...] = ()

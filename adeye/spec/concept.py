@@ -9,77 +9,56 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from datetime import date
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     BeforeValidator,
     Field,
     ModelWrapValidatorHandler,
     PrivateAttr,
-    SerializerFunctionWrapHandler,
     Strict,
     WithJsonSchema,
-    model_serializer,
     model_validator,
 )
 
 from adeye.errors import UnitError, suggest
+from adeye.spec.asil import ASIL_ORDER as ASIL_ORDER
+from adeye.spec.asil import Asil, RequirementAsil
+from adeye.spec.asil import determine_asil as determine_asil
+from adeye.spec.decomposition import Decomposition, DependentFailure, reference_problems
+from adeye.spec.elements import Element as Element
+from adeye.spec.elements import unprovided
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
     IDENTIFIER,
-    REFERENCE,
     ById,
     Duration,
+    GrownRecord,
     Identifier,
     Many,
     Record,
+    Reference,
     Text,
 )
 from adeye.units import read_quantity, shown, si_unit
 
-Asil = Literal["QM", "A", "B", "C", "D"]
-ASIL_ORDER: tuple[Asil, ...] = ("QM", "A", "B", "C", "D")
-Reference = Annotated[str, Field(pattern=REFERENCE, max_length=64)]
+FsrType = Literal[
+    "fault_avoidance",
+    "fault_detection",
+    "safe_state_transition",
+    "fault_tolerance",
+    "degradation",
+    "warning",
+    "timing",
+    "arbitration",
+]
+"""Strategies that an FSR can follow (ISO 26262-3:2018, 7.4.2.3, a to i; both kinds of warnings)."""
 
 
-def determine_asil(severity: str, exposure: str, controllability: str) -> Asil | None:
-    """Derive the ASIL of a hazardous event.
-
-    Args:
-        severity: ``S0`` to ``S3``.
-        exposure: ``E0`` to ``E4``.
-        controllability: ``C0`` to ``C3``.
-
-    Returns:
-        The ASIL, or None where a class is 0 and no ASIL is assigned.
-
-    Raises:
-        ValueError: A class is unknown; it is never taken for QM.
-
-    Source:
-        ISO 26262-3:2018, table 4, as quoted in public secondary sources.
-
-    >>> determine_asil("S3", "E4", "C3")
-    'D'
-    >>> determine_asil("S1", "E2", "C3")
-    'QM'
-    """
-    limits = (("S", 3, severity), ("E", 4, exposure), ("C", 3, controllability))
-    total = 0
-    unassigned = False
-    for letter, top, text in limits:
-        if text not in {f"{letter}{value}" for value in range(top + 1)}:
-            msg = f"{text!r} is not one of {letter}0 to {letter}{top}"
-            raise ValueError(msg)
-        unassigned = unassigned or text[1] == "0"
-        total += int(text[1])
-    if unassigned:
-        return None
-    return ASIL_ORDER[max(0, total - 6)]
-
-
-class HazardousEvent(Record):
+class HazardousEvent(GrownRecord):
     """A malfunction in an operational situation, with its classification."""
+
+    later: ClassVar[tuple[str, ...]] = ("exposure_method", "people_at_risk", "scenarios")
 
     id: Reference
     function: Text
@@ -91,6 +70,11 @@ class HazardousEvent(Record):
     severity_rationale: Text
     exposure_rationale: Text
     controllability_rationale: Text
+    exposure_method: Literal["duration", "frequency"] | None = None
+    """Whether the exposure is a share of the operating time or a number of occurrences."""
+    people_at_risk: Text | None = None
+    scenarios: Many[Identifier] = ()
+    """Scenarios that stand for it; empty: those in which the FSRs of its goals are judged."""
 
     @property
     def asil(self) -> Asil | None:
@@ -98,8 +82,10 @@ class HazardousEvent(Record):
         return determine_asil(self.severity, self.exposure, self.controllability)
 
 
-class SafetyGoal(Record):
+class SafetyGoal(GrownRecord):
     """A top-level safety requirement against hazardous events."""
+
+    later: ClassVar[tuple[str, ...]] = ("emergency_operation", "eotti", "eotti_rationale")
 
     id: Reference
     text: Text
@@ -107,17 +93,19 @@ class SafetyGoal(Record):
     safe_state: Text
     ftti: Annotated[Duration, Field(gt=0.0)]
     ftti_rationale: Text
+    emergency_operation: Text | None = None
+    """What bridges the time to the safe state where that is not reached within the FTTI."""
+    eotti: Annotated[Duration, Field(gt=0.0)] | None = None
+    """Emergency operation tolerance time interval [s]."""
+    eotti_rationale: Text | None = None
 
-
-class Element(Record):
-    """An element of the preliminary architectural assumptions (PAA)."""
-
-    id: Identifier
-    kind: Literal["sensor", "perception", "planner", "arbiter", "actuator", "network", "other"]
-    text: Text
-    asil_capability: Asil
-    legacy: bool = False
-    resources: Many[str] = ()
+    @model_validator(mode="after")
+    def _emergency_operation_is_whole(self) -> Self:
+        given = [self.emergency_operation, self.eotti, self.eotti_rationale]
+        if any(item is None for item in given) and any(item is not None for item in given):
+            msg = "give emergency_operation, eotti and eotti_rationale together, or none of them"
+            raise ValueError(msg)
+        return self
 
 
 Limit = Annotated[
@@ -202,8 +190,18 @@ class MetricBound(Record):
         return self
 
 
-class Requirement(Record):
+class Requirement(GrownRecord):
     """A functional safety requirement (FSR) with its measurable form."""
+
+    later: ClassVar[tuple[str, ...]] = (
+        "parameters",
+        "type",
+        "operating_modes",
+        "safe_state",
+        "emergency_operation_interval",
+        "redundancy",
+        "assumptions",
+    )
 
     id: Reference
     goals: Annotated[Many[Reference], Field(min_length=1)]
@@ -214,7 +212,7 @@ class Requirement(Record):
     parameters: ById[ParameterValue] = Field(default_factory=dict)
     """Constants that the formula or the bound names."""
     threshold_source: Text
-    asil: Asil
+    asil: RequirementAsil
     mandatory: bool = True
     min_exercised: Annotated[int, Field(ge=1)] = 1
     on_contact: Literal["inconclusive", "fail"] = "inconclusive"
@@ -224,6 +222,15 @@ class Requirement(Record):
     fdti: Annotated[Duration, Field(gt=0.0)] | None = None
     frti: Annotated[Duration, Field(gt=0.0)] | None = None
     allocation: Annotated[Many[Identifier], Field(min_length=1)]
+    type: FsrType | None = None
+    operating_modes: Many[Text] = ()
+    safe_state: Text | None = None
+    """Its own, where it differs from that of the goal."""
+    emergency_operation_interval: Annotated[Duration, Field(gt=0.0)] | None = None
+    redundancy: Text | None = None
+    """Functional redundancy that it relies on."""
+    assumptions: Many[Reference] = ()
+    """What it holds under only."""
 
     @model_validator(mode="after")
     def _one_measure(self) -> Self:
@@ -248,14 +255,6 @@ class Requirement(Record):
         if unused:
             raise misplaced(unused)
         return self
-
-    @model_serializer(mode="wrap")
-    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # What is judged is the FSR's identity: that of files without parameters stays.
-        content: dict[str, Any] = write(self)
-        if not self.parameters:
-            content.pop("parameters", None)
-        return content
 
     @property
     def constants(self) -> dict[str, tuple[float, tuple[int, int, int]]]:
@@ -296,8 +295,10 @@ class Waiver(Record):
     expires: Annotated[date, Strict(strict=False)]
 
 
-class Concept(Record):
+class Concept(GrownRecord):
     """One file of ``odd/concepts``."""
+
+    later: ClassVar[tuple[str, ...]] = ("decompositions", "dependent_failures")
 
     concept: Identifier
     title: Text
@@ -307,6 +308,8 @@ class Concept(Record):
     requirements: Annotated[Many[Requirement], Field(min_length=1)]
     assumptions: Many[Assumption] = ()
     waivers: Many[Waiver] = ()
+    decompositions: Many[Decomposition] = ()
+    dependent_failures: Many[DependentFailure] = ()
 
     @model_validator(mode="after")
     def _references_resolve(self) -> Self:
@@ -325,11 +328,15 @@ class Concept(Record):
         for at, item in enumerate(self.requirements):
             found += _unknown(("requirements", at, "goals"), item.goals, ids["safety_goals"])
             found += _unknown(("requirements", at, "allocation"), item.allocation, ids["elements"])
+            assumed = [assumption.id for assumption in self.assumptions]
+            found += _unknown(("requirements", at, "assumptions"), item.assumptions, assumed)
         for at, waiver in enumerate(self.waivers):
             if waiver.requirement not in ids["requirements"]:
                 text = f"there is no requirement {waiver.requirement!r}. "
                 text += suggest(waiver.requirement, ids["requirements"])
                 found.append((("waivers", at, "requirement"), text))
+        found += unprovided(self.elements)
+        found += reference_problems(self)
         if found:
             raise misplaced(found)
         return self
@@ -344,4 +351,4 @@ class Concept(Record):
 def _unknown(loc: Loc, names: Sequence[str], known: Sequence[str]) -> Iterator[tuple[Loc, str]]:
     for at, name in enumerate(names):
         if name not in known:
-            yield (*loc, at), f"{name!r} is none of {', '.join(known)}"
+            yield (*loc, at), f"{name!r} is none of {', '.join(known) or 'nothing'}"

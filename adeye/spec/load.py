@@ -10,7 +10,8 @@ from typing import Any, Final, Generic, TypeVar
 
 from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.spec.architecture import Architecture
-from adeye.spec.concept import ASIL_ORDER, Concept
+from adeye.spec.concept import Concept
+from adeye.spec.decomposition import asil_problems
 from adeye.spec.document import Document, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
@@ -324,12 +325,5 @@ def _check_gate(files: OddFiles) -> None:
 
 
 def _check_asil(concept: Loaded[Concept]) -> None:
-    for number, item in enumerate(concept.spec.requirements):
-        for goal in item.goals:
-            needed = concept.spec.goal_asil(goal)
-            if ASIL_ORDER.index(item.asil) < ASIL_ORDER.index(needed):
-                raise SpecError(
-                    f"requirement {item.id} has ASIL {item.asil}, below {needed} of {goal}",
-                    where=concept.locate(("requirements", number, "asil")),
-                    remedy=f"Set it to {needed}.",
-                )
+    for loc, text in asil_problems(concept.spec):
+        raise SpecError(text, where=concept.locate(loc))

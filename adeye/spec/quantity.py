@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, TypeVar
+from typing import Annotated, Any, ClassVar, Final, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -19,10 +19,12 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     PlainSerializer,
+    SerializerFunctionWrapHandler,
     Strict,
     StringConstraints,
     ValidationInfo,
     WithJsonSchema,
+    model_serializer,
 )
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
@@ -52,6 +54,9 @@ PATTERNS: Final = {
 Identifier = Annotated[str, StringConstraints(pattern=IDENTIFIER, max_length=64)]
 """A name that users refer to: lower case letters, digits and underscores."""
 
+Reference = Annotated[str, StringConstraints(pattern=REFERENCE, max_length=64)]
+"""An id that people gave, such as ``FSR-01``."""
+
 Text = Annotated[str, StringConstraints(min_length=1, max_length=4000)]
 
 
@@ -61,6 +66,22 @@ class Record(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True
     )
+
+
+class GrownRecord(Record):
+    """Base of a record that got keys later; where they are not used they are no part of it."""
+
+    later: ClassVar[tuple[str, ...]] = ()
+    """Keys that came later and are empty, or None, where nothing is written."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        for name in self.later:
+            if not getattr(self, name):
+                content.pop(name, None)
+        return content
 
 
 SI: dict[str, bool] = {"si": True}

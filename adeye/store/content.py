@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from adeye.identity import canonical_json
+from adeye.spec.decomposition import scheme
 from adeye.store import tables
 from adeye.store.encoding import Row, insert_rows, json_text, row
 from adeye.store.rows import ContentRecord
@@ -46,6 +47,10 @@ def save_concept(connection: Connection, concept: Concept) -> str:
         (tables.element, _elements(key, concept)),
         (tables.assumption, _assumptions(key, concept)),
         (tables.allocation, _allocations(key, concept)),
+        (tables.element_relation, _relations(key, concept)),
+        (tables.decomposition, _decompositions(key, concept)),
+        (tables.decomposition_child, _children(key, concept)),
+        (tables.dependent_failure, _dependent_failures(key, concept)),
     ]
     for table, rows in parts:
         insert_rows(connection, table, rows, ignore_existing=True)
@@ -145,4 +150,53 @@ def _allocations(key: str, concept: Concept) -> list[Row]:
         row(tables.allocation, (key, item.id, element))
         for item in concept.requirements
         for element in dict.fromkeys(item.allocation)
+    ]
+
+
+def _relations(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(tables.element_relation, (key, item.id, kind, name))
+        for item in concept.elements
+        for kind, name in item.relations
+    ]
+
+
+def _decompositions(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(
+            tables.decomposition,
+            (
+                key,
+                item.requirement,
+                scheme(concept, item),
+                item.independence,
+                json_text(item.model_dump(mode="json")),
+            ),
+        )
+        for item in concept.decompositions
+    ]
+
+
+def _children(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(tables.decomposition_child, (key, item.requirement, child))
+        for item in concept.decompositions
+        for child in item.into
+    ]
+
+
+def _dependent_failures(key: str, concept: Concept) -> list[Row]:
+    return [
+        row(
+            tables.dependent_failure,
+            (
+                key,
+                item.id,
+                item.owner,
+                item.valid_until.isoformat(),
+                item.argument,
+                json_text(item.model_dump(mode="json")),
+            ),
+        )
+        for item in concept.dependent_failures
     ]

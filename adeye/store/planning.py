@@ -85,8 +85,8 @@ def plan_campaign(
             select(tables.campaign.c.id).where(tables.campaign.c.id == campaign_id)
         ).first()
         if known is None:
-            fsrs = _fsr_rows(campaign_id, record, selection.counted)
-            _save_campaign(connection, campaign_id, record, identity.count, judging_hash(fsrs))
+            fsrs = fsr_rows(campaign_id, record, selection.counted)
+            save_campaign(connection, campaign_id, record, identity.count, judging_hash(fsrs))
             _save_selection(connection, campaign_id, selection)
             insert_rows(connection, tables.campaign_fsr, fsrs)
             save_work(connection, campaign_id, selection.ends, block_size)
@@ -177,9 +177,10 @@ def _test_cases(part: PlannedCases, odd_digest: str) -> list[Row]:
     )
 
 
-def _save_campaign(
+def save_campaign(
     connection: Connection, campaign_id: str, record: CampaignRecord, planned: int, hashed: str
 ) -> None:
+    """Save the row of a campaign; what it refers to is saved."""
     number = connection.execute(
         select(func.coalesce(func.max(tables.campaign.c.number), 0) + 1)
     ).scalar_one()
@@ -222,9 +223,10 @@ def _save_selection(connection: Connection, campaign_id: str, selection: Selecti
             insert_rows(connection, table, rows_of_columns(table, columns))
 
 
-def _fsr_rows(
+def fsr_rows(
     campaign_id: str, record: CampaignRecord, counted: Counter[tuple[str, str, bool]]
 ) -> list[Row]:
+    """Make the rows of ``campaign_fsr``, from the cases by architecture, scenario and side."""
     requirements = {item.id: item for item in record.concept.requirements}
     return [
         row(tables.campaign_fsr, (campaign_id, *values))

@@ -14,7 +14,6 @@ from sqlalchemy import (
     CheckConstraint,
     Column,
     ForeignKey,
-    ForeignKeyConstraint,
     Index,
     Integer,
     MetaData,
@@ -23,6 +22,16 @@ from sqlalchemy import (
 )
 
 from adeye.store import column_kinds
+from adeye.store.concept_tables import allocation as allocation
+from adeye.store.concept_tables import assumption as assumption
+from adeye.store.concept_tables import decomposition as decomposition
+from adeye.store.concept_tables import decomposition_child as decomposition_child
+from adeye.store.concept_tables import dependent_failure as dependent_failure
+from adeye.store.concept_tables import element as element
+from adeye.store.concept_tables import element_relation as element_relation
+from adeye.store.concept_tables import fsr as fsr
+from adeye.store.concept_tables import hazardous_event as hazardous_event
+from adeye.store.concept_tables import safety_goal as safety_goal
 from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.metric_ids import METRIC_IDS as METRIC_IDS
 
@@ -71,53 +80,6 @@ odd = _content("odd")
 scenario = _content("scenario")
 architecture = _content("architecture")
 concept = _content("concept")
-
-
-def _part(name: str, *columns: Column[str] | Column[float] | Column[int] | Column[bool]) -> Table:
-    return Table(
-        name,
-        metadata,
-        _digest("concept_digest", "concept.digest", key=True),
-        _text("id", key=True),
-        *columns,
-        _text("content"),
-        _row_hash(),
-    )
-
-
-hazardous_event = _part(
-    "hazardous_event",
-    _text("severity"),
-    _text("exposure"),
-    _text("controllability"),
-    _text("asil", null=True),
-)
-safety_goal = _part(
-    "safety_goal", _text("asil"), _number("ftti_s", null=False), _text("safe_state"), _text("text")
-)
-fsr = _part(
-    "fsr",
-    _text("asil"),
-    _flag("mandatory"),
-    _count("min_exercised"),
-    _text("text"),
-    _text("measure"),
-    _text("threshold_source"),
-)
-element = _part("element", _text("kind"), _text("asil_capability"), _flag("legacy"), _text("text"))
-assumption = _part("assumption", _text("owner"), _text("valid_until"), _text("text"))
-allocation = Table(
-    "allocation",
-    metadata,
-    _digest("concept_digest", key=True),
-    _text("fsr_id", key=True),
-    _text("element_id", key=True),
-    _row_hash(),
-    ForeignKeyConstraint(["concept_digest", "fsr_id"], ["fsr.concept_digest", "fsr.id"]),
-    ForeignKeyConstraint(
-        ["concept_digest", "element_id"], ["element.concept_digest", "element.id"]
-    ),
-)
 
 test_case = Table(
     "test_case",

@@ -9,6 +9,7 @@ from __future__ import annotations
 from string import Template
 from typing import Final
 
+from adeye.store.check_views import check_view_ddl
 from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.tables import MOMENTS
 
@@ -253,4 +254,5 @@ def view_ddl() -> dict[str, str]:
             moments=", ".join(f"i.{name}_s" for name in MOMENTS)
         ),
         "v_forks": _FORKS,
+        **check_view_ddl(),
     }

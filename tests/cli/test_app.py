@@ -50,6 +50,7 @@ def program(*arguments: str, cwd: Path, **environment: str) -> subprocess.Comple
 
 def test_the_verbs_are_these() -> None:
     assert sorted(" ".join(path) for path in VERBS) == [
+        "check",
         "compare",
         "confidence",
         "coverage",

@@ -23,6 +23,7 @@ from adeye.spec.concept import (
     SafetyGoal,
     Waiver,
 )
+from adeye.spec.decomposition import Decomposition, DependentFailure
 from adeye.store.block import run_block
 from adeye.store.hindsight import TakeoverLine
 from adeye.store.repository import Repository
@@ -76,6 +77,7 @@ class Example:
         )
         self.waivers: tuple[Waiver, ...] = ()
         self.not_applicable: dict[str, dict[str, str]] = {}
+        self.parts: dict[str, Any] = {}
         self.thresholds: dict[str, str] = {}
         self.gate: tuple[str, ...] = ("new",)
         self.odd = ContentRecord("motorway", "1", {"odd": "motorway", "seed": 7})
@@ -118,7 +120,7 @@ class Example:
                 Assumption(id="A1", text="dry", owner="me", valid_until=date(2030, 1, 1)),
             ),
             waivers=self.waivers,
-        )
+        ).model_copy(update=self.parts)
 
     def fsr_digest(self, name: str) -> str:
         return sha(f"{name} {self.thresholds.get(name, '')}")
@@ -265,6 +267,22 @@ class Example:
         repository.hindsight.save_injections([found])
         repository.hindsight.save_takeovers([line])
         return found, line
+
+    def decompose(self) -> None:
+        """Give the concept rows in every table of its parts."""
+        concept = self.concept()
+        camera = concept.elements[0].model_copy(update={"resources": ("power",)})
+        step = Decomposition(
+            requirement="FSR1", into=("FSR2", "FSR3"), independence="text", dfa=("DFA1",)
+        )
+        record = DependentFailure(
+            id="DFA1", covers=("power",), argument="text", owner="me", valid_until=date(2030, 1, 1)
+        )
+        self.parts = {
+            "elements": (camera,),
+            "decompositions": (step,),
+            "dependent_failures": (record,),
+        }
 
     def with_odd(self, version: str) -> None:
         self.odd = replace(self.odd, version=version, content={"odd": "motorway", "v": version})

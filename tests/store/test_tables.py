@@ -12,7 +12,8 @@ from adeye.store.metric_ids import FIRST_METRIC_IDS
 def test_tables_are_those_of_the_design() -> None:
     expected = (
         "odd scenario architecture concept hazardous_event safety_goal fsr element allocation "
-        "assumption test_case campaign campaign_case campaign_fsr work run metric verdict event "
+        "assumption decomposition decomposition_child dependent_failure element_relation "
+        "test_case campaign campaign_case campaign_fsr work run metric verdict event "
         "chain fork timing injection takeover tally artifact"
     )
     assert set(tables.metadata.tables) == set(expected.split())

@@ -13,6 +13,7 @@ from adeye.store.triggers import trigger_ddl
 def test_stored_row_is_never_changed_or_deleted(
     repository: Repository, example: Any, raw: sqlite3.Connection, table: str, statement: str
 ) -> None:
+    example.decompose()
     example.hindsight(repository, example.campaign(repository, 4))
     count = f"SELECT count(*) FROM {table}"  # noqa: S608 - a table of this package
     before = raw.execute(count).fetchone()

@@ -15,6 +15,7 @@ from adeye.store.stored import Finding
 
 @pytest.fixture
 def campaign(repository: Repository, example: Any) -> str:
+    example.decompose()
     planned = str(example.campaign(repository, 8))
     example.hindsight(repository, planned)
     return planned

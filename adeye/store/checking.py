@@ -1,0 +1,237 @@
+"""Ask the integrity rules: of a campaign in the database, or of a plan that is not saved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import create_engine, select
+
+from adeye.store import tables
+from adeye.store.check_views import RULES, check_view_ddl
+from adeye.store.content import save_concept, save_content
+from adeye.store.database import Database, database_path
+from adeye.store.encoding import chunks, insert_rows
+from adeye.store.planning import fsr_rows, judging_hash, save_campaign
+from adeye.store.reading import find_campaign, latest_campaign
+from adeye.store.schema import require_current, require_exists
+
+if TYPE_CHECKING:
+    from collections import Counter
+    from collections.abc import Iterable, Sequence
+    from pathlib import Path
+
+    from sqlalchemy import Connection
+
+    from adeye.errors import SourceLocation
+    from adeye.store.rows import CampaignRecord
+    from adeye.store.rules import Rule
+    from adeye.store.stored import CampaignInfo
+
+_UNSAVED: Final = "unsaved"
+PLAN_RULES: Final = tuple(rule for rule in RULES if not rule.needs_evidence)
+"""Rules that a plan is enough for."""
+EVIDENCE_RULES: Final = tuple(rule for rule in RULES if rule.needs_evidence)
+"""Rules about runs and verdicts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """Something that breaks an integrity rule.
+
+    Attributes:
+        rule: Name of the rule.
+        part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
+        id: Its id.
+        detail: What is wrong with it.
+    """
+
+    rule: str
+    part: str
+    id: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignViolations:
+    """What the rules say of a stored campaign.
+
+    Attributes:
+        campaign: The campaign.
+        fsr_digests: Digest by which each of its FSRs is judged, by id.
+        violations: In the order of the rules.
+    """
+
+    campaign: CampaignInfo
+    fsr_digests: dict[str, str]
+    violations: tuple[Violation, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckFinding:
+    """Something that breaks an integrity rule.
+
+    Attributes:
+        rule: Name of the rule.
+        part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
+        id: Its id.
+        detail: What is wrong with it.
+        where: Its place in the files; None for a stored campaign.
+    """
+
+    rule: str
+    part: str
+    id: str
+    detail: str
+    where: SourceLocation | None
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What was checked, and what was found.
+
+    Attributes:
+        odd: Id of the ODD.
+        path: Its file; None for a stored campaign.
+        campaign: Campaign whose evidence was looked at; None where there is none.
+        rules: Rules that were asked, in the order of the findings.
+        findings: What breaks them.
+    """
+
+    odd: str
+    path: Path | None
+    campaign: CampaignInfo | None
+    rules: tuple[Rule, ...]
+    findings: tuple[CheckFinding, ...]
+
+    @property
+    def broken(self) -> dict[Rule, list[CheckFinding]]:
+        """Findings by rule."""
+        found = {rule: [f for f in self.findings if f.rule == rule.name] for rule in self.rules}
+        return {rule: findings for rule, findings in found.items() if findings}
+
+
+def check_plan(
+    record: CampaignRecord, counted: Counter[tuple[str, str, bool]]
+) -> tuple[Violation, ...]:
+    """Ask the rules that need no evidence of a plan, in a database that is gone at the end.
+
+    Args:
+        record: The campaign that would be planned.
+        counted: Its test cases by architecture, scenario and whether they lie inside the ODD.
+    """
+    engine = create_engine("sqlite://")
+    try:
+        with engine.connect() as connection:
+            tables.metadata.create_all(connection)
+            for statement in check_view_ddl().values():
+                connection.exec_driver_sql(statement)
+            save_content(connection, "odd", record.odd)
+            save_concept(connection, record.concept)
+            fsrs = fsr_rows(_UNSAVED, record, counted)
+            save_campaign(connection, _UNSAVED, record, counted.total(), judging_hash(fsrs))
+            insert_rows(connection, tables.campaign_fsr, fsrs)
+            return _ask(connection, PLAN_RULES, _UNSAVED)
+    finally:
+        engine.dispose()
+
+
+def check_campaign(
+    location: str | Path | None,
+    name: str | None = None,
+    *,
+    odd: str | None = None,
+    rules: Iterable[Rule] = RULES,
+) -> CampaignViolations | None:
+    """Ask rules of a campaign in a database.
+
+    Args:
+        location: The database, as everywhere.
+        name: Number or beginning of the id of the campaign; None for the newest.
+        odd: Take the newest of the ODD of this id.
+        rules: Those to ask.
+
+    Returns:
+        None where there is no campaign, or no database, and none was named.
+
+    Raises:
+        InputError: There is no campaign of the name.
+        PlatformError: The database cannot be read.
+    """
+    path = database_path(location)
+    if name is None and not path.is_file():
+        return None
+    require_exists(path)
+    database = Database(path)
+    try:
+        with database.read() as connection:
+            require_current(connection, path)
+            campaign = (
+                latest_campaign(connection, odd)
+                if name is None
+                else find_campaign(connection, name)
+            )
+            if campaign is None:
+                return None
+            found = _ask(connection, rules, campaign.id)
+            return CampaignViolations(campaign, _digests(connection, campaign.id), found)
+    finally:
+        database.close()
+
+
+def count_unknown(
+    location: str | Path | None, campaign: str, results: Iterable[Sequence[str]]
+) -> tuple[int, int]:
+    """Count the results that neither a campaign asks for nor anything has brought.
+
+    Args:
+        location: The database, which is there.
+        campaign: Id of the campaign.
+        results: Digests of results, many at a time.
+
+    Returns:
+        How many are unknown, and how many were given.
+
+    Raises:
+        PlatformError: The database cannot be read.
+    """
+    case, run = tables.campaign_case.c, tables.run.c
+    unknown = total = 0
+    database = Database(database_path(location))
+    try:
+        with database.read() as connection:
+            for some in (part for digests in results for part in chunks(digests)):
+                planned = select(case.result_digest).where(
+                    case.campaign_id == campaign, case.result_digest.in_(some)
+                )
+                brought = select(run.result_digest).where(run.result_digest.in_(some))
+                known = set(connection.execute(planned.union(brought)).scalars())
+                total += len(some)
+                unknown += sum(item not in known for item in some)
+    finally:
+        database.close()
+    return unknown, total
+
+
+def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[Violation, ...]:
+    return tuple(
+        Violation(rule.name, str(part), str(name), str(detail))
+        for rule in rules
+        for part, name, detail in _rows(connection, rule.view, campaign)
+    )
+
+
+def _rows(connection: Connection, view: str, campaign: str) -> Iterable[Any]:
+    return connection.exec_driver_sql(
+        f"SELECT part, id, detail FROM {view} "  # noqa: S608 - names of this package
+        "WHERE campaign = ? ORDER BY part, id, detail",
+        (campaign,),
+    ).all()
+
+
+def _digests(connection: Connection, campaign: str) -> dict[str, str]:
+    judged = tables.campaign_fsr
+    found = connection.execute(
+        select(judged.c.fsr_id, judged.c.fsr_digest).where(judged.c.campaign_id == campaign)
+    )
+    return {str(item.fsr_id): str(item.fsr_digest) for item in found}

@@ -1,0 +1,155 @@
+"""Checking files and what is stored of them: what is found, and where in the files it is."""
+
+from __future__ import annotations
+
+from datetime import UTC, date, datetime
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.campaign.integrity import check_odd, check_stored
+from adeye.spec.load import shipped
+from adeye.store.check_views import RULES
+from adeye.store.checking import Checked, CheckFinding
+from adeye.store.repository import Repository
+from tests.project import CONCEPT, Project
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+MAY_EXPIRE = date(2027, 12, 31)
+"""Until then the assumptions of the shipped concepts are valid."""
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Project:
+    return Project(tmp_path)
+
+
+@pytest.mark.parametrize("odd", sorted(shipped("odd").glob("*.yaml")), ids=lambda path: path.stem)
+def test_shipped_files_break_no_rule(odd: Path, tmp_path: Path) -> None:
+    if odd.stem == "million":
+        pytest.skip("it has the concept of motorway_chauffeur, and a million test cases")
+    found = check_odd(odd, tmp_path / "none.db").findings
+    if datetime.now(UTC).date() > MAY_EXPIRE:
+        found = tuple(item for item in found if item.rule != "expired_assumption")
+    assert found == ()
+
+
+def find(project: Project, db: Path | None = None) -> tuple[CheckFinding, ...]:
+    return check_odd(project.odd, db or project.folder / "none.db").findings
+
+
+def line_of(project: Project, finding: CheckFinding) -> str:
+    assert finding.where is not None
+    lines = (project.folder / finding.where.path).read_text("utf-8").splitlines()
+    return lines[finding.where.line - 1].strip()
+
+
+def edit_late(content: Any) -> None:
+    content["assumptions"][0]["valid_until"] = "2001-01-31"
+
+
+def edit_waiver(content: Any) -> None:
+    content["waivers"] = [
+        {"requirement": "FSR-01", "reason": "text", "author": "me", "expires": "2001-01-31"}
+    ]
+
+
+def edit_capability(content: Any) -> None:
+    content["elements"][0]["asil_capability"] = "B"
+    content["requirements"] = [
+        item for item in content["requirements"] if item["id"] not in {"FSR-07", "FSR-08"}
+    ]
+
+
+def edit_budget(content: Any) -> None:
+    content["requirements"][2]["fdti"] = "1 s"
+    content["requirements"][2]["frti"] = "1 s"
+
+
+def edit_scenario(content: Any) -> None:
+    content["requirements"][4]["scenarios"] = ["fog"]
+
+
+@pytest.mark.parametrize(
+    ("edit", "rule", "line"),
+    [
+        (edit_late, "expired_assumption", "valid_until: '2001-01-31'"),
+        (edit_waiver, "expired_waiver", "expires: '2001-01-31'"),
+        (edit_capability, "element_capability", "- front_camera"),
+        (edit_budget, "fhti_budget", "fdti: 1 s"),
+    ],
+)
+def test_finding_has_the_line_that_has_to_change(
+    project: Project, edit: Any, rule: str, line: str
+) -> None:
+    with project.edited(CONCEPT) as content:
+        edit(content)
+    (finding,) = find(project)
+    assert (finding.rule, line_of(project, finding)) == (rule, line)
+
+
+def test_orphan_scenario_is_found_where_the_odd_uses_it(project: Project) -> None:
+    with project.edited(CONCEPT) as content:
+        for item in content["requirements"]:
+            item["scenarios"] = ["cut_in"]
+    (finding,) = find(project)
+    assert (finding.rule, finding.id) == ("orphan_scenario", "lead_braking")
+    assert line_of(project, finding) == "- use: lead_braking"
+
+
+def test_files_are_compared_with_the_newest_evidence(project: Project) -> None:
+    plan = project.plan()
+    with Repository.open(project.db) as repository:
+        planned = repository.plan_campaign(plan.record(), plan.planned())
+    checked = check_odd(project.odd, project.db)
+    assert checked.rules == RULES
+    assert checked.campaign is not None
+    assert checked.campaign.id == planned.campaign
+    assert {item.rule for item in checked.findings} == {"not_run"}
+
+    with project.edited(CONCEPT) as content:
+        content["requirements"][0]["text"] = "Another wording of the same."
+    assert {item.rule for item in find(project, project.db)} == {"not_run"}
+
+    with project.edited(CONCEPT) as content:
+        content["requirements"][1]["bound"]["at_most"] = 5.0
+    stale = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
+    assert [(item.part, item.id, item.detail) for item in stale] == [
+        ("fsr", "FSR-02", "judges otherwise than campaign 1")
+    ]
+    with project.edited_odd() as odd:
+        odd["title"] = "Another title"
+    stale = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
+    assert [item.part for item in stale] == ["fsr"]
+
+    with project.edited_odd() as odd:
+        parameters = odd["scenarios"][1]["sweep"]["parameters"]
+        parameters["deceleration"].append("5 m/s^2")
+    stale = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
+    assert sorted(item.part for item in stale) == ["fsr", "odd"]
+    stale.sort(key=lambda item: item.part, reverse=True)
+    assert stale[0].detail == "2 of 30 test cases that it asks for now have no result"
+    assert line_of(project, stale[0]) == "odd: mini"
+
+
+def test_stored_campaign_is_checked_without_files(project: Project) -> None:
+    assert check_stored(project.db) is None
+    plan = project.plan()
+    with Repository.open(project.db) as repository:
+        assert check_stored(project.db) is None
+        repository.plan_campaign(plan.record(), plan.planned())
+    checked = check_stored(project.db, "1")
+    assert isinstance(checked, Checked)
+    assert (checked.odd, checked.path, checked.rules) == ("mini", None, RULES)
+    assert [rule.name for rule in checked.broken] == ["not_run"]
+    assert {item.where for item in checked.findings} == {None}
+
+
+@pytest.mark.slow
+def test_executed_campaign_breaks_no_rule(project: Project) -> None:
+    project.run()
+    checked = check_odd(project.odd, project.db)
+    assert checked.rules == RULES
+    assert checked.findings == ()

@@ -1,0 +1,53 @@
+"""Findings as SARIF: every rule, every finding with its place."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from adeye.errors import SourceLocation
+from adeye.report.check_sarif import check_sarif
+from adeye.store.check_views import RULES
+from adeye.store.checking import Checked, CheckFinding
+
+PLACE = SourceLocation("odd/concepts/a.yaml", 12, 5)
+
+
+def checked(*findings: CheckFinding) -> Checked:
+    return Checked("a", Path("odd/a.yaml"), None, RULES, findings)
+
+
+def test_finding_points_at_its_line() -> None:
+    log = check_sarif(checked(CheckFinding("asil_lost", "fsr", "FSR-1", "has ASIL B", PLACE)))
+    (run,) = log["runs"]
+    (result,) = run["results"]
+    assert result["ruleId"] == "asil_lost"
+    assert run["tool"]["driver"]["rules"][result["ruleIndex"]]["id"] == "asil_lost"
+    assert result["message"] == {"text": "FSR-1: has ASIL B"}
+    assert result["locations"] == [
+        {
+            "logicalLocations": [{"fullyQualifiedName": "fsr/FSR-1"}],
+            "physicalLocation": {
+                "artifactLocation": {"uri": "odd/concepts/a.yaml"},
+                "region": {"startLine": 12, "startColumn": 5},
+            },
+        }
+    ]
+
+
+def test_finding_of_a_stored_campaign_has_a_name_and_no_line() -> None:
+    log = check_sarif(checked(CheckFinding("not_run", "scenario", "cut_in", "x", None)))
+    (result,) = log["runs"][0]["results"]
+    assert result["locations"] == [
+        {"logicalLocations": [{"fullyQualifiedName": "scenario/cut_in"}]}
+    ]
+
+
+def test_nothing_found_is_a_log_with_every_rule_and_no_result() -> None:
+    log = check_sarif(checked())
+    assert log["version"] == "2.1.0"
+    assert log["runs"][0]["results"] == []
+    assert [rule["id"] for rule in log["runs"][0]["tool"]["driver"]["rules"]] == [
+        rule.name for rule in RULES
+    ]
+    assert json.loads(json.dumps(log)) == log
