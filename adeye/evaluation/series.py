@@ -108,6 +108,11 @@ class TraceSeries:
         self.kept: dict[str, Any] = {}
 
     @property
+    def rss_response(self) -> tuple[float, float]:
+        """Response time [s] of the ego and braking [m/s²] that RSS asks of it behind another."""
+        return float(self._rss[0]), float(self._rss[3])
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Runs and rows (B, T) of every series."""
         return self.trace.runs, int(self.trace.time.shape[0])
