@@ -48,6 +48,9 @@ PET, OVERLAP, ENCROACHMENT, PREDICTED_PET = range(4)
 CROSSINGS: Final = 4
 """Number of the quantities; the times of overlap and encroachment are worse when larger."""
 
+_NO_CROSSING: Final = 0.7
+"""Angle to the road below which nobody moves faster across it than along [rad]."""
+
 _VALUE: Final = CODES["value"]
 _FREE: Final = CODES["no_conflict"]
 _UNDEFINED: Final = CODES["undefined"]
@@ -95,6 +98,7 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
             ``incomplete`` where the run ends before the second one enters.
     """
     turns = np.zeros((2, 3))
+    crossing = np.zeros(actor_count, dtype=np.bool_)
     for run in range(length.shape[0]):
         values[PET, run] = values[PREDICTED_PET, run] = math.inf
         values[OVERLAP, run] = values[ENCROACHMENT, run] = -math.inf
@@ -109,7 +113,16 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
         last = length[run] - 1
         touched = contact[run, last]
         is_together, is_open, is_cut = False, False, False
+        crossing[:] = False
+        for row in range(length[run]):
+            for thing in range(actor_count):
+                angle = objects[run, row, thing, OBJECT_HEADING]
+                angle -= places[run, row, thing, PLACE_HEADING]
+                if abs(angle) > _NO_CROSSING:
+                    crossing[thing] = True
         for thing in range(actor_count):
+            if not crossing[thing]:
+                continue
             turns[:] = math.nan
             nearest, is_crossing = -1, False
             least = math.inf

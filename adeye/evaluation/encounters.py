@@ -156,22 +156,34 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
     x, y = ego[run, row, EGO_X], ego[run, row, EGO_Y]
     heading, speed = ego[run, row, EGO_HEADING], ego[run, row, EGO_SPEED]
     length, width = ego_size[run, 0], ego_size[run, 1]
-    turn(turns, 0, heading)
+    is_turned = False
     for thing in range(objects.shape[2]):
         o_heading = objects[run, row, thing, OBJECT_HEADING]
         o_speed = objects[run, row, thing, OBJECT_SPEED]
-        o_length, o_width = sizes[run, thing, 0], sizes[run, thing, 1]
-        turn(turns, thing + 1, o_heading)
         dx = objects[run, row, thing, OBJECT_X] - x
         dy = objects[run, row, thing, OBJECT_Y] - y
+        square = dx * dx + dy * dy
+        # Each bound is a little on the safe side. The first one needs no trigonometry: one minus a
+        # cosine is at most half of its angle squared.
+        most = 2.0 * grip if thing < actor_count else grip
+        angle, slower = o_heading - heading, o_speed - speed
+        rate = math.sqrt(slower * slower + abs(speed * o_speed) * angle * angle)
+        within = max(values[DCE, run], ENCOUNTER_DISTANCE) + ENCOUNTER_HORIZON * rate
+        within = 1.0000001 * (reach[thing] + max(within, values[PLANAR_TTC, run] * rate))
+        soon = values[WTTC, run]
+        bound = 1.0000001 * (reach[thing] + soon * (rate + 0.5 * most * soon))
+        if square > within * within and square > bound * bound:
+            continue
+        o_length, o_width = sizes[run, thing, 0], sizes[run, thing, 1]
+        if not is_turned:
+            turn(turns, 0, heading)
+            is_turned = True
+        turn(turns, thing + 1, o_heading)
         rate_x = o_speed * turns[thing + 1, 2] - speed * turns[0, 2]
         rate_y = o_speed * turns[thing + 1, 1] - speed * turns[0, 1]
-        square, rate = dx * dx + dy * dy, math.sqrt(rate_x * rate_x + rate_y * rate_y)
+        rate = math.sqrt(rate_x * rate_x + rate_y * rate_y)
         opening = dx * rate_x + dy * rate_y
-        # Each bound is a little on the safe side.
-        most = 2.0 * grip if thing < actor_count else grip
-        best = values[WTTC, run]
-        bound = 1.0000001 * (reach[thing] + best * (rate + 0.5 * most * best))
+        bound = 1.0000001 * (reach[thing] + soon * (rate + 0.5 * most * soon))
         if square <= bound * bound:
             worst = worst_time_to_collision(dx, dy, rate_x, rate_y, reach[thing], most)
             _keep(WTTC, worst, thing, run, row, values, rows, actors)

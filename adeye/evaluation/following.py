@@ -89,6 +89,9 @@ MARGIN_BRAKING: Final = 0.7 * 9.80665
 LATEST: Final = -10.0
 """Time to react that a later one, or a manoeuvre that never avoids, counts as [s]."""
 
+_NO_CROSSING: Final = 0.7
+"""Angle to the road below which nobody moves faster across it than along [rad]."""
+
 _VALUE: Final = CODES["value"]
 _FREE: Final = CODES["no_conflict"]
 _UNDEFINED: Final = CODES["undefined"]
@@ -293,6 +296,12 @@ def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         if not os > s:
             continue
         o_heading = objects[run, row, thing, OBJECT_HEADING]
+        angle = abs(o_heading - places[run, row, thing, PLACE_HEADING])
+        # Who is beside the corridor and does not cross is in nobody's path; a sine is less than
+        # its angle.
+        half = 0.5 * (width + sizes[run, thing, 1] + sizes[run, thing, 0] * angle)
+        if angle < _NO_CROSSING and abs(places[run, row, thing, PLACE_D] - d) > 1e-6 + half:
+            continue
         turn(turns, thing + 1, o_heading - places[run, row, thing, PLACE_HEADING])
         sine, cosine = turns[thing + 1, 1], turns[thing + 1, 2]
         other = on_road(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from adeye.evaluation.abilities import abilities
 from adeye.evaluation.conflict import (
     DISTANCE,
     DRAC,
@@ -111,6 +112,11 @@ class TraceSeries:
     def rss_response(self) -> tuple[float, float]:
         """Response time [s] of the ego and braking [m/s²] that RSS asks of it behind another."""
         return float(self._rss[0]), float(self._rss[3])
+
+    @cached_property
+    def abilities(self) -> Floats:
+        """Largest braking, lateral acceleration and acceleration (B, 3) of the egos [m/s²]."""
+        return abilities(self.trace)
 
     @property
     def shape(self) -> tuple[int, int]:

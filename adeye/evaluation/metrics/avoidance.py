@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.evaluation.abilities import abilities
 from adeye.evaluation.conflict import GAP
 from adeye.evaluation.followers import REAR_DEMAND, REAR_TTC, worst_followers
 from adeye.evaluation.following import (
@@ -101,7 +100,7 @@ def min_mtc(series: TraceSeries) -> MetricColumn:
 def max_btn(series: TraceSeries) -> MetricColumn:
     """Largest required deceleration over what vehicle and friction allow; from 1 on too late."""
     needed = max_required_deceleration(series)
-    number = np.asarray(needed.value) / _limits(series)[:, 0]
+    number = np.asarray(needed.value) / series.abilities[:, 0]
     return MetricColumn(number, needed.status, needed.time, needed.actor)
 
 
@@ -162,13 +161,6 @@ def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
     return _of_followers(series, REAR_DEMAND)
 
 
-def _limits(series: TraceSeries) -> Floats:
-    if "abilities" not in series.kept:
-        series.kept["abilities"] = abilities(series.trace)
-    found: Floats = series.kept["abilities"]
-    return found
-
-
 def _column(series: TraceSeries, quantity: int) -> MetricColumn:
     if "following" not in series.kept:
         context, runs = series.trace.layout.context, series.trace.runs
@@ -185,7 +177,7 @@ def _column(series: TraceSeries, quantity: int) -> MetricColumn:
             series.column("contact"),
             values[GAP],
             actors[GAP],
-            _limits(series),
+            series.abilities,
             *found,
         )
         series.kept["following"] = found

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.evaluation.abilities import abilities
 from adeye.evaluation.conflict import DRAC, GAP, RSS_MARGIN, TIME_GAP, TTC
 from adeye.evaluation.metrics.criticality import worst_of
 from adeye.evaluation.metrics.exposed import (
@@ -132,7 +131,7 @@ def min_psd(series: TraceSeries) -> MetricColumn:
         gaps,
         series.column("ego")[..., EGO_SPEED],
         series.column("contact"),
-        np.ascontiguousarray(abilities(series.trace)[:, 0]),
+        np.ascontiguousarray(series.abilities[:, 0]),
     )
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.evaluation.abilities import abilities
 from adeye.evaluation.conflict import GAP
 from adeye.evaluation.crossings import (
     CROSSINGS,
@@ -121,7 +120,7 @@ def _encounter(series: TraceSeries, quantity: int) -> MetricColumn:
             series.column("contact"),
             series.worst_conflicts[0][GAP],
             context.actor_count,
-            np.ascontiguousarray(abilities(series.trace)[:, 1]),
+            np.ascontiguousarray(series.abilities[:, 1]),
             *found,
         )
         series.kept["encounters"] = found
