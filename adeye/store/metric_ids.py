@@ -92,3 +92,10 @@ CRITICALITY_IDS: Final = (
 
 METRIC_IDS: Final = (*FIRST_METRIC_IDS, *TIMING_IDS, *CRITICALITY_IDS)
 """All of them, four columns each: value, status, time of the worst case, actor."""
+
+TABLES: Final = {
+    "metric": FIRST_METRIC_IDS,
+    "timing": TIMING_IDS,
+    "criticality": CRITICALITY_IDS,
+}
+"""The tables that hold them."""
