@@ -1,14 +1,14 @@
 """Compiled: what is left against objects in the path: times, decelerations, last moments to evade.
 
-Beside what ``conflict`` measures at every row, from the rows at which it found somebody in the path.
-Others keep their velocity but for the times to collision with acceleration; ``kernel.evasion`` says
-what a manoeuvre avoids.
+Beside what ``conflict`` measures at every row, at those at which it found somebody in the path.
+Others keep their velocity, but for the times to collision with acceleration; ``kernel.evasion``
+says what a manoeuvre avoids.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -23,8 +23,7 @@ from adeye.evaluation.bodies import (
     on_road,
     turn,
 )
-from adeye.evaluation.conflict import limited_demand
-from adeye.evaluation.metrics.statuses import CODES
+from adeye.evaluation.conflict import GAP, limited_demand
 from adeye.kernel.criticality import (
     enhanced_time_to_collision,
     modified_time_to_collision,
@@ -67,8 +66,12 @@ from adeye.world.triggers import road_gap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from adeye.trace import Trace
+
     Shorts = NDArray[np.int16]
-    Codes = NDArray[np.int8]
+    FollowingScene = tuple[
+        Ints, Floats, Floats, Floats, Floats, Floats, Floats, Ints, Floats, Shorts
+    ]
 
 MTTC, ETTC, MDRAC, DST, MTC, TTB, TTS, TTK, TTR, STN = range(10)
 FOLLOWING: Final = 10
@@ -92,87 +95,32 @@ LATEST: Final = -10.0
 _NO_CROSSING: Final = 0.7
 """Angle to the road below which nobody moves faster across it than along [rad]."""
 
-_VALUE: Final = CODES["value"]
-_FREE: Final = CODES["no_conflict"]
-_UNDEFINED: Final = CODES["undefined"]
-_ERROR: Final = CODES["error"]
 
-
-@allocating
-def worst_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Ints,
-    gaps: Floats,
-    ahead: Shorts,
-    limits: Floats,
-    values: Floats,
-    rows: Ints,
-    actors: Ints,
-    codes: Codes,
-) -> None:
-    """Find the worst of each quantity in B runs, the earliest among equals.
+def scene_of(trace: Trace, values: Floats, actors: Shorts) -> FollowingScene:
+    """Give what the scans read of the runs of a trace.
 
     Args:
-        length: (B,) rows that a run has.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
-        gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
-        ahead: (B, T) its object, -1 where nobody is in the path.
-        limits: (B, 3) largest braking, lateral acceleration and acceleration of the ego [m/s²].
-        values: (10, B) out.
-        rows: (10, B) out.
-        actors: (10, B) out.
-        codes: (10, B) out: index into the statuses of metrics. A deceleration to safety time is
-            ``undefined`` if at any row the safety time is lost already.
+        trace: The runs.
+        values: (8, B, T) of ``conflict``.
+        actors: (8, B, T) of ``conflict``.
+
+    Returns:
+        The arguments of ``following_series`` up to ``ahead``.
     """
-    found, who = np.zeros(FOLLOWING), np.zeros(FOLLOWING, dtype=np.int64)
-    turns = np.zeros((objects.shape[2] + 1, 3))
-    for run in range(length.shape[0]):
-        turns[:] = math.nan
-        for quantity in range(FOLLOWING):
-            values[quantity, run] = -math.inf if _is_demand(quantity) else math.inf
-            rows[quantity, run], actors[quantity, run] = 0, -1
-            codes[quantity, run] = _UNDEFINED
-        is_free, is_lost = False, False
-        for row in range(length[run]):
-            if math.isnan(gaps[run, row]):
-                codes[:, run] = _ERROR
-                break
-            if ahead[run, row] < 0 and contact[run, row] < 0:
-                is_free = True
-                continue
-            measure_following(
-                run, row, ego, ego_place, ego_size, objects, places, sizes, contact, limits, turns,
-                found, who,
-            )  # fmt: skip
-            for quantity in range(FOLLOWING):
-                if who[quantity] < 0:
-                    is_free |= contact[run, row] < 0
-                    continue
-                value = found[quantity]
-                if quantity == DST and value == math.inf:
-                    is_lost = True
-                sign = -1.0 if _is_demand(quantity) else 1.0
-                if sign * value < sign * values[quantity, run]:
-                    values[quantity, run] = value
-                    rows[quantity, run], actors[quantity, run] = row, who[quantity]
-                    codes[quantity, run] = _VALUE
-        for quantity in range(FOLLOWING):
-            if is_free and codes[quantity, run] == _UNDEFINED:
-                codes[quantity, run] = _FREE
-        if is_lost and codes[DST, run] != _ERROR:
-            codes[DST, run] = _UNDEFINED
+    context = trace.layout.context
+    columns: Any = trace.columns
+    return (
+        trace.length,
+        columns["ego"],
+        columns["ego_place"],
+        context.ego_size,
+        columns["objects"],
+        columns["object_places"],
+        context.object_sizes,
+        columns["contact"],
+        values[GAP],
+        actors[GAP],
+    )
 
 
 @allocating
@@ -203,9 +151,9 @@ def following_series(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         places: (B, T, M, 6).
         sizes: (B, M, 3).
         contact: (B, T) object that the ego touches, -1 for none.
-        gaps: (B, T) as above.
-        ahead: (B, T) as above.
-        limits: (B, 3) as above.
+        gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
+        ahead: (B, T) its object, -1 where nobody is in the path.
+        limits: (B, 3) what the egos are able to do, see ``abilities``.
         quantity: ``MTTC`` or one of its neighbours that is worse when smaller.
         values: (B, T) out; +inf where there is no conflict, NaN where an input is not finite, 0
             beyond the run.
@@ -231,13 +179,14 @@ def following_series(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
 
 
 @inlined
-def _is_demand(quantity: int) -> bool:
+def is_worse_when_larger(quantity: int) -> bool:
+    """Tell whether a quantity is a demand."""
     return quantity in (MDRAC, DST, STN)
 
 
 @inlined
 def _keep(quantity: int, value: float, thing: int, found: Floats, who: Ints) -> None:
-    sign = -1.0 if _is_demand(quantity) else 1.0
+    sign = -1.0 if is_worse_when_larger(quantity) else 1.0
     if sign * value < sign * found[quantity]:
         found[quantity] = value
         who[quantity] = thing
@@ -277,7 +226,7 @@ def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         who: (10,) out: object, -1 where there is no conflict.
     """
     for quantity in range(FOLLOWING):
-        found[quantity] = -math.inf if _is_demand(quantity) else math.inf
+        found[quantity] = -math.inf if is_worse_when_larger(quantity) else math.inf
         who[quantity] = -1
     touched = contact[run, row]
     if touched >= 0:

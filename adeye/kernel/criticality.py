@@ -119,7 +119,7 @@ def _time_to_stop(speed: float, acceleration: float) -> float:
 
 
 @compiled
-def modified_time_to_collision(
+def modified_time_to_collision(  # noqa: C901 - three phases of two vehicles
     gap: float,
     rear_speed: float,
     front_speed: float,

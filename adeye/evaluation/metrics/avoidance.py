@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.evaluation.conflict import GAP
-from adeye.evaluation.followers import REAR_DEMAND, REAR_TTC, worst_followers
 from adeye.evaluation.following import (
     DST,
     ETTC,
@@ -20,9 +18,11 @@ from adeye.evaluation.following import (
     TTK,
     TTR,
     TTS,
-    worst_following,
+    scene_of,
 )
 from adeye.evaluation.metrics.criticality import max_required_deceleration
+from adeye.evaluation.metrics.followers import REAR_DEMAND, REAR_TTC, worst_followers
+from adeye.evaluation.metrics.pursuit import worst_following
 from adeye.evaluation.metrics.registry import column_of, metric_entry
 from adeye.evaluation.metrics.statuses import CODES
 from adeye.ports import MetricColumn
@@ -163,43 +163,18 @@ def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
 
 def _column(series: TraceSeries, quantity: int) -> MetricColumn:
     if "following" not in series.kept:
-        context, runs = series.trace.layout.context, series.trace.runs
-        values, actors = series.worst_conflicts
-        found = _empty(FOLLOWING, runs)
-        worst_following(
-            series.trace.length,
-            series.column("ego"),
-            series.column("ego_place"),
-            context.ego_size,
-            series.column("objects"),
-            series.column("object_places"),
-            context.object_sizes,
-            series.column("contact"),
-            values[GAP],
-            actors[GAP],
-            series.abilities,
-            *found,
-        )
+        found = _empty(FOLLOWING, series.trace.runs)
+        scene = scene_of(series.trace, *series.worst_conflicts)
+        worst_following(*scene, series.abilities, *found)
         series.kept["following"] = found
     return _reported(series, series.kept["following"], quantity)
 
 
 def _of_followers(series: TraceSeries, quantity: int) -> MetricColumn:
     if "followers" not in series.kept:
-        context, runs = series.trace.layout.context, series.trace.runs
-        found = _empty(2, runs)
-        worst_followers(
-            series.trace.length,
-            series.column("ego"),
-            series.column("ego_place"),
-            context.ego_size,
-            series.column("objects"),
-            series.column("object_places"),
-            context.object_sizes,
-            series.column("contact"),
-            series.worst_conflicts[0][GAP],
-            *found,
-        )
+        found = _empty(2, series.trace.runs)
+        scene = scene_of(series.trace, *series.worst_conflicts)
+        worst_followers(*scene[:-1], *found)
         series.kept["followers"] = found
     return _reported(series, series.kept["followers"], quantity)
 

@@ -39,7 +39,7 @@ EXPOSED, INTEGRATED, POTENTIAL, RESPONSE = range(4)
 
 
 @allocating
-def exposures(  # noqa: PLR0913, PLR0917 - a kernel over what is measured
+def exposures(  # noqa: C901, PLR0913, PLR0917 - a kernel over what is measured
     length: Ints,
     step: float,
     ttc: Floats,

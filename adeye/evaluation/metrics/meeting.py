@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.evaluation.conflict import GAP
-from adeye.evaluation.crossings import (
+from adeye.evaluation.metrics.crossings import (
     CROSSINGS,
     ENCROACHMENT,
     OVERLAP,
@@ -15,7 +15,7 @@ from adeye.evaluation.crossings import (
     PREDICTED_PET,
     worst_crossings,
 )
-from adeye.evaluation.encounters import (
+from adeye.evaluation.metrics.encounters import (
     DCE,
     ENCOUNTERS,
     PLANAR_TTC,

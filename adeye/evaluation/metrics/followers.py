@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.evaluation.bodies import ALONG, D, HALF_LENGTH, HALF_WIDTH, on_road, turn
+from adeye.evaluation.bodies import ALONG, HALF_LENGTH, HALF_WIDTH, D, on_road, turn
 from adeye.evaluation.conflict import limited_demand
 from adeye.evaluation.metrics.statuses import CODES
 from adeye.kernel.criticality import required_deceleration, time_to_collision
@@ -39,7 +39,7 @@ _ERROR: Final = CODES["error"]
 
 
 @allocating
-def worst_followers(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
+def worst_followers(  # noqa: C901, PLR0913, PLR0915, PLR0917 - a kernel over the whole scene
     length: Ints,
     ego: Floats,
     ego_place: Floats,
