@@ -131,6 +131,6 @@ def test_time_to_collision_converges_with_the_step(hand_made: Any) -> None:
     fine = np.linspace(0.0, 2.4, 2_400_001)
     exact = float(((44.0 - 20.0 * fine + 3.0 * fine**2) / (20.0 - 6.0 * fine)).min())
     errors = [least(step) - exact for step in (0.4, 0.2, 0.1, 0.05, 0.025)]
-    assert all(0.0 <= error for error in errors)
+    assert all(error >= 0.0 for error in errors)
     # At a smooth least value the error falls with the square of the step.
     assert errors[-1] <= errors[0] / 16.0

@@ -46,7 +46,7 @@ def test_crossing_at_60_mps_is_seen_before_it_is_there(hand_made: Any) -> None:
 
 
 def test_nearest_distance_converges_from_above(hand_made: Any) -> None:
-    # Crossing ahead of the ego, diagonal least distance between rows; the prediction has it at once.
+    # Crossing ahead: the least distance is between rows; the prediction has it at once.
     def made(step: float) -> Any:
         rows = round(3.2 / step) + 1
         time = np.arange(rows) * step
