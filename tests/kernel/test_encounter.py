@@ -108,11 +108,11 @@ def test_worst_case_head_on_is_a_quadratic() -> None:
 
 def test_passing_neighbour_has_its_lateral_distance() -> None:
     time, distance = closest_encounter(30.0, 3.5, -10.0, 0.0, *CAR, *CAR)
-    assert (time, distance) == (pytest.approx(2.6), pytest.approx(1.5, rel=1e-12))
-    assert closest_encounter(30.0, 3.5, 10.0, 0.0, *CAR, *CAR) == (
-        0.0,
-        pytest.approx(math.hypot(26.0, 1.5)),
-    )
+    assert time == pytest.approx(2.6, rel=1e-12)
+    assert distance == pytest.approx(1.5, rel=1e-12)
+    time, distance = closest_encounter(30.0, 3.5, 10.0, 0.0, *CAR, *CAR)
+    assert time == 0.0
+    assert distance == pytest.approx(math.hypot(26.0, 1.5), rel=1e-12)
 
 
 @pytest.mark.parametrize("which", range(4))

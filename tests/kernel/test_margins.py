@@ -40,10 +40,14 @@ def test_demands_grow_with_the_closing_speed_and_fall_with_the_gap(
     pair: tuple[float, float], time: float
 ) -> None:
     gap, closing = pair
-    for demand in (
-        lambda g, v: modified_deceleration_rate(g, v, time),
-        lambda g, v: deceleration_to_safety_time(g, v, 10.0, time),
-    ):
+
+    def late(gap: float, closing: float) -> float:
+        return modified_deceleration_rate(gap, closing, time)
+
+    def apart(gap: float, closing: float) -> float:
+        return deceleration_to_safety_time(gap, closing, 10.0, time)
+
+    for demand in (late, apart):
         assert demand(gap, closing) <= demand(gap, 1.1 * closing)
         assert demand(gap, closing) >= demand(1.1 * gap, closing)
         assert demand(gap, 0.0) == demand(gap, -closing) == 0.0
