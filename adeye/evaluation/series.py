@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from adeye.evaluation.abilities import abilities
 from adeye.evaluation.conflict import (
     DISTANCE,
     DRAC,
@@ -19,6 +20,7 @@ from adeye.evaluation.conflict import (
     TTC,
     measure_runs,
 )
+from adeye.evaluation.following import MTTC, TTR, following_series, scene_of
 from adeye.evaluation.pairs import measure_object
 from adeye.evaluation.samples import Samples, fill_statuses, is_demand
 from adeye.evaluation.stl.series import SampleStatus, Series
@@ -39,8 +41,7 @@ class RssParameters:
     """Assumptions of responsibility-sensitive safety about ego and others.
 
     Source:
-        Conservative starting values of the ad-rss library; IEEE 2846-2022 lists what each user of
-        the model must decide.
+        Starting values of the ad-rss library; IEEE 2846-2022 lists what each user must decide.
     """
 
     response_time: float = 1.0
@@ -98,7 +99,7 @@ class TraceSeries:
         """Prepare the series of a trace.
 
         Args:
-            trace: The runs.
+            trace: Of B runs.
             rss: Assumptions behind ``rss_margin`` and ``rss_violation``.
         """
         self.trace = trace
@@ -106,6 +107,16 @@ class TraceSeries:
         self._rss = _DEFAULT_RSS if rss is None else np.array(astuple(rss))
         self._samples: dict[str, Samples] = {}
         self.kept: dict[str, Any] = {}
+
+    @property
+    def rss_response(self) -> tuple[float, float]:
+        """Response time [s] of the ego and braking [m/s²] that RSS asks of it behind another."""
+        return float(self._rss[0]), float(self._rss[3])
+
+    @cached_property
+    def abilities(self) -> Floats:
+        """Largest braking, lateral acceleration and acceleration (B, 3) of the egos [m/s²]."""
+        return abilities(self.trace)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -218,7 +229,8 @@ class TraceSeries:
     @cached_property
     def least_distance(self) -> Samples:
         """Samples of the distance of which only the least of each run is exact."""
-        return _sampled(self, DISTANCE, self.worst_conflicts)
+        values, actors = self.worst_conflicts
+        return _sampled(self, values[DISTANCE], actors[DISTANCE])
 
     def _measured(self, *, is_least_only: bool) -> tuple[Floats, Shorts]:
         context = self.trace.layout.context
@@ -244,17 +256,17 @@ class TraceSeries:
 def _conflict(column: int) -> Callable[[TraceSeries], Samples]:
     def measure(series: TraceSeries) -> Samples:
         is_whole = column == DISTANCE
-        return _sampled(series, column, series.conflicts if is_whole else series.worst_conflicts)
+        values, actors = series.conflicts if is_whole else series.worst_conflicts
+        return _sampled(series, values[column], actors[column], demands=is_demand(column))
 
     return measure
 
 
-def _sampled(series: TraceSeries, column: int, conflicts: tuple[Floats, Shorts]) -> Samples:
-    values, actor = conflicts[0][column], conflicts[1][column]
-    status = np.empty(values.shape, dtype=np.int8)
-    fill_statuses(
-        series.trace.length, values, actor, series.column("contact"), is_demand(column), status
-    )
+def _sampled(
+    series: TraceSeries, values: Floats, actor: Shorts, *, demands: bool = False
+) -> Samples:
+    status, contact = np.empty(values.shape, dtype=np.int8), series.column("contact")
+    fill_statuses(series.trace.length, values, actor, contact, demands, status)
     return Samples(values, status, actor)
 
 
@@ -264,6 +276,16 @@ def _rss_violation(series: TraceSeries) -> Samples:
     violated = is_value & (margin.values < 0.0)
     actor = np.where(violated, margin.actor, -1)
     return Samples(violated.astype(np.float64), margin.status, actor)
+
+
+def _following(quantity: int) -> Callable[[TraceSeries], Samples]:
+    def measure(series: TraceSeries) -> Samples:
+        values, actor = np.empty(series.shape), np.empty(series.shape, dtype=np.int16)
+        scene = scene_of(series.trace, *series.worst_conflicts)
+        following_series(*scene, series.abilities, quantity, values, actor)
+        return _sampled(series, values, actor)
+
+    return measure
 
 
 def _jerk(series: TraceSeries) -> Samples:
@@ -318,6 +340,16 @@ _DEFINITIONS = (
         "Jansson (2005), Collision avoidance theory",
     ),
     _define(
+        "mttc", "s", 1.0, 10.0, "lower",
+        "least time to collision at constant accelerations with an object in the path",
+        "Ozbay et al. (2008), Derivation and validation of a surrogate safety measure",
+    ),
+    _define(
+        "ttr", "s", 1.0, 10.0, "lower",
+        "least time that the best of braking, steering and kickdown may wait, negative when late",
+        "Tamke et al. (2011), A flexible method for criticality assessment",
+    ),
+    _define(
         "drac", "m/s²", 1.0, None, "higher",
         "largest deceleration to avoid a crash with an object in the path that keeps its speed",
         "Cooper and Ferguson (1976), Traffic studies at T-junctions",
@@ -353,6 +385,8 @@ _MEASURES: Final[dict[str, Callable[[TraceSeries], Samples]]] = {
     "ttc": _conflict(TTC),
     "time_gap": _conflict(TIME_GAP),
     "time_headway": _conflict(TIME_HEADWAY),
+    "mttc": _following(MTTC),
+    "ttr": _following(TTR),
     "drac": _conflict(DRAC),
     "required_deceleration": _conflict(REQUIRED),
     "rss_margin": _conflict(RSS_MARGIN),

@@ -20,6 +20,7 @@ from adeye.kernel.rss import (
 __all__ = [
     "brake_threat_number",
     "deceleration_rate_to_avoid_crash",
+    "enhanced_time_to_collision",
     "modified_time_to_collision",
     "ramped_stopping_distance",
     "required_deceleration",
@@ -80,15 +81,45 @@ def _closing_root(gap: float, closing_speed: float, closing_acceleration: float)
 
 
 @compiled
-def _time_to_stop(speed: float, acceleration: float) -> float:
-    """Return when a braking vehicle stands [s]; infinity when it does not brake."""
-    if acceleration < 0.0:
-        return speed / -acceleration if speed > 0.0 else 0.0
-    return math.inf
+def enhanced_time_to_collision(
+    gap: float, closing_speed: float, closing_acceleration: float
+) -> float:
+    """Return the time to collision while the relative acceleration stays as it is [s].
+
+    Nobody stops: a vehicle that brakes to standstill is taken to reverse, which is where it differs
+    from ``modified_time_to_collision``.
+
+    Args:
+        gap: Bumper-to-bumper distance [m]; <= 0 means contact.
+        closing_speed: Rear minus front speed [m/s].
+        closing_acceleration: Rear minus front acceleration [m/s^2].
+
+    Returns:
+        First contact; 0 in contact, infinity without one.
+
+    Source:
+        ISO 15623, enhanced time to collision.
+    """
+    if math.isnan(gap + closing_speed + closing_acceleration):
+        return math.nan
+    if gap <= 0.0:
+        return 0.0
+    if gap == math.inf:
+        return math.inf
+    return _closing_root(gap, closing_speed, closing_acceleration)
 
 
 @compiled
-def modified_time_to_collision(
+def _time_to_stop(speed: float, acceleration: float) -> float:
+    """Return when a braking vehicle stands [s]; infinity when it does not brake."""
+    if speed * acceleration < 0.0:
+        return speed / -acceleration
+    # One that stands and brakes stays.
+    return 0.0 if speed == 0.0 and acceleration < 0.0 else math.inf
+
+
+@compiled
+def modified_time_to_collision(  # noqa: C901 - three phases of two vehicles
     gap: float,
     rear_speed: float,
     front_speed: float,
@@ -100,9 +131,9 @@ def modified_time_to_collision(
     Args:
         gap: Bumper-to-bumper distance [m]; <= 0 means contact.
         rear_speed: >= 0 [m/s].
-        front_speed: >= 0 [m/s].
+        front_speed: Of one that comes towards the rear vehicle < 0 [m/s].
         rear_acceleration: [m/s^2].
-        front_acceleration: [m/s^2].
+        front_acceleration: In the direction of the rear vehicle [m/s^2].
 
     Returns:
         First contact; 0 in contact, infinity without one.
@@ -137,8 +168,14 @@ def modified_time_to_collision(
         gap -= phase * (closing + 0.5 * phase * (rear_acceleration - front_acceleration))
         elapsed += phase
         # Exactly zero, so that no rest of rounding drives a stopped vehicle on.
-        rear_speed = 0.0 if rear_stop == phase else rear_speed + phase * rear_acceleration
-        front_speed = 0.0 if front_stop == phase else front_speed + phase * front_acceleration
+        if rear_stop == phase:
+            rear_speed = rear_acceleration = 0.0
+        else:
+            rear_speed += phase * rear_acceleration
+        if front_stop == phase:
+            front_speed = front_acceleration = 0.0
+        else:
+            front_speed += phase * front_acceleration
     return math.inf
 
 

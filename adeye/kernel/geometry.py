@@ -18,6 +18,7 @@ __all__ = [
     "contains_point",
     "point_box_distance",
     "signed_box_distance",
+    "sliding_contact",
     "swept_contact",
     "wrap_to_pi",
 ]
@@ -282,7 +283,7 @@ def _narrow(
 
 
 @compiled
-def _sliding_contact(
+def sliding_contact(
     dx: float,
     dy: float,
     rate_x: float,
@@ -367,7 +368,7 @@ def swept_contact(
         grow_2 = 0.5 * share * abs(turn_2)
         thick_1 = grow_1 * (length_1 + width_1)
         thick_2 = grow_2 * (length_2 + width_2)
-        at = _sliding_contact(
+        at = sliding_contact(
             dx,
             dy,
             rate_x,

@@ -13,7 +13,16 @@ if TYPE_CHECKING:
 
     from adeye.store.figures import Figures
 
-UNITS = {"mps": "m/s", "mps2": "m/s²", "mps3": "m/s³", "m": "m", "s": "s"}
+UNITS = {
+    "mps": "m/s",
+    "mps2": "m/s²",
+    "mps3": "m/s³",
+    "m": "m",
+    "s": "s",
+    "s2": "s²",
+    "radps": "rad/s",
+    "radps2": "rad/s²",
+}
 
 
 def metric_title(name: str) -> tuple[str, str]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
+from adeye.store.metric_ids import TABLES
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
@@ -171,7 +171,7 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
     digests.clear()
     numbers = number.tolist()
     metrics: dict[str, Floats] = {}
-    for table, ids in (("metric", FIRST_METRIC_IDS), ("timing", TIMING_IDS)):
+    for table, ids in TABLES.items():
         columns = read_columns(connection, table, "run_number", ids, numbers, np.float64)
         metrics.update(zip(ids, columns, strict=True))
     everything = Figures(

@@ -46,5 +46,56 @@ TIMING_IDS: Final = (
 )
 """Since schema 0003, in ``timing``."""
 
-METRIC_IDS: Final = (*FIRST_METRIC_IDS, *TIMING_IDS)
+CRITICALITY_IDS: Final = (
+    "min_time_gap_s",
+    "min_mttc_s",
+    "min_ettc_s",
+    "max_mdrac_mps2",
+    "max_dst_mps2",
+    "min_mtc",
+    "min_psd",
+    "max_btn",
+    "max_stn",
+    "min_ttb_s",
+    "min_tts_s",
+    "min_ttk_s",
+    "min_ttr_s",
+    "tet_s",
+    "tit_s2",
+    "tet_share",
+    "tit_mean_s",
+    "crash_potential",
+    "time_to_accident_s",
+    "min_rss_ratio",
+    "rss_response_violation_s",
+    "min_ttc_2d_s",
+    "min_wttc_s",
+    "min_dce_m",
+    "min_ttce_s",
+    "min_pet_s",
+    "pet_overlap_s",
+    "max_encroachment_time_s",
+    "min_predicted_pet_s",
+    "min_rear_ttc_s",
+    "max_follower_deceleration_mps2",
+    "delta_v_mps",
+    "other_delta_v_mps",
+    "fatality_probability",
+    "max_acceleration_mps2",
+    "max_lateral_acceleration_mps2",
+    "max_total_jerk_mps3",
+    "max_yaw_rate_radps",
+    "max_yaw_acceleration_radps2",
+    "uncomfortable_time_s",
+)
+"""Since schema 0004, in ``criticality``."""
+
+METRIC_IDS: Final = (*FIRST_METRIC_IDS, *TIMING_IDS, *CRITICALITY_IDS)
 """All of them, four columns each: value, status, time of the worst case, actor."""
+
+TABLES: Final = {
+    "metric": FIRST_METRIC_IDS,
+    "timing": TIMING_IDS,
+    "criticality": CRITICALITY_IDS,
+}
+"""The tables that hold them."""

@@ -13,7 +13,7 @@ from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.forking import find_fork, fork_of_case
 from adeye.store.leasing import work_state
-from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
+from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
 from adeye.store.rows import Artifact, EventRecord, MetricValue, VerdictRecord
 from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
@@ -21,7 +21,7 @@ from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from sqlalchemy import Connection, Row
+    from sqlalchemy import Connection, Row, Table
 
 MIN_PREFIX: Final = 4
 """Fewest characters of a digest that name a run or campaign."""
@@ -201,7 +201,8 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
         row=dict(found._mapping),
         metrics={
             **metric_values(metrics._mapping, FIRST_METRIC_IDS),
-            **_timing(connection, number),
+            **_later(connection, number, tables.timing, TIMING_IDS),
+            **_later(connection, number, tables.criticality, CRITICALITY_IDS),
         },
         verdicts=tuple(verdict_record(item) for item in verdicts),
         events=tuple(
@@ -212,11 +213,12 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
     )
 
 
-def _timing(connection: Connection, number: int) -> dict[str, MetricValue]:
+def _later(
+    connection: Connection, number: int, table: Table, ids: Sequence[str]
+) -> dict[str, MetricValue]:
     """Read the metrics that a run of an older release lacks."""
-    table = tables.timing
     found = connection.execute(table.select().where(table.c.run_number == number)).first()
-    return {} if found is None else metric_values(found._mapping, TIMING_IDS)
+    return {} if found is None else metric_values(found._mapping, ids)
 
 
 def _links(connection: Connection, number: int) -> tuple[str, ...] | None:

@@ -16,7 +16,7 @@ from adeye.evaluation.outcome import OUTCOMES
 from adeye.store import tables
 from adeye.store.columns import Column, Dictionary, Texts, Words, hash_words, table_rows
 from adeye.store.encoding import Row, clean_text, insert_rows, row, utc_text
-from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
+from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.numbers import next_number, run_numbers
 from adeye.store.plugin_metrics import metric_columns, record_plugin_metrics
 from adeye.store.views import WORST_FIRST
@@ -190,6 +190,7 @@ def _insert_runs(connection: Connection, block: RunBlock) -> None:
     results = Texts(np.arange(len(block)), block.results)
     metrics = metric_columns(results, block.metrics, FIRST_METRIC_IDS)
     timing = metric_columns(results, block.metrics, TIMING_IDS)
+    criticality = metric_columns(results, block.metrics, CRITICALITY_IDS)
     metric_words = hash_words(metrics)
     events = block.events
     event_columns: list[Column] = [
@@ -211,6 +212,8 @@ def _insert_runs(connection: Connection, block: RunBlock) -> None:
     _insert(connection, tables.run, [numbers, *columns], hash_words(columns))
     _insert(connection, tables.metric, [numbers, *metrics[1:]], metric_words)
     _insert(connection, tables.timing, [numbers, *timing[1:]], hash_words(timing))
+    words = hash_words(criticality)
+    _insert(connection, tables.criticality, [numbers, *criticality[1:]], words)
     _insert(connection, tables.event, [numbers[events.run], *event_columns[1:]], event_words)
     if block.chains:
         links: list[Column] = [

@@ -32,7 +32,7 @@ from adeye.store.concept_tables import element_relation as element_relation
 from adeye.store.concept_tables import fsr as fsr
 from adeye.store.concept_tables import hazardous_event as hazardous_event
 from adeye.store.concept_tables import safety_goal as safety_goal
-from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
+from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.metric_ids import METRIC_IDS as METRIC_IDS
 
 if TYPE_CHECKING:
@@ -235,6 +235,7 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
 
 metric = make_metric_table("metric", metadata, FIRST_METRIC_IDS)
 timing = make_metric_table("timing", metadata, TIMING_IDS)
+criticality = make_metric_table("criticality", metadata, CRITICALITY_IDS)
 verdict = Table(
     "verdict",
     metadata,
@@ -344,7 +345,7 @@ artifact = Table(
 INSERT_ONLY: Final = tuple(item for item in metadata.sorted_tables if item not in {work, artifact})
 """Tables whose rows are never changed or deleted, in dependency order."""
 
-RESULTS: Final = (run, metric, timing, verdict, event, chain)
+RESULTS: Final = (run, metric, timing, criticality, verdict, event, chain)
 """Tables written a block at a time; ``columns`` hashes their rows."""
 
 NONDETERMINISTIC: Final = {

@@ -10,7 +10,7 @@ from string import Template
 from typing import Final
 
 from adeye.store.check_views import check_view_ddl
-from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
+from adeye.store.metric_ids import TABLES
 from adeye.store.tables import MOMENTS
 
 PAIR_METRICS: Final = (
@@ -70,7 +70,8 @@ FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
 JOIN run r ON r.result_digest = c.result_digest
 JOIN metric m ON m.run_number = r.number
-LEFT JOIN timing n ON n.run_number = r.number"""
+LEFT JOIN timing n ON n.run_number = r.number
+LEFT JOIN criticality k ON k.run_number = r.number"""
 
 _FSR_STATUS = """CREATE VIEW v_fsr_status AS
 WITH counted AS (
@@ -230,7 +231,7 @@ def view_ddl() -> dict[str, str]:
     ]
     metrics = [
         f"{table}.{name}, {table}.{name}_status, {table}.{name}_time_s, {table}.{name}_actor"
-        for table, names in (("m", FIRST_METRIC_IDS), ("n", TIMING_IDS))
+        for table, names in zip("mnk", TABLES.values(), strict=True)
         for name in names
     ]
     return {

@@ -8,6 +8,7 @@ import pytest
 from adeye.kernel.criticality import (
     brake_threat_number,
     deceleration_rate_to_avoid_crash,
+    enhanced_time_to_collision,
     modified_time_to_collision,
     ramped_stopping_distance,
     required_deceleration,
@@ -113,6 +114,25 @@ def test_equal_speed_behind_a_braking_front_is_a_conflict() -> None:
 def test_braking_follower_stops_short() -> None:
     # It would stop after 10 m and never reaches the standing one 12 m ahead.
     assert modified_time_to_collision(12.0, 10.0, 0.0, -5.0, 0.0) == math.inf
+
+
+def test_who_comes_towards_and_brakes_stops_and_stays() -> None:
+    # 10 m/s each, he brakes with 5 m/s²: stands after 2 s and 10 m, the ego has 20 m of 50 m.
+    assert modified_time_to_collision(50.0, 10.0, -10.0, 0.0, 5.0) == pytest.approx(4.0, rel=1e-12)
+    assert modified_time_to_collision(40.0, 10.0, -10.0, 0.0, 0.0) == pytest.approx(2.0, rel=1e-12)
+    # Both brake: 10 m each, and 5 m are left.
+    assert modified_time_to_collision(25.0, 10.0, -10.0, -5.0, 5.0) == math.inf
+
+
+def test_enhanced_time_is_the_golden_one_and_lets_nobody_stop() -> None:
+    expected = (-5.0 + math.sqrt(105.0)) / 2.0
+    assert enhanced_time_to_collision(20.0, 5.0, 2.0) == pytest.approx(expected, rel=1e-12)
+    assert enhanced_time_to_collision(20.0, 5.0, 0.0) == time_to_collision(20.0, 5.0)
+    # The front brakes to a stop after 2 s; here it goes on into reverse and is met earlier.
+    reversing = enhanced_time_to_collision(20.0, 0.0, 5.0)
+    assert reversing == pytest.approx(math.sqrt(8.0), rel=1e-12)
+    assert reversing < modified_time_to_collision(20.0, 10.0, 10.0, 0.0, -5.0)
+    assert math.isnan(enhanced_time_to_collision(20.0, NAN, 0.0))
 
 
 def test_front_that_stopped_does_not_reverse() -> None:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 UNITLESS = {
     *("contact", "nominal_availability", "takeovers", "trips"),
     *("stop_rating", "stop_regret"),
+    *("min_mtc", "min_psd", "max_btn", "max_stn", "min_rss_ratio"),
+    *("tet_share", "crash_potential", "fatality_probability"),
 }
 
 

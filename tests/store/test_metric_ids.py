@@ -2,14 +2,15 @@
 
 from adeye.identity import digest
 from adeye.store import tables
-from adeye.store.metric_ids import FIRST_METRIC_IDS, METRIC_IDS, TIMING_IDS
+from adeye.store.metric_ids import FIRST_METRIC_IDS, METRIC_IDS, TABLES
 
 
 def test_every_metric_stands_in_one_table() -> None:
-    assert (*FIRST_METRIC_IDS, *TIMING_IDS) == METRIC_IDS
-    assert not set(FIRST_METRIC_IDS) & set(TIMING_IDS)
-    for table, ids in ((tables.metric, FIRST_METRIC_IDS), (tables.timing, TIMING_IDS)):
-        assert [column.name for column in table.columns][1:-1:4] == list(ids)
+    assert tuple(name for ids in TABLES.values() for name in ids) == METRIC_IDS
+    assert len(set(METRIC_IDS)) == len(METRIC_IDS)
+    for table, ids in TABLES.items():
+        columns = [column.name for column in tables.metadata.tables[table].columns]
+        assert columns[1:-1:4] == list(ids)
 
 
 def test_metrics_in_result_hashes_are_those_of_the_first_schema() -> None:

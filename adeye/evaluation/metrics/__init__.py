@@ -1,6 +1,17 @@
 """Metrics: one number per run with its status, time and actor of the worst case."""
 
-from adeye.evaluation.metrics import criticality, handling, motion, perception, stopping
+from adeye.evaluation.metrics import (
+    avoidance,
+    comfort,
+    criticality,
+    exposure,
+    handling,
+    meeting,
+    motion,
+    perception,
+    severity,
+    stopping,
+)
 from adeye.evaluation.metrics.registry import (
     METRICS,
     MetricDefinition,
@@ -12,12 +23,17 @@ from adeye.evaluation.metrics.registry import (
 __all__ = [
     "METRICS",
     "MetricDefinition",
+    "avoidance",
+    "comfort",
     "compute_metrics",
     "criticality",
+    "exposure",
     "handling",
+    "meeting",
     "metric_entry",
     "motion",
     "perception",
     "register_metric",
+    "severity",
     "stopping",
 ]

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 )
 def contact(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object, else 0."""
-    row, has_contact, touched = _contacts(series)
+    row, has_contact, touched = contacts_of(series)
     codes = np.full(row.shape, VALUE)
     column = column_of(series, codes, row, has_contact.astype(np.float64), touched)
     time = np.where(has_contact, column.time, np.nan)
@@ -51,7 +51,7 @@ def contact(series: TraceSeries) -> MetricColumn:
 )
 def impact_speed(series: TraceSeries) -> MetricColumn:
     """Relative speed at the first contact; no conflict without contact."""
-    row, has_contact, touched = _contacts(series)
+    row, has_contact, touched = contacts_of(series)
     codes = np.where(has_contact, VALUE, NO_CONFLICT)
     speed = series.column("impact_speed")[np.arange(len(row)), row]
     return column_of(series, codes, row, speed, touched)
@@ -68,7 +68,7 @@ def impact_speed(series: TraceSeries) -> MetricColumn:
 )
 def min_distance(series: TraceSeries) -> MetricColumn:
     """Least distance between the bodies of the ego and any object; 0 at contact."""
-    return _worst(series, DISTANCE)
+    return worst_of(series, DISTANCE)
 
 
 @metric_entry(
@@ -82,7 +82,7 @@ def min_distance(series: TraceSeries) -> MetricColumn:
 )
 def min_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant speeds with an object in the path; 0 at contact."""
-    return _worst(series, TTC)
+    return worst_of(series, TTC)
 
 
 @metric_entry(
@@ -96,7 +96,7 @@ def min_ttc(series: TraceSeries) -> MetricColumn:
 )
 def min_time_headway(series: TraceSeries) -> MetricColumn:
     """Least time between the front bumpers of ego and object in the path passing one place."""
-    return _worst(series, TIME_HEADWAY)
+    return worst_of(series, TIME_HEADWAY)
 
 
 @metric_entry(
@@ -109,7 +109,7 @@ def min_time_headway(series: TraceSeries) -> MetricColumn:
 )
 def max_drac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash, before contact, with who keeps its speed."""
-    return _worst(series, DRAC)
+    return worst_of(series, DRAC)
 
 
 @metric_entry(
@@ -122,7 +122,7 @@ def max_drac(series: TraceSeries) -> MetricColumn:
 )
 def max_required_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration needed, before contact, against who goes on braking."""
-    return _worst(series, REQUIRED)
+    return worst_of(series, REQUIRED)
 
 
 @metric_entry(
@@ -163,7 +163,7 @@ def standstill_gap(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, gaps[runs, row], actors[runs, row])
 
 
-def _worst(series: TraceSeries, quantity: int) -> MetricColumn:
+def worst_of(series: TraceSeries, quantity: int) -> MetricColumn:
     """Reduce a quantity of ``conflict`` to the worst of each run."""
     values, actors = (part[quantity] for part in series.worst_conflicts)
     row, codes = worst_conflicts(
@@ -173,7 +173,7 @@ def _worst(series: TraceSeries, quantity: int) -> MetricColumn:
     return column_of(series, codes, row, values[runs, row], actors[runs, row])
 
 
-def _contacts(series: TraceSeries) -> tuple[Ints, Bools, Ints]:
+def contacts_of(series: TraceSeries) -> tuple[Ints, Bools, Ints]:
     """Give the row (B,) of the first contact, 0 for none, whether there is one, and with whom."""
     touched = series.column("contact")
     row = first_contacts(series.trace.length, touched)

@@ -44,7 +44,9 @@ def unit_exponents(text: str) -> Exponents | None:
         return UNITS[text].exponents
     power = re.fullmatch(r"([a-z]+)(?:\^?([2-4])|([²³]))", text)
     if power is None or power[1] not in UNITS:
-        return None
+        top, quotient, bottom = text.partition("/")
+        above, below = (unit_exponents(part) if quotient else None for part in (top, bottom))
+        return None if above is None or below is None else _product(above, below, "/")
     times = int(power[2]) if power[2] else {"²": 2, "³": 3}[power[3]]
     return tuple(times * exponent for exponent in UNITS[power[1]].exponents)
 

@@ -1,0 +1,125 @@
+"""Encounters in the plane: closed forms, laws, and what a search in small steps finds."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from adeye.kernel.encounter import (
+    closest_encounter,
+    planar_time_to_collision,
+    worst_time_to_collision,
+)
+from adeye.kernel.geometry import box_distance
+
+CAR = (0.0, 4.0, 2.0)
+Pair = tuple[float, float, float, float, float, float, float, float, float, float]
+placed = st.tuples(
+    *[st.floats(-40.0, 40.0)] * 2,
+    *[st.floats(-20.0, 20.0)] * 2,
+    st.floats(-3.2, 3.2), st.floats(1.0, 8.0), st.floats(0.5, 3.0),
+    st.floats(-3.2, 3.2), st.floats(1.0, 8.0), st.floats(0.5, 3.0),
+)  # fmt: skip
+
+
+def swapped(pair: Pair) -> Pair:
+    dx, dy, rate_x, rate_y, *bodies = pair
+    h, ln, w, h2, l2, w2 = bodies
+    return -dx, -dy, -rate_x, -rate_y, h2, l2, w2, h, ln, w
+
+
+def mirrored(pair: Pair) -> Pair:
+    dx, dy, rate_x, rate_y, h, ln, w, h2, l2, w2 = pair
+    return dx, -dy, rate_x, -rate_y, -h, ln, w, -h2, l2, w2
+
+
+def distance_at(pair: Pair, time: float) -> float:
+    dx, dy, rate_x, rate_y, h, ln, w, h2, l2, w2 = pair
+    return box_distance(0.0, 0.0, h, ln, w, dx + rate_x * time, dy + rate_y * time, h2, l2, w2)
+
+
+def test_following_is_the_one_dimensional_time() -> None:
+    # Centres 24 m apart, 4 m long: a gap of 20 m that closes with 5 m/s.
+    assert planar_time_to_collision(24.0, 0.0, -5.0, 0.0, *CAR, *CAR) == pytest.approx(
+        4.0, rel=1e-12
+    )
+    assert planar_time_to_collision(24.0, 1.99, -5.0, 0.0, *CAR, *CAR) == pytest.approx(4.0)
+    assert planar_time_to_collision(24.0, 2.01, -5.0, 0.0, *CAR, *CAR) == math.inf
+
+
+def test_turned_box_is_met_at_its_corner() -> None:
+    # A square of 2 m turned by 45 degrees reaches sqrt(2) ahead.
+    found = planar_time_to_collision(10.0, 0.0, -2.0, 0.0, *CAR, math.pi / 4.0, 2.0, 2.0)
+    assert found == pytest.approx((10.0 - 2.0 - math.sqrt(2.0)) / 2.0, rel=1e-12)
+
+
+def test_thin_and_fast_crossing_does_not_tunnel() -> None:
+    # 0.1 m wide across the way, 60 m/s: 6 m in a step of 0.1 s, past the ego of 2 m.
+    assert planar_time_to_collision(0.0, -61.05, 0.0, 60.0, *CAR, *(0.0, 0.1, 0.1)) == (
+        pytest.approx(1.0, rel=1e-12)
+    )
+
+
+@given(placed)
+@settings(max_examples=200, deadline=None)
+def test_it_is_symmetric_and_does_not_know_left_from_right(pair: Pair) -> None:
+    time = planar_time_to_collision(*pair)
+    for other in (swapped(pair), mirrored(pair)):
+        assert planar_time_to_collision(*other) == pytest.approx(time, rel=1e-9, abs=1e-9)
+    assert closest_encounter(*swapped(pair))[1] == pytest.approx(
+        closest_encounter(*pair)[1], rel=1e-9, abs=1e-9
+    )
+
+
+@given(placed)
+@settings(max_examples=200, deadline=None)
+def test_closest_encounter_is_where_it_says_and_nowhere_nearer(pair: Pair) -> None:
+    time, distance = closest_encounter(*pair)
+    assert distance_at(pair, time) == pytest.approx(distance, abs=1e-6 * (1.0 + time))
+    for later in np.linspace(0.0, 12.0, 121):
+        assert distance <= distance_at(pair, float(later)) + 1e-6
+    assert (distance == 0.0) == (planar_time_to_collision(*pair) < math.inf)
+
+
+@given(placed, st.floats(0.0, 20.0))
+@settings(max_examples=200, deadline=None)
+def test_worst_case_is_never_later_than_constant_velocity(pair: Pair, most: float) -> None:
+    dx, dy, rate_x, rate_y, _, ln, w, _, l2, w2 = pair
+    reach = 0.5 * (math.hypot(ln, w) + math.hypot(l2, w2))
+    worst = worst_time_to_collision(dx, dy, rate_x, rate_y, reach, most)
+    assert worst <= planar_time_to_collision(*pair) * (1.0 + 1e-9) + 1e-9
+    assert worst >= worst_time_to_collision(dx, dy, rate_x, rate_y, reach, most + 1.0) - 1e-9
+    if 0.0 < worst < 1e6:
+        apart = math.hypot(dx + rate_x * worst, dy + rate_y * worst)
+        assert apart == pytest.approx(reach + 0.5 * most * worst * worst, rel=1e-9, abs=1e-6)
+
+
+def test_worst_case_head_on_is_a_quadratic() -> None:
+    # 100 m less 5 m of both circles: 8 t^2 + 10 t = 95.
+    expected = (-10.0 + math.sqrt(100.0 + 4.0 * 8.0 * 95.0)) / 16.0
+    assert worst_time_to_collision(100.0, 0.0, -10.0, 0.0, 5.0, 16.0) == pytest.approx(
+        expected, rel=1e-12
+    )
+    assert worst_time_to_collision(4.0, 0.0, 10.0, 0.0, 5.0, 16.0) == 0.0
+    assert worst_time_to_collision(100.0, 3.0, -10.0, 50.0, 5.0, 0.0) == math.inf
+
+
+def test_passing_neighbour_has_its_lateral_distance() -> None:
+    time, distance = closest_encounter(30.0, 3.5, -10.0, 0.0, *CAR, *CAR)
+    assert time == pytest.approx(2.6, rel=1e-12)
+    assert distance == pytest.approx(1.5, rel=1e-12)
+    time, distance = closest_encounter(30.0, 3.5, 10.0, 0.0, *CAR, *CAR)
+    assert time == 0.0
+    assert distance == pytest.approx(math.hypot(26.0, 1.5), rel=1e-12)
+
+
+@pytest.mark.parametrize("which", range(4))
+def test_unknown_number_stays_one(which: int) -> None:
+    motion = [10.0, 1.0, -1.0, 0.0]
+    motion[which] = math.nan
+    dx, dy, rate_x, rate_y = motion
+    assert math.isnan(planar_time_to_collision(dx, dy, rate_x, rate_y, *CAR, *CAR))
+    assert math.isnan(closest_encounter(dx, dy, rate_x, rate_y, *CAR, *CAR)[1])
+    assert math.isnan(worst_time_to_collision(dx, dy, rate_x, rate_y, 3.0, 1.0))
