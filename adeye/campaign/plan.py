@@ -233,8 +233,12 @@ class CampaignPlan:
 
     def _odd_content(self) -> dict[str, Any]:
         files = self.files
+        odd = files.odd.spec.model_dump(mode="json", by_alias=True)
+        if odd["uncertainty"] is None:
+            # An ODD that does not ask for it is the same content as before there was the key.
+            del odd["uncertainty"]
         return {
-            "odd": files.odd.spec.model_dump(mode="json", by_alias=True),
+            "odd": odd,
             "scenarios": {
                 name: item.spec.model_dump(mode="json") for name, item in files.scenarios.items()
             },

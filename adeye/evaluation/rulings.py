@@ -28,6 +28,7 @@ from adeye.evaluation.metrics.statuses import CODES as _CODES
 from adeye.evaluation.metrics.statuses import STATUSES, status_codes
 from adeye.evaluation.stl.descent import BINDING_STATUSES
 from adeye.evaluation.stl.program import KIND, WORD
+from adeye.evaluation.uncertainty import is_uncertain, uncertain_detail
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from adeye.evaluation.requirements import CheckedRequirement
     from adeye.evaluation.stl.columns import StlColumns
     from adeye.evaluation.stl.program import Words
+    from adeye.evaluation.uncertainty import NumericUncertainty
     from adeye.ports import MetricColumn
     from adeye.signals import Bools, Floats, Ints
 
@@ -109,7 +111,7 @@ class Frame:
         runs: Ints,
         evaluated: StlColumns | None,
         metrics: Mapping[str, MetricColumn],
-        least: float,
+        uncertainty: NumericUncertainty | None,
     ) -> JudgementColumns:
         """Judge an FSR on the runs that it concerns.
 
@@ -118,7 +120,7 @@ class Frame:
             runs: (R,) rows of the trace.
             evaluated: Its formula on the trace; None for a bound.
             metrics: Metrics of the trace.
-            least: Numeric uncertainty of the margin in its unit.
+            uncertainty: Numeric uncertainty of its margins; None for none.
         """
         if item.bound is not None:
             found = self._by_bound(item.bound, metrics[item.bound.column], runs)
@@ -127,6 +129,8 @@ class Frame:
         else:
             # Every run is invalid, so that nothing was evaluated.
             found = _nothing(len(runs))
+        units = [binding[0] for binding in found.bindings]
+        least = np.zeros(len(units)) if uncertainty is None else uncertainty.of(units)
         verdict, override = self._settled(found, runs, least, fails=item.requirement.on_contact)
         # Invalid runs have reasons of their own, in front of the others.
         own = sorted({reason for run in runs if (reason := self.invalid[run]) is not None})
@@ -137,7 +141,7 @@ class Frame:
         details = [self._detail(found, int(key), least) for key in unique]
         judged = JudgementColumns(
             fsr_id=item.requirement.id,
-            fsr_digest=item.digest,
+            fsr_digest=item.digest if uncertainty is None else uncertainty.digest,
             runs=runs,
             verdict=verdict,
             exercised=found.exercised,
@@ -152,11 +156,13 @@ class Frame:
         return _without_invalid(judged, chosen >= 0) if own else judged
 
     def _settled(
-        self, found: _Ruling, runs: Ints, least: float, *, fails: str
+        self, found: _Ruling, runs: Ints, least: Floats, *, fails: str
     ) -> tuple[Ints, Ints]:
         """Apply the rules about contact and numeric uncertainty."""
         is_open = (found.verdict == INCONCLUSIVE) & self.by_contact[runs]
-        is_small = (found.verdict == PASS) & (found.numbers[:, MARGIN] < least)
+        is_small = is_uncertain(
+            found.verdict == PASS, found.numbers[:, MARGIN], least[found.binding]
+        )
         verdict = np.where(is_small, INCONCLUSIVE, found.verdict)
         if fails == "fail":
             verdict = np.where(is_open, FAIL, verdict)
@@ -164,12 +170,11 @@ class Frame:
         return verdict, override
 
     @staticmethod
-    def _detail(found: _Ruling, key: int, least: float) -> str | None:
+    def _detail(found: _Ruling, key: int, least: Floats) -> str | None:
         rest, override = divmod(key, 3)
         reason, binding = divmod(rest, len(found.bindings))
         if override == _UNCERTAIN:
-            unit = found.bindings[binding][0]
-            return f"margin below the numeric uncertainty of {least:g} {unit}"
+            return uncertain_detail(float(least[binding]), found.bindings[binding][0])
         detail = found.explain(reason)
         return _and("ended by contact", detail) if override == _BY_CONTACT else detail
 
