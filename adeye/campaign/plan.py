@@ -16,6 +16,7 @@ from adeye.campaign.check import (
     over_budget,
 )
 from adeye.campaign.content import Contents
+from adeye.campaign.halving import Sample, check_half_step, choose, judged_with
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
 from adeye.campaign.provenance import provenance
@@ -140,6 +141,12 @@ class CampaignPlan:
         """Folder of each architecture's file, where its plug-ins are looked for."""
         return {name: item.path.parent for name, item in self.files.architectures.items()}
 
+    @cached_property
+    def samples(self) -> tuple[Sample, ...]:
+        """What is executed with half the step too; nothing unless the ODD asks for it."""
+        asked = self.files.odd.spec.uncertainty
+        return () if asked is None else choose(self.expansion, self.engines, asked.situations)
+
     @property
     def work(self) -> WorkContext:
         """What every block of the campaign shares."""
@@ -161,7 +168,12 @@ class CampaignPlan:
             odd=ContentRecord(odd.odd, "", self._odd_content()),
             concept=self.files.concept.spec,
             fsrs=[
-                CampaignFsr(item.requirement.id, item.digest, dict(item.not_applicable))
+                CampaignFsr(
+                    item.requirement.id,
+                    item.digest,
+                    dict(item.not_applicable),
+                    judged_with(item, self.samples),
+                )
                 for item in self.requirements
             ],
             gate=self.files.gate,
@@ -294,6 +306,8 @@ def make_plan(
     check_onsets(files)
     check_hooks(files)
     check_fits(files)
+    if files.odd.spec.uncertainty is not None:
+        check_half_step(files)
     requirements = check_requirements(
         files.concept.spec, judged_plan(files, parts), files.concept.locate
     )

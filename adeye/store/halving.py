@@ -119,7 +119,7 @@ class HalfSteps:
             insert_rows(connection, table, rows, ignore_existing=True)
 
     def save_uncertainty(self, campaign: str, found: Sequence[UncertaintyRecord]) -> None:
-        """Keep what halving the step changed, and judge with it every result that is there.
+        """Keep what halving the step changed.
 
         Raises:
             IntegrityError: Something else was found before.
@@ -134,6 +134,9 @@ class HalfSteps:
                 )
             if not known:
                 insert_rows(connection, tables.uncertainty, rows)
+
+    def judge(self, campaign: str) -> None:
+        """Judge with it every result that is there and was judged without it."""
         first, planned = 0, self._planned(campaign)
         while first < planned:
             # Part by part, so that no transaction is long; asked again it goes on.
