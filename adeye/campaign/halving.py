@@ -27,7 +27,7 @@ from adeye.evaluation.uncertainty import (
     sampled_margin,
     sampled_metric,
 )
-from adeye.store.rows import HalfStepRecord, UncertaintyRecord
+from adeye.store.halving import HalfStepRecord, UncertaintyRecord
 from adeye.sweep.clock import check_rates, check_times
 from adeye.sweep.groups import NO_FAULT
 from adeye.sweep.structure import structure_key
@@ -95,8 +95,8 @@ def choose(
         alike = groupby(sorted(cases), key=lambda item: item[0])
         chosen = [next(items) for _, items in alike][:situations]
         results = engines[architecture].result_digests([case for _, case, _ in chosen])
-        ordinals = tuple(ordinal for *_, ordinal in chosen)
-        samples.append(Sample(scenario, architecture, ordinals, tuple(results)))
+        of_plan = tuple(ordinal for *_, ordinal in chosen)
+        samples.append(Sample(scenario, architecture, of_plan, tuple(results)))
     return tuple(samples)
 
 
@@ -171,6 +171,19 @@ class _Batch:
         return tuple(pair.twin if self.is_twin else pair.case for pair in self.pairs)
 
 
+@dataclass(frozen=True)
+class Halved:
+    """What came of the twins with half the step.
+
+    Attributes:
+        twins: How many were executed now.
+        failures: Why some could not be executed.
+    """
+
+    twins: int = 0
+    failures: tuple[str, ...] = ()
+
+
 class HalfStepTasks(Iterator[BatchTask]):
     """What a plan's samples still need, batch by batch; asked again after its end, it looks again.
 
@@ -213,10 +226,12 @@ class HalfStepTasks(Iterator[BatchTask]):
             self._again(batch, done.lost if done.result is None else done.result.failure)
             return
         if batch.is_twin:
-            self._repository.half_steps.save_twins([pair.record for pair in batch.pairs], runs)
+            self._repository.hindsight.half_steps.save_twins(
+                [pair.record for pair in batch.pairs], runs
+            )
             self.twins += len(batch.pairs)
         else:
-            self._repository.half_steps.save_runs(runs)
+            self._repository.hindsight.half_steps.save_runs(runs)
         self.done += len(batch.pairs)
 
     def found(self) -> list[UncertaintyRecord]:
@@ -240,7 +255,7 @@ class HalfStepTasks(Iterator[BatchTask]):
 
     def _open(self, fitting: int) -> Iterator[_Batch]:
         pairs = [pair for found in self._pairs.values() for pair in found]
-        half_steps = self._repository.half_steps
+        half_steps = self._repository.hindsight.half_steps
         results = [digest for pair in pairs for digest in (pair.result, pair.twin_result)]
         known, judged = half_steps.known(results), half_steps.judged(results)
         groups: dict[tuple[str, bool], list[_Pair]] = defaultdict(list)

@@ -8,7 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
-from adeye.campaign.halving import HalfStepTasks
+from adeye.campaign.halving import HalfStepTasks, Halved
 from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.channels.factory import PROCESS
@@ -160,12 +160,14 @@ def run_campaign(
             yield from executor.run(wanted)
 
         tasks = _Tasks(repository, plan, stored)
-        halved = _HalfSteps()
+        halved = Halved()
         state = Progress("run", 0, stored.to_execute + stored.to_judge, 0)
         try:
             if plan.samples:
                 halved = _halve(repository, plan, stored, start, tasks.unchanged, report)
-                state = replace(state, total=sum(repository.count_open(stored.campaign)))
+                state = replace(
+                    state, total=sum(repository.hindsight.half_steps.count_open(stored.campaign))
+                )
             # Without the uncertainty that was asked for nothing can be judged.
             if not halved.failures:
                 report(state)
@@ -180,36 +182,35 @@ def run_campaign(
             executor.close()
             tasks.release()
         report(replace(state, phase="done"))
-        campaign = repository.find_campaign(stored.campaign)
-        now = repository.progress(stored.campaign).executed - stored.reused
-        summary = summarise(repository, campaign, plan, stored)
-        summary = replace(summary, executed=now, twins=halved.twins)
-        if halved.failures:
-            why = halved.failures[-1].partition("\n")[0]
-            unknown = f"nothing is judged, the numeric uncertainty is not known: {why}"
-            summary = replace(summary, message=f"{summary.message.rstrip('.')}; {unknown}")
-        failed = failed_channels(repository, stored.campaign)
-        if failed:
-            summary = replace(summary, message=f"{summary.message.rstrip('.')}; {failed}")
-        if tasks.failures and campaign.work.quarantined:
-            # An exception of a library may have many lines; the database keeps them all.
-            last = tasks.failures[-1].partition("\n")[0]
-            given_up = f"{campaign.work.quarantined} blocks were given up: {last}"
-            summary = replace(summary, message=f"{summary.message.rstrip('.')}; {given_up}")
-        return summary
+        return _summary(repository, plan, stored, tasks.failures, halved)
 
 
-@dataclass(frozen=True)
-class _HalfSteps:
-    """What came of the twins with half the step.
+def _summary(
+    repository: Repository,
+    plan: CampaignPlan,
+    stored: Plan,
+    failures: Sequence[str],
+    halved: Halved,
+) -> CampaignSummary:
+    """Say what came out, with what went wrong in the message."""
+    campaign = repository.find_campaign(stored.campaign)
+    now = repository.progress(stored.campaign).executed - stored.reused
+    summary = summarise(repository, campaign, plan, stored)
+    notes = [failed_channels(repository, stored.campaign)]
+    if halved.failures:
+        notes.append(f"nothing is judged without the twins: {_first_line(halved.failures[-1])}")
+    if failures and campaign.work.quarantined:
+        last = _first_line(failures[-1])
+        notes.append(f"{campaign.work.quarantined} blocks were given up: {last}")
+    if any(notes):
+        message = "; ".join((summary.message.rstrip("."), *filter(None, notes)))
+        summary = replace(summary, message=message)
+    return replace(summary, executed=now, twins=halved.twins)
 
-    Attributes:
-        twins: How many were executed now.
-        failures: Why some could not be executed.
-    """
 
-    twins: int = 0
-    failures: tuple[str, ...] = ()
+def _first_line(text: str) -> str:
+    """An exception of a library may have many lines; the database keeps them all."""
+    return text.partition("\n")[0]
 
 
 def _halve(
@@ -219,10 +220,10 @@ def _halve(
     start: Callable[[Iterator[BatchTask]], Iterator[Done[BatchTask, BatchResult]]],
     unchanged: Unchanged,
     report: Callable[[Progress], None],
-) -> _HalfSteps:
+) -> Halved:
     """Find the numeric uncertainty unless it is known, and judge with it what is there."""
-    half_steps = repository.half_steps
-    found = _HalfSteps()
+    half_steps = repository.hindsight.half_steps
+    found = Halved()
     if not half_steps.uncertainty(stored.campaign):
         halves = HalfStepTasks(repository, plan, _fitting(plan.examples()))
         report(Progress("half step", 0, halves.total, 0))
@@ -230,11 +231,12 @@ def _halve(
             unchanged.check()
             halves.absorb(done)
             report(Progress("half step", halves.done, halves.total, 0))
-        found = _HalfSteps(halves.twins, tuple(halves.failures))
+        found = Halved(halves.twins, tuple(halves.failures))
         if found.failures:
             return found
         half_steps.save_uncertainty(stored.campaign, halves.found())
-    if stored.reused:
+        half_steps.judge(stored.campaign)
+    elif stored.to_judge:
         half_steps.judge(stored.campaign)
     return found
 

@@ -23,6 +23,7 @@ from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
 from adeye.cli.starter import init
 from adeye.cli.timing import faults, timeline
+from adeye.cli.uncertainty import uncertainty
 from adeye.cli.warmup import warmup
 
 CAMPAIGN: Final = "Plan and run"
@@ -136,6 +137,13 @@ add(
     panel=RESULTS,
 )
 add(app, forks, "adeye forks", "adeye forks 3 --sample 50 --json", panel=RESULTS)
+add(
+    app,
+    uncertainty,
+    "adeye uncertainty",
+    "adeye uncertainty odd/motorway_chauffeur.yaml --json",
+    panel=RESULTS,
+)
 add(
     app,
     query,

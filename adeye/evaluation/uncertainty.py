@@ -178,12 +178,16 @@ def differences(
         pairs: Run and twin; None for one of which nothing is known.
 
     Returns:
-        One entry for each unit: a formula has the margin of whichever predicate decides.
+        One entry for each unit: a formula has the margin of whichever predicate decides. Pairs
+        without a value stand with those that have one, if these have one unit.
     """
     groups: dict[str, list[tuple[Sampled, Sampled]]] = defaultdict(list)
+    valued = {item.unit for pair in pairs for item in pair if item and item.value is not None}
+    only = next(iter(valued)) if len(valued) == 1 else None
     for first, second in pairs:
         missing = Sampled(None, "missing", "" if first is None else first.unit)
-        groups[(first or second or missing).unit].append((first or missing, second or missing))
+        unit = (first or second or missing).unit if only is None else only
+        groups[unit].append((first or missing, second or missing))
     return [_difference(kind, name, unit, found) for unit, found in sorted(groups.items())]
 
 
@@ -194,11 +198,12 @@ def _difference(
     found: list[float] = []
     for first, second in pairs:
         before, after = first.status, second.status
-        if second.unit != unit and second.value is not None and first.value is not None:
-            after = f"{after} in {second.unit or 'no unit'}"
+        is_alike = first.unit == second.unit == unit
+        if first.unit != second.unit and first.value is not None and second.value is not None:
+            before, after = f"{before} in {first.unit}", f"{after} in {second.unit}"
         if before != after:
             changes[f"{before} → {after}"] += 1
-        if _is_finite(first) and _is_finite(second) and second.unit == unit:
+        if is_alike and _is_finite(first) and _is_finite(second):
             assert first.value is not None
             assert second.value is not None
             found.append(abs(first.value - second.value))

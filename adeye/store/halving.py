@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -26,8 +26,9 @@ from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.block import JudgedBlock
 from adeye.store.encoding import insert_rows, json_text, row
+from adeye.store.pending import count_open
 from adeye.store.recording import record_runs, record_verdicts
-from adeye.store.rows import UncertaintyRecord, VerdictRecord
+from adeye.store.rows import VerdictRecord
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,27 +37,64 @@ if TYPE_CHECKING:
 
     from adeye.store.block import RunBlock
     from adeye.store.database import Database
-    from adeye.store.rows import HalfStepRecord
+    from adeye.store.stored import RunRef, StoredRun
 
 _PART: Final = 2_048
 """Cases that are judged together."""
 
-_FSR_OF = "SELECT DISTINCT scenario, architecture, name, fsr_digest, judged_digest"
-
-_PLAIN = f"""SELECT r.result_digest, c.scenario, c.architecture, u.judged_digest, v.*
+_PLAIN: Final = """SELECT r.result_digest, c.scenario, c.architecture, u.judged_digest, v.*
 FROM campaign_case c
 JOIN run r ON r.result_digest = c.result_digest
 JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.architecture
     AND f.scenario = c.scenario AND f.applicable
     AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
         ELSE NOT c.inside_odd END
-JOIN ({_FSR_OF} FROM uncertainty WHERE campaign_id = ? AND kind = 'fsr') u
+JOIN (SELECT DISTINCT scenario, architecture, name, fsr_digest, judged_digest
+    FROM uncertainty WHERE campaign_id = ? AND kind = 'fsr') u
     ON u.scenario = c.scenario AND u.architecture = c.architecture AND u.name = f.fsr_id
     AND u.judged_digest = f.fsr_digest
 JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = u.fsr_digest
 LEFT JOIN verdict w ON w.run_number = r.number AND w.fsr_digest = f.fsr_digest
 WHERE c.campaign_id = ? AND c.ordinal >= ? AND c.ordinal < ? AND w.run_number IS NULL
 ORDER BY c.ordinal, f.fsr_id"""
+
+
+@dataclass(frozen=True)
+class HalfStepRecord:
+    """A run that is the same as another but for its step, which is half as long.
+
+    Attributes:
+        result_digest: The twin.
+        test_case: Its test case.
+        origin: Result digest of the run with the whole step.
+        origin_case: Test case of that run.
+        step_s: Step of the twin [s].
+    """
+
+    result_digest: str
+    test_case: str
+    origin: str
+    origin_case: str
+    step_s: float
+
+
+@dataclass(frozen=True)
+class UncertaintyRecord:
+    """One line of what halving the step changed in a scenario and architecture of a campaign.
+
+    Attributes:
+        scenario: Id in the ODD.
+        architecture: Id.
+        difference: What changed.
+        fsr_digest: Of an FSR, identity of what is judged; empty for a metric.
+        judged_digest: Of an FSR, identity of judging it with the uncertainty.
+    """
+
+    scenario: str
+    architecture: str
+    difference: Difference
+    fsr_digest: str = ""
+    judged_digest: str = ""
 
 
 class HalfSteps:
@@ -149,14 +187,25 @@ class HalfSteps:
         with self._database.read() as connection:
             return _read_uncertainty(connection, campaign)
 
-    def numeric(
-        self, campaign: str, scenario: str, architecture: str
-    ) -> dict[str, NumericUncertainty]:
-        """Give the numeric uncertainty that FSRs are judged with, by FSR."""
+    def judged_with(self, run: RunRef, stored: StoredRun) -> dict[str, NumericUncertainty]:
+        """Give the numeric uncertainty that a run was judged with, by FSR.
+
+        Forks and twins are judged without any.
+        """
         with self._database.read() as connection:
-            found = _numeric(connection, campaign)
-        wanted = (scenario, architecture)
-        return {key[2]: value for key, (_, value) in found.items() if key[:2] == wanted}
+            found = _numeric(connection, run.campaign)
+        judged = {verdict.fsr_digest for verdict in stored.verdicts}
+        return {
+            fsr: item
+            for (scenario, architecture, fsr), item in found.items()
+            if (scenario, architecture) == (run.scenario, run.architecture)
+            and item.digest in judged
+        }
+
+    def count_open(self, campaign: str) -> tuple[int, int]:
+        """Count the cases without a result, and those with a result that lack a verdict."""
+        with self._database.read() as connection:
+            return count_open(connection, campaign)
 
     def _planned(self, campaign: str) -> int:
         table = tables.campaign
@@ -195,7 +244,7 @@ def judge_with_uncertainty(connection: Connection, campaign: str, first: int, en
         return 0
     verdicts: dict[str, dict[str, VerdictRecord]] = defaultdict(dict)
     for item in found:
-        _, least = numeric[item["scenario"], item["architecture"], item["fsr_id"]]
+        least = numeric[item["scenario"], item["architecture"], item["fsr_id"]]
         judged = _with_uncertainty(_verdict(item), least)
         # Two cases of a campaign may be one test case.
         verdicts[item["result_digest"]][judged.fsr_digest] = judged
@@ -317,17 +366,18 @@ def _read_uncertainty(connection: Connection, campaign: str) -> tuple[Uncertaint
 
 def _numeric(
     connection: Connection, campaign: str
-) -> dict[tuple[str, str, str], tuple[str, NumericUncertainty]]:
-    """Give digest and numeric uncertainty by scenario, architecture and FSR."""
-    least: dict[tuple[str, str, str, str, str], dict[str, float]] = defaultdict(dict)
-    for item in _read_uncertainty(connection, campaign):
-        found = item.difference
-        if found.kind != "fsr":
-            continue
-        digests = item.fsr_digest, item.judged_digest
-        units = least[item.scenario, item.architecture, found.name, *digests]
-        if found.uncertainty is not None:
-            units[found.unit] = found.uncertainty
-    return {
-        key[:3]: (key[3], NumericUncertainty(key[4], units)) for key, units in least.items()
-    }
+) -> dict[tuple[str, str, str], NumericUncertainty]:
+    """Give the numeric uncertainty by scenario, architecture and FSR."""
+    table = tables.uncertainty
+    columns = (table.c.scenario, table.c.architecture, table.c.name, table.c.judged_digest)
+    found = connection.execute(
+        select(*columns, table.c.unit, table.c.uncertainty).where(
+            table.c.campaign_id == campaign, table.c.kind == "fsr"
+        )
+    )
+    least: dict[tuple[str, str, str, str], dict[str, float]] = defaultdict(dict)
+    for *key, unit, value in found:
+        units = least[key[0], key[1], key[2], key[3]]
+        if value is not None:
+            units[unit] = value
+    return {key[:3]: NumericUncertainty(key[3], units) for key, units in least.items()}

@@ -23,7 +23,6 @@ from adeye.store import (
     content,
     figures,
     forking,
-    halving,
     leasing,
     pending,
     planning,
@@ -275,18 +274,6 @@ class Repository:
         """Save forks with their results and verdicts, in the same order; known ones stay."""
         with self._database.write() as connection:
             forking.save_forks(connection, forks, runs)
-
-    # Numeric uncertainty
-
-    @property
-    def half_steps(self) -> halving.HalfSteps:
-        """Twins with half the step, and the numeric uncertainty that they told."""
-        return halving.HalfSteps(self._database)
-
-    def count_open(self, campaign: str) -> tuple[int, int]:
-        """Count the cases without a result, and those with a result that lack a verdict."""
-        with self._database.read() as connection:
-            return pending.count_open(connection, campaign)
 
     # Reading
 

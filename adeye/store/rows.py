@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from datetime import datetime
 
-    from adeye.evaluation.uncertainty import Difference
     from adeye.spec.concept import Concept
 
 MAX_SEED: Final = 2**63 - 1
@@ -360,44 +359,6 @@ class ForkRecord:
     origin: str
     from_tick: int
     authority: str
-
-
-@dataclass(frozen=True)
-class HalfStepRecord:
-    """A run that is the same as another but for its step, which is half as long.
-
-    Attributes:
-        result_digest: The twin.
-        test_case: Its test case.
-        origin: Result digest of the run with the whole step.
-        origin_case: Test case of that run.
-        step_s: Step of the twin [s].
-    """
-
-    result_digest: str
-    test_case: str
-    origin: str
-    origin_case: str
-    step_s: float
-
-
-@dataclass(frozen=True)
-class UncertaintyRecord:
-    """One line of what halving the step changed in a scenario and architecture of a campaign.
-
-    Attributes:
-        scenario: Id in the ODD.
-        architecture: Id.
-        difference: What changed.
-        fsr_digest: Of an FSR, identity of what is judged; empty for a metric.
-        judged_digest: Of an FSR, identity of judging it with the uncertainty.
-    """
-
-    scenario: str
-    architecture: str
-    difference: Difference
-    fsr_digest: str = ""
-    judged_digest: str = ""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,8 @@ from sqlalchemy import (
 )
 
 from adeye.store import column_kinds
+from adeye.store.half_tables import half_step as half_step
+from adeye.store.half_tables import uncertainty as uncertainty
 from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.metric_ids import METRIC_IDS as METRIC_IDS
 
@@ -346,40 +348,6 @@ takeover = Table(
     _number("fork_violation_s"),
     _row_hash(),
     _one_of("class", TAKEOVER_CLASSES, "class"),
-)
-half_step = Table(
-    "half_step",
-    metadata,
-    _digest("result_digest", "run.result_digest", key=True),
-    _digest("test_case_digest", "test_case.digest"),
-    _digest("origin_digest"),
-    _row_hash(),
-    Index(None, "test_case_digest"),
-    Index(None, "origin_digest"),
-)
-uncertainty = Table(
-    "uncertainty",
-    metadata,
-    _campaign(key=True),
-    _text("scenario", key=True),
-    _text("architecture", key=True),
-    _text("kind", key=True),
-    _text("name", key=True),
-    _text("unit", key=True),
-    _count("sampled"),
-    _count("pairs"),
-    _number("p95"),
-    _number("largest"),
-    _number("uncertainty"),
-    _count("differing"),
-    _text("changes"),
-    Column("fsr_digest", String(64), nullable=True),
-    Column("judged_digest", String(64), nullable=True),
-    _row_hash(),
-    _one_of("kind", ("metric", "fsr"), "kind"),
-    CheckConstraint("pairs BETWEEN 0 AND sampled", name="pairs"),
-    CheckConstraint("(pairs = 0) = (p95 IS NULL)", name="p95"),
-    CheckConstraint("(kind = 'fsr') = (judged_digest IS NOT NULL)", name="judged"),
 )
 tally = Table(
     "tally",
