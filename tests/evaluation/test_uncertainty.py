@@ -20,6 +20,7 @@ from adeye.evaluation.uncertainty import (
     uncertain_detail,
 )
 from adeye.evaluation.verdict import Verdict
+from adeye.kernel.motion import advance_ego
 
 
 @pytest.mark.parametrize("count", range(1, 120))
@@ -152,3 +153,41 @@ def test_identity_is_that_of_the_fsr_and_the_sample_in_any_order() -> None:
         len({one, "f" * 64, judged_digest("e" * 64, ["a", "b"]), judged_digest("f" * 64, ["a"])})
         == 4
     )
+
+
+LAG = 0.2
+DECELERATIONS = np.linspace(2.0, 8.0, 12)
+
+
+def braked(deceleration: float, step: float) -> float:
+    """Way in two seconds from 30 m/s under a constant command that the brake follows with a lag."""
+    state = np.array([0.0, 0.0, 0.0, 30.0, 0.0, 0.0, 0.0])
+    for _ in range(round(2.0 / step)):
+        advance_ego(
+            state, -deceleration, 0.0, step, 2.9, 1.4, 3.0, 9.0, 0.6, 0.8, LAG, 0.1, 1.0, state
+        )
+    return float(state[0])
+
+
+def of_braking(step: float) -> float:
+    pairs = [
+        (Sampled(braked(value, step), "value", "m"), Sampled(braked(value, step / 2), "value", "m"))
+        for value in DECELERATIONS
+    ]
+    (found,) = differences("metric", "way_m", pairs)
+    assert found.uncertainty is not None
+    return found.uncertainty
+
+
+@pytest.mark.parametrize("step", [0.2, 0.1, 0.05])
+def test_uncertainty_of_constant_braking_is_what_simpsons_rule_leaves(step: float) -> None:
+    # The speed is exact; the error of its integral is h^4/2880 times what its third derivative
+    # changes by, here that of an exponential, and half the step leaves a sixteenth of that.
+    change = DECELERATIONS.max() / LAG**2 * (1.0 - math.exp(-2.0 / LAG))
+    predicted = 15.0 / 16.0 * step**4 / 2880.0 * change
+    assert of_braking(step) == pytest.approx(predicted, rel=0.1)
+
+
+def test_halving_again_leaves_a_sixteenth() -> None:
+    assert of_braking(0.1) / of_braking(0.2) == pytest.approx(1.0 / 16.0, rel=0.1)
+    assert of_braking(0.05) / of_braking(0.1) == pytest.approx(1.0 / 16.0, rel=0.05)
