@@ -25,7 +25,8 @@ def step_statements(found: Sequence[Difference]) -> tuple[str, ...]:
         key = item.name, item.unit
         worst[key] = max(worst.get(key, 0.0), item.uncertainty or 0.0)
     largest = ", ".join(
-        f"{name} {value:.3g} {unit}".rstrip() for (name, unit), value in sorted(worst.items())
+        f"{name} {value:.3g} {unit if unit != '1' else ''}".rstrip()
+        for (name, unit), value in sorted(worst.items())
     )
     differing = sum(item.differing for item in margins)
     return (

@@ -13,7 +13,7 @@ import pytest
 from adeye.campaign import halving, runner
 from adeye.campaign.halving import twin_of
 from adeye.campaign.reproduce import describe_run, replay_run, rerun
-from adeye.campaign.work import BatchResult, execute
+from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import SpecError
 from adeye.evaluation.uncertainty import Difference, differences, sampled_metric
 from adeye.evaluation.verdict import ExitCode, Verdict
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.work import BatchTask
     from tests.conftest import MakeProject
 
 SPEEDS = ["80 km/h", "100 km/h", "120 km/h"]
@@ -213,8 +212,10 @@ def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> N
         if sample.architecture == "legacy_camera":
             # Nobody reacts to the cut-in, so nothing is decided a tick earlier or later: what is
             # left is the row that is nearest to the least distance, an error of second order.
-            distances = (found["min_distance_m"].uncertainty for found in (second, first))
-            assert np.divide(*distances) == pytest.approx(0.25, rel=0.15)
+            whole, half = (found["min_distance_m"].uncertainty for found in (first, second))
+            assert whole is not None
+            assert half is not None
+            assert half / whole == pytest.approx(0.25, rel=0.15)
 
 
 def test_noise_of_a_run_is_that_of_its_twin(asked: Executed) -> None:
@@ -237,7 +238,7 @@ def of_step(plan: CampaignPlan, cases: list[Any], step: float) -> dict[str, Diff
 
 
 def metrics_of(plan: CampaignPlan, cases: list[Any]) -> Mapping[str, list[Any]]:
-    done = execute(halving.BatchTask(1, tuple(cases), (), plan.work))
+    done = execute(BatchTask(1, tuple(cases), (), plan.work))
     assert done.runs is not None, done.failure
     block = done.runs.metrics
     statuses = np.where(np.isfinite(block.value), "value", "none")

@@ -87,3 +87,13 @@ def test_samples_that_would_tell_nothing_are_refused(
     assert done.code == 2
     assert "few.yaml:" in done.err
     assert "situations" in done.err
+
+
+def test_architectures_are_compared_by_the_verdicts_with_uncertainty(
+    adeye: Any, asked: Project
+) -> None:
+    found = adeye("compare", "--json", "--db", str(asked.db)).document
+    text = adeye("compare", "--db", str(asked.db)).out
+    assert "15 pairs executed, 0 not" in text
+    assert found
+    assert "Not executed" not in text
