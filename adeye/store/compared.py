@@ -236,8 +236,8 @@ class _Verdicts:
         if not len(numbers):
             return
         columns = np.full(len(digests) + 1, -1, dtype=np.int64)
-        for column in range(by.shape[1]):
-            columns[by[:, column]] = column
+        for fsr in range(by.shape[1]):
+            columns[by[:, fsr]] = fsr
         columns[-1] = -1
         known = _Codes(digests)
         codes = {str(word): code for code, word in enumerate(VERDICTS)}
@@ -248,9 +248,9 @@ class _Verdicts:
         for chunk in read_chunks(connection, query, int(numbers[0]), int(numbers[-1])):
             number, digest, verdict, robustness, margin, unit, signal = zip(*chunk, strict=True)
             rows = _rows(numbers, number)
-            code = _coded(known, digest)
-            column = columns[code]
-            kept = (rows >= 0) & (column >= 0) & (by[rows, column] == code)
+            given = _coded(known, digest)
+            column = columns[given]
+            kept = (rows >= 0) & (column >= 0) & (by[rows, column] == given)
             places = rows[kept], column[kept]
             self.code[places] = _coded(codes, verdict)[kept]
             for place, values in enumerate((robustness, margin)):
