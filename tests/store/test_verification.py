@@ -17,6 +17,7 @@ from adeye.store.stored import Finding
 def campaign(repository: Repository, example: Any) -> str:
     planned = str(example.campaign(repository, 8))
     example.hindsight(repository, planned)
+    example.halved(repository, planned)
     return planned
 
 
