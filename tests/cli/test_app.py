@@ -75,6 +75,7 @@ def test_the_verbs_are_these() -> None:
         "show",
         "signals",
         "timeline",
+        "uncertainty",
         "warmup",
     ]
 
