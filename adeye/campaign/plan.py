@@ -16,6 +16,7 @@ from adeye.campaign.check import (
     over_budget,
 )
 from adeye.campaign.content import Contents
+from adeye.campaign.halving import Sample, check_half_step, choose, judged_with
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
 from adeye.campaign.provenance import provenance
@@ -143,6 +144,12 @@ class CampaignPlan:
         """Folder of each architecture's file, where its plug-ins are looked for."""
         return {name: item.path.parent for name, item in self.files.architectures.items()}
 
+    @cached_property
+    def samples(self) -> tuple[Sample, ...]:
+        """What is executed with half the step too; nothing unless the ODD asks for it."""
+        asked = self.files.odd.spec.uncertainty
+        return () if asked is None else choose(self.expansion, self.engines, asked.situations)
+
     @property
     def work(self) -> WorkContext:
         """What every block of the campaign shares."""
@@ -164,7 +171,12 @@ class CampaignPlan:
             odd=ContentRecord(odd.odd, "", self._odd_content()),
             concept=self.files.concept.spec,
             fsrs=[
-                CampaignFsr(item.requirement.id, item.digest, dict(item.not_applicable))
+                CampaignFsr(
+                    item.requirement.id,
+                    item.digest,
+                    dict(item.not_applicable),
+                    judged_with(item, self.samples),
+                )
                 for item in self.requirements
             ],
             gate=self.files.gate,
@@ -238,9 +250,13 @@ class CampaignPlan:
     def _odd_content(self) -> dict[str, Any]:
         files = self.files
         data = data_digests(files)
+        odd = files.odd.spec.model_dump(mode="json", by_alias=True)
+        if odd["uncertainty"] is None:
+            # An ODD that does not ask for it is the same content as before there was the key.
+            del odd["uncertainty"]
         return {
             **({"data": data} if data else {}),
-            "odd": files.odd.spec.model_dump(mode="json", by_alias=True),
+            "odd": odd,
             "scenarios": {
                 name: item.spec.model_dump(mode="json") for name, item in files.scenarios.items()
             },
@@ -312,6 +328,8 @@ def make_plan(
     check_onsets(files)
     check_hooks(files)
     check_fits(files)
+    if files.odd.spec.uncertainty is not None:
+        check_half_step(files)
     requirements = check_requirements(
         files.concept.spec, judged_plan(files, parts), files.concept.locate
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from adeye.evaluation.judge import Evaluation
     from adeye.evaluation.source import TraceSignals
+    from adeye.evaluation.uncertainty import NumericUncertainty
     from adeye.spec.concept import Requirement
     from adeye.store.stored import RunRef, StoredCase, StoredRun
     from adeye.sweep.case import TestCase
@@ -103,6 +104,7 @@ class Recalled:
         variant: Arithmetic of it; None if this version has another in its place.
         requirements: FSRs of its campaign.
         faults: Fault ids of its ODD.
+        uncertainty: Numeric uncertainty that it was judged with, by FSR.
     """
 
     run: RunRef
@@ -113,6 +115,7 @@ class Recalled:
     variant: str | None
     requirements: tuple[Requirement, ...]
     faults: tuple[str, ...]
+    uncertainty: Mapping[str, NumericUncertainty]
 
     def execute(
         self, cases: Sequence[TestCase], *, drawn: bool = False, witness: Witness | None = None
@@ -165,6 +168,7 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         variant=_known_variant(stored.row),
         requirements=concept.requirements,
         faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
+        uncertainty=repository.hindsight.half_steps.judged_with(run, stored),
     )
 
 
@@ -218,7 +222,9 @@ def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = N
         case=case,
         trace=trace,
         signals=signals_of(trace, [case], recalled.faults),
-        evaluation=evaluate(trace, [case], recalled.requirements, recalled.faults),
+        evaluation=evaluate(
+            trace, [case], recalled.requirements, recalled.faults, recalled.uncertainty
+        ),
     )
 
 
@@ -320,6 +326,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         campaign = repository.find_campaign(ref.campaign)
         odd = repository.content("odd", campaign.odd_digest)
         concept = repository.content("concept", campaign.concept_digest)
+        judged = {} if stored is None else repository.hindsight.half_steps.judged_with(ref, stored)
     parameters = named_values(dict(case.parameters), odd, ref.scenario)
     paths = {name: value for name, value in ref.point.items() if name not in case.parameters}
     option = f" --db {db}" if db else ""
@@ -347,6 +354,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
     requirements = Concept.model_validate(concept, context=SI).requirements
     attributes = Attributes.model_validate(odd["odd"]["attributes"], context=SI)
     wanted = {item.id: requirement_digest(item, attributes) for item in requirements}
+    wanted |= {fsr: item.digest for fsr, item in judged.items()}
     return described | {
         "outcome": row["outcome"],
         "outcome_channel": row["outcome_channel"],
@@ -383,13 +391,5 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
             for item in stored.verdicts
             if wanted.get(item.fsr_id) == item.fsr_digest
         ],
-        "events": [
-            {
-                "time_s": item.time_s,
-                "kind": item.kind,
-                "subject": item.subject,
-                "text": item.text,
-            }
-            for item in stored.events
-        ],
+        "events": [asdict(item) for item in stored.events],
     }

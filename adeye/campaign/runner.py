@@ -8,6 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
+from adeye.campaign.halving import HalfStepTasks, Halved
 from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.channels.factory import PROCESS
@@ -44,7 +45,7 @@ class Progress:
     """How far a campaign is.
 
     Attributes:
-        phase: ``plan``, ``run`` or ``done``.
+        phase: ``plan``, ``half step`` where the ODD asks for it, ``run`` or ``done``.
         done: Test cases planned, then those executed or judged.
         total: Test cases to plan, then those to execute or judge.
         failures: Runs with a FAIL or ERROR so far.
@@ -102,6 +103,7 @@ class CampaignSummary:
         exit_code: Of the gate.
         message: Why.
         verdicts: One line per FSR and architecture.
+        twins: Twins with half the step that were executed now.
     """
 
     campaign: str
@@ -112,6 +114,7 @@ class CampaignSummary:
     exit_code: ExitCode
     message: str
     verdicts: tuple[VerdictLine, ...]
+    twins: int = 0
 
 
 def run_campaign(
@@ -148,20 +151,29 @@ def run_campaign(
             report=lambda done: report(Progress("plan", done, planned, 0)),
         )
         repository.requeue_quarantined(stored.campaign)
-        total = stored.to_execute + stored.to_judge
-        state = Progress("run", 0, total, 0)
-        report(state)
         executor = _executor(workers, threads)
-        tasks = _Tasks(repository, plan, stored)
-        try:
+
+        def start(wanted: Iterator[BatchTask]) -> Iterator[Done[BatchTask, BatchResult]]:
             if max(workers, threads) > 1 and not is_cache_warm(*plan.compiled_parts):
                 # Compiled once here, the kernels are loaded by every worker.
-                for task in islice(tasks, 1):
-                    state = _absorb(repository, tasks, Done(task, execute(task)), state)
-                    report(state)
-            for done in executor.run(tasks):
-                state = _absorb(repository, tasks, done, state)
+                yield from (Done(task, execute(task)) for task in islice(wanted, 1))
+            yield from executor.run(wanted)
+
+        tasks = _Tasks(repository, plan, stored)
+        halved = Halved()
+        state = Progress("run", 0, stored.to_execute + stored.to_judge, 0)
+        try:
+            if plan.samples:
+                halved = _halve(repository, plan, stored, start, tasks.unchanged, report)
+                state = replace(
+                    state, total=sum(repository.hindsight.half_steps.count_open(stored.campaign))
+                )
+            # Without the uncertainty that was asked for nothing can be judged.
+            if not halved.failures:
                 report(state)
+                for done in start(tasks):
+                    state = _absorb(repository, tasks, done, state)
+                    report(state)
         except InputError:
             # What cannot be used any more was changed after the plan, in whichever block it shows.
             tasks.unchanged.check()
@@ -170,18 +182,63 @@ def run_campaign(
             executor.close()
             tasks.release()
         report(replace(state, phase="done"))
-        campaign = repository.find_campaign(stored.campaign)
-        now = repository.progress(stored.campaign).executed - stored.reused
-        summary = replace(summarise(repository, campaign, plan, stored), executed=now)
-        failed = failed_channels(repository, stored.campaign)
-        if failed:
-            summary = replace(summary, message=f"{summary.message.rstrip('.')}; {failed}")
-        if tasks.failures and campaign.work.quarantined:
-            # An exception of a library may have many lines; the database keeps them all.
-            last = tasks.failures[-1].partition("\n")[0]
-            given_up = f"{campaign.work.quarantined} blocks were given up: {last}"
-            summary = replace(summary, message=f"{summary.message.rstrip('.')}; {given_up}")
-        return summary
+        return _summary(repository, plan, stored, tasks.failures, halved)
+
+
+def _summary(
+    repository: Repository,
+    plan: CampaignPlan,
+    stored: Plan,
+    failures: Sequence[str],
+    halved: Halved,
+) -> CampaignSummary:
+    """Say what came out, with what went wrong in the message."""
+    campaign = repository.find_campaign(stored.campaign)
+    now = repository.progress(stored.campaign).executed - stored.reused
+    summary = summarise(repository, campaign, plan, stored)
+    notes = [failed_channels(repository, stored.campaign)]
+    if halved.failures:
+        notes.append(f"nothing is judged without the twins: {_first_line(halved.failures[-1])}")
+    if failures and campaign.work.quarantined:
+        last = _first_line(failures[-1])
+        notes.append(f"{campaign.work.quarantined} blocks were given up: {last}")
+    if any(notes):
+        message = "; ".join((summary.message.rstrip("."), *filter(None, notes)))
+        summary = replace(summary, message=message)
+    return replace(summary, executed=now, twins=halved.twins)
+
+
+def _first_line(text: str) -> str:
+    """An exception of a library may have many lines; the database keeps them all."""
+    return text.partition("\n")[0]
+
+
+def _halve(
+    repository: Repository,
+    plan: CampaignPlan,
+    stored: Plan,
+    start: Callable[[Iterator[BatchTask]], Iterator[Done[BatchTask, BatchResult]]],
+    unchanged: Unchanged,
+    report: Callable[[Progress], None],
+) -> Halved:
+    """Find the numeric uncertainty unless it is known, and judge with it what is there."""
+    half_steps = repository.hindsight.half_steps
+    found = Halved()
+    if not half_steps.uncertainty(stored.campaign):
+        halves = HalfStepTasks(repository, plan, _fitting(plan.examples()))
+        report(Progress("half step", 0, halves.total, 0))
+        for done in start(halves):
+            unchanged.check()
+            halves.absorb(done)
+            report(Progress("half step", halves.done, halves.total, 0))
+        found = Halved(halves.twins, tuple(halves.failures))
+        if found.failures:
+            return found
+        half_steps.save_uncertainty(stored.campaign, halves.found())
+        half_steps.judge(stored.campaign)
+    elif stored.to_judge:
+        half_steps.judge(stored.campaign)
+    return found
 
 
 def block_size(plan: CampaignPlan) -> int:
@@ -191,13 +248,15 @@ def block_size(plan: CampaignPlan) -> int:
     do; a large one has large blocks, over which compiled code and inserts cost least, as far as
     their traces and the returns of their lidars fit into memory.
     """
-    examples = plan.examples()
+    return _block_size(plan.expansion.count, _fitting(plan.examples()))
+
+
+def _fitting(examples: Sequence[TestCase]) -> int:
+    """Count the runs that fit into memory together, and whose programs may run at once."""
     largest = max(trace_bytes(case) + sample_bytes(case.architecture) for case in examples)
     fitting = TRACE_MEMORY // largest
     programs = max(_programs(case.architecture) for case in examples)
-    if programs:
-        fitting = min(fitting, max(1, MOST_PROGRAMS // programs))
-    return _block_size(plan.expansion.count, fitting)
+    return min(fitting, max(1, MOST_PROGRAMS // programs)) if programs else fitting
 
 
 def _programs(architecture: Architecture) -> int:

@@ -7,6 +7,7 @@ import platform
 import threading
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.evaluation.judgement import JudgementColumns
+    from adeye.evaluation.uncertainty import NumericUncertainty
     from adeye.spec.architecture import Architecture
     from adeye.spec.channels import Channel
     from adeye.spec.concept import Requirement
@@ -223,10 +225,19 @@ def evaluate(
     cases: Sequence[TestCase],
     requirements: Sequence[Requirement],
     faults: Sequence[str],
+    uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
 ) -> Evaluation:
-    """Measure and judge the runs of a trace."""
+    """Measure and judge the runs of a trace.
+
+    Args:
+        trace: The batch.
+        cases: Its test cases.
+        requirements: FSRs.
+        faults: Fault ids of the ODD.
+        uncertainty: Numeric uncertainty by FSR; a block is judged without, see ``store.halving``.
+    """
     compiled = [_compiled(item, cases[0].attributes) for item in requirements]
-    return evaluate_trace(signals_of(trace, cases, faults), compiled)
+    return evaluate_trace(signals_of(trace, cases, faults), compiled, uncertainty)
 
 
 _COMPILED: dict[str, CheckedRequirement] = {}

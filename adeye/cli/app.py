@@ -29,6 +29,7 @@ from adeye.cli.sensors import sensors
 from adeye.cli.starter import init
 from adeye.cli.stl import stl
 from adeye.cli.timing import faults, timeline
+from adeye.cli.uncertainty import uncertainty
 from adeye.cli.warmup import warmup
 
 CAMPAIGN: Final = "Plan and run"
@@ -173,6 +174,13 @@ add(
     panel=RESULTS,
 )
 add(app, forks, "adeye forks", "adeye forks 3 --sample 50 --json", panel=RESULTS)
+add(
+    app,
+    uncertainty,
+    "adeye uncertainty",
+    "adeye uncertainty odd/motorway_chauffeur.yaml --json",
+    panel=RESULTS,
+)
 add(
     app,
     query,

@@ -38,6 +38,9 @@ def plan(
     _print_axes(planned)
     _print_designs(planned)
     emit(f"\n{_total(planned)}")
+    if planned.samples:
+        twins = sum(len(sample.results) for sample in planned.samples)
+        emit(f"{twins:,} of them are executed with half the step too.")
     emit(_engine(planned))
     counts = _shared(planned)
     if any(counts.values()):

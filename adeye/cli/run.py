@@ -150,10 +150,12 @@ def print_summary(summary: CampaignSummary) -> None:
 def executed_text(summary: CampaignSummary) -> str:
     """Say how much was executed and how much was there already."""
     if summary.planned > 0 and summary.executed == 0 and summary.reused == summary.planned:
+        twins = f" but {summary.twins:,} twins with half the step" if summary.twins else ""
         again = f" Judged {summary.judged:,} of them anew." if summary.judged else ""
-        return f"Executed nothing, all {summary.planned:,} results were there.{again}"
+        return f"Executed nothing{twins}, all {summary.planned:,} results were there.{again}"
     executed = f"Executed {summary.executed:,} of {summary.planned:,} test cases"
-    return f"{executed}; {summary.reused:,} reused."
+    twins = f" and {summary.twins:,} twins with half the step" if summary.twins else ""
+    return f"{executed}{twins}; {summary.reused:,} reused."
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,6 +261,7 @@ def _document(summary: CampaignSummary) -> dict[str, object]:
         "executed": summary.executed,
         "judged": summary.judged,
         "reused": summary.reused,
+        **({"twins": summary.twins} if summary.twins else {}),
         "exit_code": int(summary.exit_code),
         "message": summary.message,
         "verdicts": ordered(summary.verdicts),

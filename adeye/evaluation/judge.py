@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from adeye.evaluation.requirements import CheckedRequirement
+    from adeye.evaluation.uncertainty import NumericUncertainty
     from adeye.ports import MetricColumn
     from adeye.signals import Bools
     from adeye.spec.odd import Attributes
@@ -74,14 +75,14 @@ class Evaluation:
 def evaluate_trace(
     signals: TraceSignals,
     requirements: Sequence[CheckedRequirement],
-    uncertainty: Mapping[str, float] = MappingProxyType({}),
+    uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
 ) -> Evaluation:
     """Compute the metrics of a trace and judge the FSRs on it.
 
     Args:
         signals: The runs with what is known about the ODD.
         requirements: FSRs.
-        uncertainty: Numeric uncertainty of the margin in its own unit, by FSR id; default 0.
+        uncertainty: Numeric uncertainty of the margins, by FSR id; default none.
     """
     trace = signals.trace
     frame = _frame(signals)
@@ -101,8 +102,8 @@ def evaluate_trace(
     for item, runs in concerned:
         if not runs.any():
             continue
-        least = uncertainty.get(item.requirement.id, 0.0)
         found = evaluated.get(item.requirement.id)
+        least = uncertainty.get(item.requirement.id)
         judged.append(frame.judge(item, np.flatnonzero(runs), found, metrics, least))
     return Evaluation(outcomes(trace), metrics, tuple(judged), not_applicable)
 
@@ -162,7 +163,7 @@ def judge(
     attributes: Attributes | None = None,
     *,
     faults: Sequence[str] = (),
-    uncertainty: Mapping[str, float] = MappingProxyType({}),
+    uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
 ) -> Evaluation:
     """Judge the FSRs of a concept on the runs of a trace.
 
@@ -172,7 +173,7 @@ def judge(
         inside_odd: (B,) whether the planned attributes lie inside the ODD.
         attributes: Attributes of the ODD, for leaving it during a run.
         faults: Fault ids of the ODD beside those of the trace.
-        uncertainty: Numeric uncertainty of the margin in its own unit, by FSR id; default 0.
+        uncertainty: Numeric uncertainty of the margins, by FSR id; default none.
     """
     return evaluate_trace(
         TraceSignals(trace, inside_odd, attributes, faults), requirements, uncertainty

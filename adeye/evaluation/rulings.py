@@ -28,6 +28,7 @@ from adeye.evaluation.metrics.statuses import CODES as _CODES
 from adeye.evaluation.metrics.statuses import STATUSES, status_codes
 from adeye.evaluation.stl.descent import BINDING_STATUSES
 from adeye.evaluation.stl.program import KIND, WORD
+from adeye.evaluation.uncertainty import is_uncertain, uncertain_detail
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from adeye.evaluation.requirements import CheckedRequirement
     from adeye.evaluation.stl.columns import StlColumns
     from adeye.evaluation.stl.program import Words
+    from adeye.evaluation.uncertainty import NumericUncertainty
     from adeye.ports import MetricColumn
     from adeye.signals import Bools, Floats, Ints
 
@@ -111,7 +113,7 @@ class Frame:
         runs: Ints,
         evaluated: StlColumns | None,
         metrics: Mapping[str, MetricColumn],
-        least: float,
+        uncertainty: NumericUncertainty | None,
     ) -> JudgementColumns:
         """Judge an FSR on the runs that it concerns.
 
@@ -120,7 +122,7 @@ class Frame:
             runs: (R,) rows of the trace.
             evaluated: Its formula on the trace; None for a bound.
             metrics: Metrics of the trace.
-            least: Numeric uncertainty of the margin in its unit.
+            uncertainty: Numeric uncertainty of its margins; None for none.
         """
         if item.bound is not None:
             found = self._by_bound(item.bound, metrics[item.bound.column], runs)
@@ -129,9 +131,11 @@ class Frame:
         else:
             # Every run is invalid, so that nothing was evaluated.
             found = _nothing(len(runs))
-        return self._columns(
-            found, runs, least, item.requirement.id, item.digest, item.requirement.on_contact
-        )
+        units = [binding[0] for binding in found.bindings]
+        least = np.zeros(len(units)) if uncertainty is None else uncertainty.of(units)
+        digest = item.digest if uncertainty is None else uncertainty.digest
+        requirement = item.requirement
+        return self._columns(found, runs, least, requirement.id, digest, requirement.on_contact)
 
     def judge_formula(self, evaluated: StlColumns, name: str) -> JudgementColumns:
         """Judge a formula that belongs to no FSR, on all runs.
@@ -141,13 +145,15 @@ class Frame:
             name: What stands in the place of the FSR's id.
         """
         runs = np.arange(len(evaluated.verdict))
-        return self._columns(self._by_formula(evaluated, runs), runs, 0.0, name, "", "inconclusive")
+        found = self._by_formula(evaluated, runs)
+        least = np.zeros(len(found.bindings))
+        return self._columns(found, runs, least, name, "", "inconclusive")
 
     def _columns(
         self,
         found: _Ruling,
         runs: Ints,
-        least: float,
+        least: Floats,
         fsr_id: str,
         fsr_digest: str,
         fails: str,
@@ -177,11 +183,13 @@ class Frame:
         return _without_invalid(judged, chosen >= 0) if own else judged
 
     def _settled(
-        self, found: _Ruling, runs: Ints, least: float, *, fails: str
+        self, found: _Ruling, runs: Ints, least: Floats, *, fails: str
     ) -> tuple[Ints, Ints]:
         """Apply the rules about contact and numeric uncertainty."""
         is_open = (found.verdict == INCONCLUSIVE) & self.by_contact[runs]
-        is_small = (found.verdict == PASS) & (found.numbers[:, MARGIN] < least)
+        is_small = is_uncertain(
+            found.verdict == PASS, found.numbers[:, MARGIN], least[found.binding]
+        )
         verdict = np.where(is_small, INCONCLUSIVE, found.verdict)
         if fails == "fail":
             verdict = np.where(is_open, FAIL, verdict)
@@ -189,12 +197,11 @@ class Frame:
         return verdict, override
 
     @staticmethod
-    def _detail(found: _Ruling, key: int, least: float) -> str | None:
+    def _detail(found: _Ruling, key: int, least: Floats) -> str | None:
         rest, override = divmod(key, 3)
         reason, binding = divmod(rest, len(found.bindings))
         if override == _UNCERTAIN:
-            unit = found.bindings[binding][0]
-            return f"margin below the numeric uncertainty of {least:g} {unit}"
+            return uncertain_detail(float(least[binding]), found.bindings[binding][0])
         detail = found.explain(reason)
         return _and("ended by contact", detail) if override == _BY_CONTACT else detail
 

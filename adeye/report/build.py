@@ -37,6 +37,7 @@ from adeye.report.model import (
 from adeye.report.parts import Binding, Label, Margin, RunVerdict
 from adeye.report.replay import Event, Replay
 from adeye.report.spread import summarise
+from adeye.report.step import step_statements
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.quantity import SI
 from adeye.store.totals import Total, gate_code, totals
@@ -190,7 +191,9 @@ class ReportBuilder:
 
     def _statements(self) -> tuple[str, ...]:
         designs = designs_of(self.odd)
-        return spoken_of(designs, designs, drawn=REPORTED_SAMPLE, fixed=REPORTED_GRID)
+        found = self.repository.hindsight.half_steps.uncertainty(self.campaign.id)
+        spoken = spoken_of(designs, designs, drawn=REPORTED_SAMPLE, fixed=REPORTED_GRID)
+        return (*spoken, *step_statements([item.difference for item in found]))
 
     def _outcomes(self) -> Counter[Outcome]:
         """Count the runs by outcome."""

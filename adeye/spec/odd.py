@@ -203,6 +203,14 @@ class Gate(Record):
     architectures: Annotated[Many[Identifier], Field(min_length=1)]
 
 
+class Uncertainty(Record):
+    """Runs that are executed with half the step too, to tell what the step is worth."""
+
+    situations: Annotated[int, Field(ge=10, le=10_000)] = 20
+    """Fault-free situations for each scenario and architecture; fewer than 10 would tell nothing.
+    """
+
+
 class Odd(Record):
     """One file of ``odd/``."""
 
@@ -216,6 +224,8 @@ class Odd(Record):
     concept: Text
     gate: Gate | None = None
     step: Annotated[Duration, Field(gt=0.0, le=1.0)] = 0.05
+    uncertainty: Uncertainty | None = None
+    """Judge with the numeric uncertainty of the step; without it a margin is taken as exact."""
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
     replicates: Annotated[int, Field(ge=1)] = 1
     max_test_cases: Annotated[int, Field(ge=1)] = 100_000

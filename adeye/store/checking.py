@@ -12,6 +12,7 @@ from adeye.store.check_views import RULES, check_view_ddl
 from adeye.store.content import save_concept, save_content
 from adeye.store.database import Database, database_path
 from adeye.store.encoding import chunks, insert_rows
+from adeye.store.half_tables import plain_digests
 from adeye.store.planning import fsr_rows, judging_hash, save_campaign
 from adeye.store.reading import find_campaign, latest_campaign
 from adeye.store.schema import require_current, require_exists
@@ -174,7 +175,7 @@ def check_campaign(
             if campaign is None:
                 return None
             found = _ask(connection, rules, campaign.id)
-            return CampaignViolations(campaign, _digests(connection, campaign.id), found)
+            return CampaignViolations(campaign, plain_digests(connection, campaign.id), found)
     finally:
         database.close()
 
@@ -227,11 +228,3 @@ def _rows(connection: Connection, view: str, campaign: str) -> Iterable[Any]:
         "WHERE campaign = ? ORDER BY part, id, detail",
         (campaign,),
     ).all()
-
-
-def _digests(connection: Connection, campaign: str) -> dict[str, str]:
-    judged = tables.campaign_fsr
-    found = connection.execute(
-        select(judged.c.fsr_id, judged.c.fsr_digest).where(judged.c.campaign_id == campaign)
-    )
-    return {str(item.fsr_id): str(item.fsr_digest) for item in found}

@@ -16,6 +16,7 @@ import numpy as np
 from adeye.evaluation.judgement import VERDICTS
 from adeye.evaluation.pairing import NOT_JUDGED, NOT_RUN
 from adeye.store.figures import Labels, encode_points, read_chunks, read_columns
+from adeye.store.half_tables import plain_digests
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -119,13 +120,16 @@ def read_compared(
     numbers, inverse = np.unique(number[has_run].astype(np.int64), return_inverse=True)
     rows = np.full(len(cases.results), -1, dtype=np.int64)
     rows[has_run] = inverse
-    fsrs, judged = _judged_on(connection, campaign_id, cases)
+    fsrs, judged, digest, digests = _judged_on(connection, campaign_id, cases)
+    # By what the verdict on each run was given: with numeric uncertainty that depends on where.
+    by = np.full((len(numbers), len(fsrs)), -1, dtype=np.int64)
+    by[inverse] = digest[has_run]
+    plain = plain_digests(connection, campaign_id)
     verdicts = _Verdicts(len(numbers), len(fsrs))
-    verdicts.read(connection, numbers, fsrs)
+    verdicts.read(connection, numbers, by, digests)
     happened = _Happened(len(numbers))
     happened.read(connection, numbers)
     scenario = Labels.of(cases.scenarios)
-    names = tuple(fsrs)
     code = np.where(has_run[:, np.newaxis], verdicts.code[rows], NOT_RUN)
     # A run of another campaign may wait to be judged on an FSR that has changed since.
     is_done = has_run & ~(judged & (code == NOT_RUN)).any(axis=1)
@@ -140,8 +144,8 @@ def read_compared(
         axes=encode_points(map(_own_axes, cases.points)),
         result=tuple(cases.results),
         is_done=is_done,
-        fsrs=names,
-        fsr_digests=tuple(fsrs.values()),
+        fsrs=fsrs,
+        fsr_digests=tuple(plain[name] for name in fsrs),
         verdict=np.where(judged, code, NOT_JUDGED),
         robustness=np.where(is_done[:, np.newaxis], verdicts.numbers[0][rows], np.nan),
         margin=np.where(is_done[:, np.newaxis], verdicts.numbers[1][rows], np.nan),
@@ -198,27 +202,32 @@ class _Cases:
 
 def _judged_on(
     connection: Connection, campaign_id: str, cases: _Cases
-) -> tuple[dict[str, str], Bools]:
-    """Give the digest of each FSR by id, and on which cases it is judged (N, F)."""
+) -> tuple[tuple[str, ...], Bools, Ints, dict[str, int]]:
+    """Give the FSRs, on which cases they are judged (N, F), by what (N, F), and its digests."""
     found = connection.exec_driver_sql(
         "SELECT fsr_id, fsr_digest, architecture, scenario, applies, applicable "
         "FROM campaign_fsr WHERE campaign_id = ? ORDER BY fsr_id",
         (campaign_id,),
     ).all()
-    digests = {str(item[0]): str(item[1]) for item in found}
-    place = {name: column for column, name in enumerate(digests)}
+    place: dict[str, int] = {}
+    digests: dict[str, int] = {}
     # Whether each is judged outside and inside the ODD.
-    asked: dict[tuple[str, str], Any] = {}
-    for fsr, _, architecture, scenario, applies, applicable in found:
-        wanted = asked.setdefault(
-            (architecture, scenario), np.zeros((2, len(place)), dtype=np.bool_)
-        )
+    asked: dict[tuple[str, str], tuple[Bools, Ints]] = {}
+    for item in found:
+        place.setdefault(item[0], len(place))
+        digests.setdefault(item[1], len(digests))
+    none = np.zeros((2, len(place)), dtype=np.bool_), np.full(len(place), -1, dtype=np.int64)
+    for fsr, digest, architecture, scenario, applies, applicable in found:
+        key = str(architecture), str(scenario)
+        wanted, by = asked.setdefault(key, (none[0].copy(), none[1].copy()))
         wanted[:, place[fsr]] = applicable and np.array([applies != "inside", applies != "outside"])
-    none = np.zeros((2, len(place)), dtype=np.bool_)
+        by[place[fsr]] = digests[digest]
     keys = Labels.of(zip(cases.architectures, cases.scenarios, strict=True))
-    table = np.array([asked.get(key, none) for key in keys.words] or [none])
-    judged: Bools = table[keys.codes, np.array(cases.inside, dtype=np.int64)]
-    return digests, judged
+    chosen = [asked.get(key, none) for key in keys.words] or [none]
+    judged: Bools = np.array([item[0] for item in chosen])[
+        keys.codes, np.array(cases.inside, dtype=np.int64)
+    ]
+    return tuple(place), judged, np.array([item[1] for item in chosen])[keys.codes], digests
 
 
 class _Verdicts:
@@ -232,10 +241,24 @@ class _Verdicts:
         self.measured = np.full(shape, -1, dtype=np.int64)
         self.signals: dict[tuple[str, str], int] = {}
 
-    def read(self, connection: Connection, numbers: Ints, fsrs: Mapping[str, str]) -> None:
+    def read(
+        self, connection: Connection, numbers: Ints, by: Ints, digests: Mapping[str, int]
+    ) -> None:
+        """Read the verdicts that were given by what is asked.
+
+        Args:
+            connection: In a transaction.
+            numbers: (R,) numbers of the runs, ascending.
+            by: (R, F) code of the digest of each FSR, -1 for none.
+            digests: Their codes.
+        """
         if not len(numbers):
             return
-        columns = _Codes({digest: column for column, digest in enumerate(fsrs.values())})
+        columns = np.full(len(digests) + 1, -1, dtype=np.int64)
+        for fsr in range(by.shape[1]):
+            columns[by[:, fsr]] = fsr
+        columns[-1] = -1
+        known = _Codes(digests)
         codes = {str(word): code for code, word in enumerate(VERDICTS)}
         query = (
             "SELECT run_number, fsr_digest, verdict, robustness_low, margin, unit, signal "
@@ -244,8 +267,9 @@ class _Verdicts:
         for chunk in read_chunks(connection, query, int(numbers[0]), int(numbers[-1])):
             number, digest, verdict, robustness, margin, unit, signal = zip(*chunk, strict=True)
             rows = _rows(numbers, number)
-            column = _coded(columns, digest)
-            kept = (rows >= 0) & (column >= 0)
+            given = _coded(known, digest)
+            column = columns[given]
+            kept = (rows >= 0) & (column >= 0) & (by[rows, column] == given)
             places = rows[kept], column[kept]
             self.code[places] = _coded(codes, verdict)[kept]
             for place, values in enumerate((robustness, margin)):

@@ -14,6 +14,7 @@ from sqlalchemy import select, update
 
 from adeye.store.block import JudgedBlock
 from adeye.store.encoding import insert_rows, utc_text
+from adeye.store.halving import judge_with_uncertainty
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
 from adeye.store.pending import open_cases
 from adeye.store.recording import (
@@ -183,15 +184,16 @@ def complete_block(
         if tallies is not None:
             insert_rows(connection, tally, tallies)
             return True
-    _require_complete(connection, block)
+    bounds = connection.execute(
+        select(work.c.from_ordinal, work.c.to_ordinal).where(work.c.id == block.id)
+    ).one()
+    judge_with_uncertainty(connection, block.campaign, *bounds)
+    _require_complete(connection, block, *bounds)
     write_tallies(connection, block.id)
     return True
 
 
-def _require_complete(connection: Connection, block: Block) -> None:
-    bounds = connection.execute(
-        select(work.c.from_ordinal, work.c.to_ordinal).where(work.c.id == block.id)
-    ).one()
+def _require_complete(connection: Connection, block: Block, *bounds: int) -> None:
     still_open = open_cases(connection, block.campaign, *bounds)
     if still_open:
         msg = f"block {block.id} is not complete: {still_open[0]} and {len(still_open) - 1} more"

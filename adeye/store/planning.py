@@ -152,9 +152,17 @@ def _gate_text(record: CampaignRecord) -> str:
 
 
 def _judging_text(record: CampaignRecord) -> str:
+    # What is judged with a numeric uncertainty has a digest for each architecture and scenario.
     return json_text(
-        sorted([item.id, item.digest, dict(item.not_applicable)] for item in record.fsrs)
+        sorted(
+            [item.id, item.digest, dict(item.not_applicable), *_with_uncertainty(item)]
+            for item in record.fsrs
+        )
     )
+
+
+def _with_uncertainty(fsr: CampaignFsr) -> list[list[list[str]]]:
+    return [sorted([*place, digest] for place, digest in fsr.judged.items())] if fsr.judged else []
 
 
 def _test_cases(part: PlannedCases, odd_digest: str) -> list[Row]:
@@ -255,7 +263,7 @@ def _judged(
                 fsr.id,
                 architecture,
                 scenario,
-                fsr.digest,
+                fsr.judged.get((architecture, scenario), fsr.digest),
                 requirement.asil,
                 requirement.mandatory,
                 requirement.min_exercised,

@@ -12,6 +12,7 @@ from adeye.errors import InputError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.forking import find_fork, fork_of_case
+from adeye.store.halving import find_half_step
 from adeye.store.leasing import work_state
 from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
@@ -132,7 +133,7 @@ def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, 
 def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunRef:
     """Find a run by the beginning of its result digest, or by its ordinal in a campaign.
 
-    A fork stands where the run stands that it is a fork of.
+    A fork stands where the run stands that it is a fork of, and so does a twin with half the step.
 
     Raises:
         InputError: None or several match, or an ordinal comes without a campaign.
@@ -147,13 +148,19 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
         by_ordinal = connection.execute(query.where(cases.c.ordinal == int(name))).first()
         if by_ordinal is not None:
             return run_ref(by_ordinal)
-    columns = (cases.c.result_digest, tables.fork.c.result_digest)
+    columns = (
+        cases.c.result_digest,
+        tables.fork.c.result_digest,
+        tables.half_step.c.result_digest,
+    )
     digest = _starting_with(connection, columns, name, "run")
     fork = find_fork(connection, digest)
+    planned = digest if fork is None else fork.origin
+    twin = find_half_step(connection, planned)
     newest = tables.campaign.c.number.desc()
     found = connection.execute(
         query.join(tables.campaign, tables.campaign.c.id == cases.c.campaign_id)
-        .where(cases.c.result_digest == (digest if fork is None else fork.origin))
+        .where(cases.c.result_digest == (planned if twin is None else twin[1]))
         .order_by(newest, cases.c.ordinal)
     ).first()
     if found is None:
@@ -161,9 +168,11 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
             f"run {name!r} is not in campaign {campaign_id}", remedy="Name the campaign it is in."
         )
     ref = run_ref(found)
-    if fork is None:
-        return ref
-    return replace(ref, result_digest=digest, test_case=fork.test_case, is_done=True)
+    if fork is not None:
+        return replace(ref, result_digest=digest, test_case=fork.test_case, is_done=True)
+    if twin is not None:
+        return replace(ref, result_digest=digest, test_case=twin[0], is_done=True)
+    return ref
 
 
 def run_ref(item: Row[Any]) -> RunRef:

@@ -156,11 +156,14 @@ class CampaignFsr:
         id: Id of the requirement in the concept.
         digest: Digest of everything that its verdict depends on beside the trace.
         not_applicable: Why it cannot be judged, by architecture id.
+        judged: Digest that its verdicts have where it is judged with a numeric uncertainty, by
+            architecture and scenario; elsewhere they have ``digest``.
     """
 
     id: str
     digest: str
     not_applicable: Mapping[str, str] = field(default_factory=dict)
+    judged: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

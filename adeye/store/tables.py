@@ -32,6 +32,8 @@ from adeye.store.concept_tables import element_relation as element_relation
 from adeye.store.concept_tables import fsr as fsr
 from adeye.store.concept_tables import hazardous_event as hazardous_event
 from adeye.store.concept_tables import safety_goal as safety_goal
+from adeye.store.half_tables import half_step as half_step
+from adeye.store.half_tables import uncertainty as uncertainty
 from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.metric_ids import METRIC_IDS as METRIC_IDS
 

@@ -262,16 +262,21 @@ def _result_digest(engine: EngineKey, test_case: str) -> str:
 
 
 def _unplanned(connection: Connection) -> Iterator[Finding]:
-    case, fork = tables.campaign_case, tables.fork
+    case, fork, half = tables.campaign_case, tables.fork, tables.half_step
     extra = connection.execute(
         select(tables.run.c.result_digest)
         .outerjoin(case, case.c.result_digest == tables.run.c.result_digest)
         .outerjoin(fork, fork.c.result_digest == tables.run.c.result_digest)
-        .where(case.c.campaign_id.is_(None), fork.c.result_digest.is_(None))
+        .outerjoin(half, half.c.result_digest == tables.run.c.result_digest)
+        .where(
+            case.c.campaign_id.is_(None),
+            fork.c.result_digest.is_(None),
+            half.c.result_digest.is_(None),
+        )
         .order_by(tables.run.c.result_digest)
     )
     for digest in extra.scalars().all():
-        yield Finding("run", digest, "belongs to no campaign and is no fork")
+        yield Finding("run", digest, "belongs to no campaign and is no fork or twin")
 
 
 def _plans(connection: Connection) -> Iterator[Finding]:

@@ -189,6 +189,11 @@ JOIN test_case t ON t.digest = c.test_case_digest
 LEFT JOIN takeover o ON o.fork_digest = f.result_digest AND o.version = (
     SELECT MAX(x.version) FROM takeover x WHERE x.fork_digest = f.result_digest)"""
 
+_UNCERTAINTY = """CREATE VIEW v_uncertainty AS
+SELECT campaign_id AS campaign, scenario, architecture, kind, name, unit, sampled, pairs, p95,
+    largest, uncertainty, differing, changes
+FROM uncertainty"""
+
 # A failed run first; there an infinite robustness, NULL, is the worst, elsewhere the best.
 WORST_FIRST: Final = (
     "verdict = 'FAIL' DESC, (worst_robustness IS NULL) = (verdict <> 'FAIL'), "
@@ -256,4 +261,5 @@ def view_ddl() -> dict[str, str]:
         ),
         "v_forks": _FORKS,
         **check_view_ddl(),
+        "v_uncertainty": _UNCERTAINTY,
     }

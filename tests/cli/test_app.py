@@ -80,6 +80,7 @@ def test_the_verbs_are_these() -> None:
         "signals",
         "stl",
         "timeline",
+        "uncertainty",
         "warmup",
     ]
 

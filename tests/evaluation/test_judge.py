@@ -11,6 +11,7 @@ import pytest
 from adeye.evaluation.judge import Evaluation, judge
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.requirements import compile_requirement
+from adeye.evaluation.uncertainty import NumericUncertainty
 from adeye.evaluation.verdict import Verdict
 from adeye.signals import SILENT
 from adeye.spec.concept import Requirement
@@ -302,12 +303,14 @@ def test_margin_below_the_numeric_uncertainty_is_inconclusive(
         else fsr(formula="always(distance >= 39.5 m)")
     )
     made = hand_made().ego(s=0.0).object("lead", s=44.0)
-    assert judged(made, item, uncertainty={"FSR-01": uncertainty}).verdict is verdict
+    least = NumericUncertainty("a" * 64, {"m": uncertainty})
+    assert judged(made, item, uncertainty={"FSR-01": least}).verdict is verdict
 
 
 def test_uncertainty_does_not_soften_a_failure(hand_made: Any) -> None:
     item = fsr(formula="always(distance >= 40.1 m)")
-    assert judged(hand_made(), item, uncertainty={"FSR-01": 5.0}).verdict is FAIL
+    least = NumericUncertainty("a" * 64, {"m": 5.0})
+    assert judged(hand_made(), item, uncertainty={"FSR-01": least}).verdict is FAIL
 
 
 def test_fsr_is_not_judged_in_other_scenarios(hand_made: Any) -> None:

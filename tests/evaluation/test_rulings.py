@@ -14,6 +14,7 @@ from adeye.evaluation.judgement import Judgement
 from adeye.evaluation.metrics import METRICS, registry
 from adeye.evaluation.requirements import CheckedRequirement, compile_requirement
 from adeye.evaluation.rulings import Frame
+from adeye.evaluation.uncertainty import NumericUncertainty
 from adeye.evaluation.verdict import Verdict
 from adeye.ports import MetricColumn
 from adeye.spec.concept import Requirement
@@ -146,7 +147,9 @@ def test_every_run_gets_what_the_rules_for_one_run_say(
 ) -> None:
     item = fsr(bound=bound, on_contact=on_contact)
     metrics = {bound["metric"]: COLUMN}
-    found = FRAME.judge(item, np.arange(len(RUNS)), None, metrics, least)
+    unit = METRICS[bound["metric"]].unit
+    uncertainty = NumericUncertainty(item.digest, {unit: least})
+    found = FRAME.judge(item, np.arange(len(RUNS)), None, metrics, uncertainty)
     for run in range(len(RUNS)):
         assert found.of_run(run) == plainly(item, run, least), RUNS[run]
 
@@ -154,9 +157,9 @@ def test_every_run_gets_what_the_rules_for_one_run_say(
 def test_chosen_runs_are_judged_as_among_all() -> None:
     item = fsr(bound=BOUNDS[0])
     metrics = {"min_distance_m": COLUMN}
-    everything = FRAME.judge(item, np.arange(len(RUNS)), None, metrics, 0.0)
+    everything = FRAME.judge(item, np.arange(len(RUNS)), None, metrics, None)
     for runs in ([7], [0, 13, 14, 60], list(range(1, len(RUNS), 2))):
-        part = FRAME.judge(item, np.array(runs), None, metrics, 0.0)
+        part = FRAME.judge(item, np.array(runs), None, metrics, None)
         assert part.runs.tolist() == runs
         assert [part.of_run(run) for run in runs] == [everything.of_run(run) for run in runs]
 
@@ -164,7 +167,7 @@ def test_chosen_runs_are_judged_as_among_all() -> None:
 def test_nothing_but_a_value_or_no_conflict_ever_passes() -> None:
     for bound in BOUNDS:
         found = FRAME.judge(
-            fsr(bound=bound), np.arange(len(RUNS)), None, {bound["metric"]: COLUMN}, 0.0
+            fsr(bound=bound), np.arange(len(RUNS)), None, {bound["metric"]: COLUMN}, None
         )
         for run, (status, _, _, invalid) in enumerate(RUNS):
             judgement = found.of_run(run)
@@ -180,7 +183,7 @@ def test_value_that_is_not_finite_is_an_error(bad: float) -> None:
     frame = Frame(0.1, ("lead",), np.array([False]), (None,))
     for bound in BOUNDS:
         item = fsr(bound=bound)
-        found = frame.judge(item, np.array([0]), None, {bound["metric"]: column}, 0.0).of_run(0)
+        found = frame.judge(item, np.array([0]), None, {bound["metric"]: column}, None).of_run(0)
         assert found is not None
         assert found.verdict is Verdict.ERROR
         assert (found.margin, found.robustness_low, found.value) == (None, None, None)
@@ -194,7 +197,7 @@ def ruled(text: str, signals: dict[str, Any], **options: Any) -> list[Judgement]
     runs = len(result.error)
     by_contact = np.zeros(runs, bool) if contact is None else np.array(contact)
     frame = Frame(0.1, ("lead", "cutter"), by_contact, (None,) * runs)
-    columns = frame.judge(item, np.arange(runs), result, {}, 0.0)
+    columns = frame.judge(item, np.arange(runs), result, {}, None)
     found = [columns.of_run(run) for run in range(runs)]
     return [item for item in found if item is not None]
 

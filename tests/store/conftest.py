@@ -12,6 +12,7 @@ import pytest
 
 from adeye.evaluation.injections import Injection
 from adeye.evaluation.timeline import Timeline
+from adeye.evaluation.uncertainty import Difference
 from adeye.evaluation.verdict import Outcome, Verdict
 from adeye.spec.concept import (
     Assumption,
@@ -25,6 +26,7 @@ from adeye.spec.concept import (
 )
 from adeye.spec.decomposition import Decomposition, DependentFailure
 from adeye.store.block import run_block
+from adeye.store.halving import HalfStepRecord, UncertaintyRecord
 from adeye.store.hindsight import TakeoverLine
 from adeye.store.repository import Repository
 from adeye.store.rows import (
@@ -283,6 +285,18 @@ class Example:
             "decompositions": (step,),
             "dependent_failures": (record,),
         }
+
+    def halved(self, repository: Repository, campaign: str) -> None:
+        """Save a twin of the first run with half the step, and a line of what it told."""
+        origin = repository.find_run("0", campaign=campaign)
+        digest = self.engine.result_digest(sha("twin"))
+        case = BlockCase(0, sha("twin"), digest, has_result=False, missing_fsrs=("FSR1",))
+        twin = HalfStepRecord(digest, case.test_case, origin.result_digest, origin.test_case, 0.025)
+        halves = repository.hindsight.half_steps
+        halves.save_twins([twin], run_block([self.run(case)], METRIC_IDS))
+        told = Difference("fsr", "FSR9", "m", 12, 11, 0.5, 0.75, 1, {"PASS → FAIL": 1})
+        line = UncertaintyRecord(origin.scenario, origin.architecture, told, "f" * 64, "e" * 64)
+        halves.save_uncertainty(campaign, [line])
 
     def with_odd(self, version: str) -> None:
         self.odd = replace(self.odd, version=version, content={"odd": "motorway", "v": version})

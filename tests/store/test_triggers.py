@@ -14,7 +14,9 @@ def test_stored_row_is_never_changed_or_deleted(
     repository: Repository, example: Any, raw: sqlite3.Connection, table: str, statement: str
 ) -> None:
     example.decompose()
-    example.hindsight(repository, example.campaign(repository, 4))
+    campaign = example.campaign(repository, 4)
+    example.hindsight(repository, campaign)
+    example.halved(repository, campaign)
     count = f"SELECT count(*) FROM {table}"  # noqa: S608 - a table of this package
     before = raw.execute(count).fetchone()
     assert before != (0,)

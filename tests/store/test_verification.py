@@ -18,6 +18,7 @@ def campaign(repository: Repository, example: Any) -> str:
     example.decompose()
     planned = str(example.campaign(repository, 8))
     example.hindsight(repository, planned)
+    example.halved(repository, planned)
     return planned
 
 

@@ -1,0 +1,475 @@
+"""Twins with half the step: which are chosen, what they tell, and how runs are judged with that."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adeye.campaign import halving, runner
+from adeye.campaign.halving import twin_of
+from adeye.campaign.reproduce import describe_run, replay_run, rerun
+from adeye.campaign.work import BatchResult, BatchTask, execute
+from adeye.errors import SpecError
+from adeye.evaluation.uncertainty import Difference, differences, sampled_metric
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.store.repository import Repository
+from tests.project import CONCEPT, MINI, Executed, Project, count_rows, run_cases
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from adeye.campaign.plan import CampaignPlan
+    from tests.conftest import MakeProject
+
+SPEEDS = ["80 km/h", "100 km/h", "120 km/h"]
+GAPS = ["20 m", "30 m", "40 m", "50 m", "60 m"]
+ASKED: dict[str, Any] = {
+    **MINI,
+    "scenarios": [
+        {
+            "use": "cut_in",
+            "faults": ["none"],
+            "sweep": {"parameters": {"ego_speed": SPEEDS, "gap": GAPS}},
+        }
+    ],
+    "faults": [],
+    "uncertainty": {"situations": 12},
+}
+"""Fifteen situations, two architectures; twelve situations of each are executed with half too."""
+UNASKED = {key: value for key, value in ASKED.items() if key != "uncertainty"}
+RUNS, TWINS = 30, 24
+
+
+@pytest.fixture(scope="module")
+def asked(tmp_path_factory: pytest.TempPathFactory) -> Executed:
+    project = Project(tmp_path_factory.mktemp("asked"), ASKED)
+    return Executed(project, project.plan(), project.run(), project.db)
+
+
+def lines(project: Project) -> list[tuple[Any, ...]]:
+    """What halving the step changed, without what names the campaign."""
+    with closing(sqlite3.connect(project.db)) as connection:
+        return connection.execute(
+            "SELECT scenario, architecture, kind, name, unit, sampled, pairs, p95, largest, "
+            "uncertainty, differing, changes, fsr_digest, judged_digest FROM uncertainty "
+            "ORDER BY scenario, architecture, kind, name, unit"
+        ).fetchall()
+
+
+def verdicts(project: Project) -> list[tuple[Any, ...]]:
+    with closing(sqlite3.connect(project.db)) as connection:
+        return connection.execute(
+            "SELECT run, fsr, verdict, margin, detail FROM v_verdicts ORDER BY run, fsr"
+        ).fetchall()
+
+
+def chosen(plan: CampaignPlan) -> dict[tuple[str, str], tuple[str, ...]]:
+    return {(item.scenario, item.architecture): item.results for item in plan.samples}
+
+
+# --- the sample
+
+
+def test_sample_is_that_of_the_smallest_situations(asked: Executed) -> None:
+    plan = asked.project.plan()
+    assert [len(item.results) for item in plan.samples] == [12, 12]
+    for item in plan.samples:
+        cases = [case for case in plan.cases if case.architecture.architecture == item.architecture]
+        cases.sort(key=lambda case: case.situation_digest)
+        assert [plan.cases[ordinal].digest for ordinal in item.ordinals] == [
+            case.digest for case in cases[:12]
+        ]
+
+
+def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
+    project = make_project(ASKED)
+    before = chosen(project.plan())
+    with project.edited_odd() as odd:
+        odd["title"] = "Another title"
+        odd["scenarios"] = [MINI["scenarios"][1], *odd["scenarios"]]
+        odd["scenarios"][1]["faults"] = ["front_camera_out"]
+        odd["faults"] = MINI["faults"][:1]
+        odd["architectures"] = odd["architectures"][::-1]
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][1]["bound"]["at_most"] = 5.5
+    after = chosen(project.plan())
+    assert {key: after[key] for key in before} == before
+    assert len(after) == 4
+
+
+def test_more_points_change_the_sample_only_where_they_are_smaller(
+    make_project: MakeProject,
+) -> None:
+    project = make_project(ASKED)
+    before = chosen(project.plan())
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"]["gap"].append("45 m")
+    for key, results in chosen(project.plan()).items():
+        kept = set(results) & set(before[key])
+        assert len(kept) >= 12 - len(SPEEDS)
+
+
+def test_variants_of_an_architecture_are_one_situation(make_project: MakeProject) -> None:
+    project = make_project(ASKED)
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"][
+            "architecture.sensors.front_camera.mount.yaw"
+        ] = [
+            "0 deg",
+            "2 deg",
+        ]
+    plan = project.plan()
+    for item in plan.samples:
+        situations = {plan.cases[ordinal].situation_digest for ordinal in item.ordinals}
+        assert len(situations) == len(item.ordinals) == 12
+
+
+def test_twin_has_the_same_situation_and_noise_and_half_the_step(asked: Executed) -> None:
+    case = asked.project.plan().cases[0]
+    twin = twin_of(case)
+    assert twin.step == case.step / 2
+    assert (twin.situation_digest, twin.stream_seed) == (case.situation_digest, case.stream_seed)
+    assert twin.digest != case.digest
+
+
+def test_clock_that_cannot_tick_twice_as_fast_is_refused(
+    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project = make_project(ASKED)
+    longest = max(
+        max(case.scenario.horizon, case.scenario.tail) for case in project.plan().examples()
+    )
+    monkeypatch.setattr("adeye.spec.clock.MAX_TICKS", int(longest / 0.05) + 1)
+    with pytest.raises(SpecError, match=r"half the step, 0\.025 s") as raised:
+        project.plan()
+    assert raised.value.where is not None
+    assert raised.value.where.line is not None
+
+
+# --- what it tells
+
+
+def test_uncertainty_is_that_of_the_stored_pairs(asked: Executed) -> None:
+    with closing(sqlite3.connect(asked.db)) as connection:
+        pairs = connection.execute(
+            "SELECT m.min_distance_m, n.min_distance_m FROM half_step h "
+            "JOIN run a ON a.result_digest = h.origin_digest "
+            "JOIN run b ON b.result_digest = h.result_digest "
+            "JOIN metric m ON m.run_number = a.number JOIN metric n ON n.run_number = b.number "
+            "JOIN campaign_case c ON c.result_digest = h.origin_digest "
+            "WHERE c.architecture = 'camera_radar'"
+        ).fetchall()
+        stored = connection.execute(
+            "SELECT pairs, uncertainty, largest FROM v_uncertainty "
+            "WHERE name = 'min_distance_m' AND architecture = 'camera_radar'"
+        ).fetchall()
+    worst = max(abs(first - last) for first, last in pairs)
+    assert worst > 0.0
+    assert stored == [(12, worst, worst)]
+
+
+def test_every_fsr_and_metric_has_a_line(asked: Executed) -> None:
+    found = {(line[1], line[2], line[3]) for line in lines(asked.project)}
+    plan = asked.project.plan()
+    for architecture in plan.files.architectures:
+        for item in plan.requirements:
+            has_line = (architecture, "fsr", item.requirement.id) in found
+            assert has_line == (architecture not in item.not_applicable)
+    assert ("camera_radar", "metric", "min_ttc_s") in found
+
+
+@pytest.mark.parametrize(("workers", "threads", "batch"), [(1, 2, 5), (2, 1, 64)])
+def test_uncertainty_and_verdicts_do_not_depend_on_how_runs_are_executed(
+    asked: Executed,
+    make_project: MakeProject,
+    monkeypatch: pytest.MonkeyPatch,
+    workers: int,
+    threads: int,
+    batch: int,
+) -> None:
+    monkeypatch.setattr(halving, "_BATCH", batch)
+    project = make_project(ASKED)
+    summary = project.run(workers=workers, threads=threads)
+    assert (summary.executed, summary.twins) == (RUNS, TWINS)
+    assert lines(project) == lines(asked.project)
+    assert verdicts(project) == verdicts(asked.project)
+
+
+def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> None:
+    plan = asked.plan
+    for sample in plan.samples:
+        cases = [plan.cases[ordinal] for ordinal in sample.ordinals]
+        first, second = (of_step(plan, cases, step) for step in (0.05, 0.025))
+        # Rows are counted, of which twice as many tell the time to half of a step.
+        assert first["rss_violation_s"].uncertainty == pytest.approx(0.05 / 2)
+        assert second["rss_violation_s"].uncertainty == pytest.approx(0.025 / 2)
+        if sample.architecture == "legacy_camera":
+            # Nobody reacts to the cut-in, so nothing is decided a tick earlier or later: what is
+            # left is the row that is nearest to the least distance, an error of second order.
+            whole, half = (found["min_distance_m"].uncertainty for found in (first, second))
+            assert whole is not None
+            assert half is not None
+            assert half / whole == pytest.approx(0.25, rel=0.15)
+
+
+def test_noise_of_a_run_is_that_of_its_twin(asked: Executed) -> None:
+    cases = [case for case in asked.plan.cases if case.architecture.architecture == "camera_radar"]
+    whole = run_cases(asked.plan, cases)["detections"]
+    half = run_cases(asked.plan, [twin_of(case) for case in cases])["detections"]
+    # Before anybody reacts the scenes differ by what the integrator leaves, the draws by nothing.
+    before = slice(0, 20)
+    assert np.isfinite(whole[:, before]).any()
+    np.testing.assert_allclose(whole[:, before], half[:, ::2][:, before], rtol=0.0, atol=1e-7)
+
+
+def of_step(plan: CampaignPlan, cases: list[Any], step: float) -> dict[str, Difference]:
+    whole = [replace(case, step=step) for case in cases]
+    first, second = (metrics_of(plan, part) for part in (whole, [twin_of(case) for case in whole]))
+    return {
+        name: differences("metric", name, list(zip(first[name], second[name], strict=True)))[0]
+        for name in ("rss_violation_s", "min_ttc_s", "min_distance_m")
+    }
+
+
+def metrics_of(plan: CampaignPlan, cases: list[Any]) -> Mapping[str, list[Any]]:
+    done = execute(BatchTask(1, tuple(cases), (), plan.work))
+    assert done.runs is not None, done.failure
+    block = done.runs.metrics
+    statuses = np.where(np.isfinite(block.value), "value", "none")
+    return {
+        name: [
+            sampled_metric(name, float(block.value[run, place]), str(statuses[run, place]), "s")
+            for run in range(len(cases))
+        ]
+        for place, name in enumerate(block.ids)
+    }
+
+
+# --- judging
+
+
+def test_margins_below_the_uncertainty_are_inconclusive_and_no_others(asked: Executed) -> None:
+    with closing(sqlite3.connect(asked.db)) as connection:
+        rows = connection.execute(
+            "SELECT p.verdict, p.margin, p.detail, j.verdict, j.margin, j.detail, u.least "
+            "FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest "
+            "JOIN (SELECT scenario, architecture, fsr_digest, judged_digest, unit, "
+            "      uncertainty AS least FROM uncertainty WHERE kind = 'fsr') u "
+            "  ON u.scenario = c.scenario AND u.architecture = c.architecture "
+            "JOIN verdict p ON p.run_number = r.number AND p.fsr_digest = u.fsr_digest "
+            "JOIN verdict j ON j.run_number = r.number AND j.fsr_digest = u.judged_digest "
+            "WHERE u.unit = COALESCE(p.unit, '')"
+        ).fetchall()
+    seen = set()
+    for plain, margin, detail, judged, same, why, least in rows:
+        assert same == margin
+        is_small = plain == "PASS" and least is not None and margin is not None and margin < least
+        assert judged == ("INCONCLUSIVE" if is_small else plain)
+        assert is_small == (why is not None and why.startswith("margin below the numeric uncert"))
+        assert is_small or why == detail
+        seen.add((plain, judged))
+    assert {("PASS", "INCONCLUSIVE"), ("PASS", "PASS"), ("FAIL", "FAIL")} <= seen
+
+
+def test_rows_are_those_of_the_judge_with_the_same_uncertainty(asked: Executed) -> None:
+    with Repository.open(asked.db, create=False) as repository:
+        campaign = asked.summary.campaign
+        found = set()
+        for ordinal in range(0, RUNS, 4):
+            run = repository.find_run(str(ordinal), campaign=campaign)
+            done = rerun(repository, run)
+            stored = {item.fsr_digest: item for item in done.stored.verdicts}
+            assert len(stored) == 2 * len(done.evaluation.judgements[0])
+            for judged in done.evaluation.judgements[0]:
+                row = stored[judged.fsr_digest]
+                for name in ("verdict", "margin", "unit", "time_s", "actor", "value", "detail"):
+                    assert getattr(row, name) == getattr(judged, name), name
+                found.add(row.verdict)
+    assert Verdict.INCONCLUSIVE in found
+
+
+@pytest.mark.parametrize(
+    ("share", "is_pass"), [(0.5, False), (0.99, False), (1.01, True), (2.0, True)]
+)
+def test_threshold_decides_by_the_uncertainty(
+    asked: Executed, tmp_path: Path, share: float, *, is_pass: bool
+) -> None:
+    least, worst = worst_deceleration(asked)
+    # The bound stands above the worst run by a share of the uncertainty.
+    limit = worst + share * least
+    project = Project(tmp_path / "seeded", ASKED)
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][1]["bound"]["at_most"] = limit
+    summary = project.run()
+    line = next(
+        item
+        for item in summary.verdicts
+        if (item.fsr, item.architecture) == ("FSR-02", "camera_radar")
+    )
+    assert line.verdict is (Verdict.PASS if is_pass else Verdict.INCONCLUSIVE)
+    assert line.margin == pytest.approx(share * least)
+
+
+def worst_deceleration(asked: Executed) -> tuple[float, float]:
+    with closing(sqlite3.connect(asked.db)) as connection:
+        (least,) = connection.execute(
+            "SELECT uncertainty FROM v_uncertainty "
+            "WHERE name = 'FSR-02' AND architecture = 'camera_radar'"
+        ).fetchone()
+        (worst,) = connection.execute(
+            "SELECT MAX(max_required_deceleration_mps2) FROM v_runs "
+            "WHERE architecture = 'camera_radar'"
+        ).fetchone()
+    assert least > 0.0
+    return float(least), float(worst)
+
+
+def test_failure_stays_one(asked: Executed, tmp_path: Path) -> None:
+    least, worst = worst_deceleration(asked)
+    project = Project(tmp_path / "failing", ASKED)
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][1]["bound"]["at_most"] = worst - 0.01 * least
+    line = next(
+        item
+        for item in project.run().verdicts
+        if (item.fsr, item.architecture) == ("FSR-02", "camera_radar")
+    )
+    assert line.verdict is Verdict.FAIL
+
+
+def test_asking_later_executes_only_twins_and_going_back_nothing(
+    asked: Executed, make_project: MakeProject
+) -> None:
+    project = make_project(UNASKED)
+    plain = project.run()
+    assert (plain.executed, plain.twins) == (RUNS, 0)
+    assert lines(project) == []
+    with project.edited_odd() as odd:
+        odd["uncertainty"] = ASKED["uncertainty"]
+    later = project.run()
+    assert (later.executed, later.reused, later.judged, later.twins) == (0, RUNS, RUNS, TWINS)
+    assert later.campaign != plain.campaign
+    assert lines(project) == lines(asked.project)
+    again = project.run()
+    assert (again.executed, again.judged, again.twins) == (0, 0, 0)
+    with project.edited_odd() as odd:
+        del odd["uncertainty"]
+    back = project.run()
+    assert (back.campaign, back.executed, back.judged) == (plain.campaign, 0, 0)
+    assert back.verdicts == plain.verdicts
+    assert count_rows(project.db, "run") == RUNS + TWINS
+    with Repository.open(project.db, create=False) as repository:
+        assert repository.verify() == ()
+
+
+def test_odd_that_does_not_ask_is_the_content_that_it_was(make_project: MakeProject) -> None:
+    plan = make_project(UNASKED).plan()
+    assert "uncertainty" not in plan.record().odd.content["odd"]
+    assert plan.samples == ()
+    assert not any(item.judged for item in plan.record().fsrs)
+
+
+# --- interruption and failure
+
+
+def test_interrupted_twins_are_gone_on_with(
+    asked: Executed, make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(halving, "_BATCH", 5)
+    project = make_project(ASKED)
+    absorb = halving.HalfStepTasks.absorb
+    count = 0
+
+    def interrupted(self: halving.HalfStepTasks, done: Any) -> None:
+        nonlocal count
+        count += 1
+        if count == 5:
+            raise KeyboardInterrupt
+        absorb(self, done)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(halving.HalfStepTasks, "absorb", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            project.run()
+    kept = count_rows(project.db, "run")
+    assert 0 < kept < TWINS
+    assert lines(project) == []
+    assert verdicts_judged(project) == 0
+    summary = project.run()
+    assert summary.executed + summary.reused == RUNS
+    assert count_rows(project.db, "run") == RUNS + TWINS
+    assert lines(project) == lines(asked.project)
+    assert verdicts(project) == verdicts(asked.project)
+
+
+def verdicts_judged(project: Project) -> int:
+    with closing(sqlite3.connect(project.db)) as connection:
+        found = connection.execute("SELECT COUNT(*) FROM v_verdicts WHERE verdict <> 'NOT_RUN'")
+        return int(found.fetchone()[0])
+
+
+def test_twin_that_cannot_be_executed_leaves_nothing_judged(
+    asked: Executed, make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project = make_project(ASKED)
+    bad = project.plan().samples[0].ordinals[3]
+    situation = project.plan().cases[bad].situation_digest
+
+    def failing(task: BatchTask) -> BatchResult:
+        if any(case.step < 0.05 and case.situation_digest == situation for case in task.execute):
+            return BatchResult(failure="ValueError: too fast a clock")
+        return execute(task)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(runner, "execute", failing)
+        summary = project.run()
+    assert summary.exit_code is ExitCode.INCOMPLETE
+    assert "twin with half the step of cut_in: ValueError: too fast a clock" in summary.message
+    assert lines(project) == []
+    assert verdicts_judged(project) == 0
+    healed = project.run()
+    assert healed.twins <= 2
+    assert verdicts(project) == verdicts(asked.project)
+
+
+def test_situations_too_few_for_an_uncertainty_are_said_and_judged_without(
+    make_project: MakeProject,
+) -> None:
+    project = make_project(ASKED)
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"]["gap"] = GAPS[:3]
+    project.run()
+    found = lines(project)
+    assert {line[5] for line in found} <= set(range(10))
+    assert {line[9] for line in found} == {None}
+    with closing(sqlite3.connect(project.db)) as connection:
+        details = connection.execute("SELECT DISTINCT detail FROM v_verdicts").fetchall()
+    assert not any("numeric uncertainty" in (detail or "") for (detail,) in details)
+
+
+# --- twins as runs
+
+
+def test_twin_is_found_and_replays_bit_for_bit(asked: Executed) -> None:
+    with closing(sqlite3.connect(asked.db)) as connection:
+        twin, origin = connection.execute(
+            "SELECT result_digest, origin_digest FROM half_step ORDER BY 1 LIMIT 1"
+        ).fetchone()
+    assert replay_run(asked.db, twin).identical
+    described = describe_run(asked.db, twin)
+    assert described["step_s"] == 0.025
+    assert described["situation"] == describe_run(asked.db, origin)["situation"]
+    assert len(described["verdicts"]) == len(describe_run(asked.db, origin)["verdicts"])
+
+
+def test_twins_are_in_no_selection_and_the_database_verifies(asked: Executed) -> None:
+    assert len(asked.project.rows()) == RUNS
+    assert count_rows(asked.db, "run") == RUNS + TWINS
+    with Repository.open(asked.db, create=False) as repository:
+        assert repository.verify() == ()
