@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
-from adeye.campaign.runner import CampaignSummary, Progress, run_campaign
+from adeye.campaign.runner import Progress, run_campaign
+from adeye.campaign.summary import CampaignSummary
 from adeye.engine import DEFAULT_BACKEND
 from adeye.report.compare import compare as compare_architectures
 from adeye.report.options import CompareOptions

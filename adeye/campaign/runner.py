@@ -8,6 +8,9 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
+from adeye.campaign.keeping import Keep, folder_of
+from adeye.campaign.rejudging import rejudge
+from adeye.campaign.summary import CampaignSummary, failed_channels, summarise
 from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.channels.factory import PROCESS
@@ -17,15 +20,16 @@ from adeye.kernel.jit import is_cache_warm
 from adeye.recorder import trace_bytes
 from adeye.sensors.lidar import sample_bytes
 from adeye.store.repository import Repository
-from adeye.store.totals import gate_code, totals
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
-    from adeye.evaluation.verdict import ExitCode, Verdict
+    from adeye.campaign.rejudging import Rejudged
+    from adeye.campaign.work import WorkContext
     from adeye.spec.architecture import Architecture
-    from adeye.store.stored import Block, CampaignInfo, Plan
+    from adeye.store.stored import Block, Plan
     from adeye.sweep.case import TestCase
 
 SMALLEST_BLOCK, LARGEST_BLOCK = 16, 1_024
@@ -56,64 +60,6 @@ class Progress:
     failures: int
 
 
-@dataclass(frozen=True, slots=True)
-class VerdictLine:
-    """The verdict of one FSR for one architecture.
-
-    Attributes:
-        architecture: Id.
-        is_gate: Whether the architecture decides the exit code.
-        fsr: Id.
-        asil: ASIL of the FSR.
-        mandatory: Whether the gate needs it.
-        verdict: Folded over all runs; None where the FSR is not applicable.
-        exercised: Runs in which its precondition held.
-        runs: Runs planned.
-        margin: Of the worst run, in ``unit``.
-        unit: Of the margin.
-        worst_run: Result digest of the worst run.
-        text: Text of the requirement.
-    """
-
-    architecture: str
-    is_gate: bool
-    fsr: str
-    asil: str
-    mandatory: bool
-    verdict: Verdict | None
-    exercised: int
-    runs: int
-    margin: float | None
-    unit: str
-    worst_run: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class CampaignSummary:
-    """What came out of a campaign.
-
-    Attributes:
-        campaign: Its id.
-        planned: Test cases.
-        executed: Executed now.
-        judged: Judged again now, on results that existed.
-        reused: Results that existed.
-        exit_code: Of the gate.
-        message: Why.
-        verdicts: One line per FSR and architecture.
-    """
-
-    campaign: str
-    planned: int
-    executed: int
-    judged: int
-    reused: int
-    exit_code: ExitCode
-    message: str
-    verdicts: tuple[VerdictLine, ...]
-
-
 def run_campaign(
     plan: CampaignPlan,
     *,
@@ -121,11 +67,13 @@ def run_campaign(
     workers: int = 1,
     threads: int = 1,
     progress: Callable[[Progress], None] | None = None,
+    traces: Wanted = "none",
 ) -> CampaignSummary:
     """Execute what a plan lacks in the database, and judge it.
 
     The plan is committed before the first run. Whatever dies, the next call goes on where the
-    database ends; a finished campaign executes nothing.
+    database ends; a finished campaign executes nothing. Results that lack verdicts are judged from
+    what is kept of them; only where that is not enough are they executed again.
 
     Args:
         plan: A checked plan.
@@ -133,46 +81,96 @@ def run_campaign(
         workers: Processes; 1 runs here.
         threads: Threads over blocks, in this process; only where there is one process.
         progress: Called after each block, and now and then while a large plan is saved.
+        traces: Which traces of what is executed are kept.
 
     Raises:
         IntegrityError: A result contradicts one that exists, or a plug-in was changed meanwhile.
         PlatformError: The database cannot be written.
     """
-    report = progress or (lambda _: None)
     with Repository.open(db) as repository:
+        return _Campaign(repository, plan, progress, traces).finish((workers, threads))
+
+
+def judge_campaign(
+    plan: CampaignPlan,
+    *,
+    db: str | Path | None = None,
+    replay: bool = False,
+    workers: int = 1,
+    threads: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+) -> CampaignSummary:
+    """Judge the results that a plan has in the database, as it asks for now.
+
+    Test cases without a result stay without one.
+
+    Args:
+        plan: A checked plan.
+        db: Database, by default ``.adeye/adeye.db``; it has to exist.
+        replay: Execute those again of which too little is kept.
+        workers: Processes; 1 runs here.
+        threads: Threads over blocks, in this process; only where there is one process.
+        progress: Called now and then.
+
+    Raises:
+        InputError: There is no database.
+        IntegrityError: A run does not come out as it was recorded.
+        PlatformError: The database cannot be written.
+    """
+    with Repository.open(db, create=False) as repository:
+        campaign = _Campaign(repository, plan, progress, "none")
+        return campaign.finish((workers, threads), executes=False, replays=replay)
+
+
+class _Campaign:
+    """A campaign from its plan to its summary."""
+
+    def __init__(
+        self,
+        repository: Repository,
+        plan: CampaignPlan,
+        progress: Callable[[Progress], None] | None,
+        traces: Wanted,
+    ) -> None:
+        self._repository, self._plan = repository, plan
+        self._report = progress or (lambda _: None)
+        keep = Keep(traces, folder_of(repository.path))
+        self._context = plan.work if traces == "none" else replace(plan.work, keep=keep)
+
+    def finish(
+        self, lanes: tuple[int, int], *, executes: bool = True, replays: bool = True
+    ) -> CampaignSummary:
+        """Save the plan, judge what is there, execute the rest if asked to, and read the result.
+
+        Args:
+            lanes: Processes and threads.
+            executes: Whether what has no result is executed.
+            replays: Whether results of which too little is kept are executed again.
+        """
+        repository, plan = self._repository, self._plan
         planned = plan.expansion.count
         stored = repository.plan_campaign(
             plan.record(),
             plan.planned(),
             block_size=block_size(plan),
-            report=lambda done: report(Progress("plan", done, planned, 0)),
+            report=lambda done: self._report(Progress("plan", done, planned, 0)),
         )
         repository.requeue_quarantined(stored.campaign)
-        total = stored.to_execute + stored.to_judge
-        state = Progress("run", 0, total, 0)
-        report(state)
-        executor = _executor(workers, threads)
-        tasks = _Tasks(repository, plan, stored)
-        try:
-            if max(workers, threads) > 1 and not is_cache_warm(*plan.compiled_parts):
-                # Compiled once here, the kernels are loaded by every worker.
-                for task in islice(tasks, 1):
-                    state = _absorb(repository, tasks, Done(task, execute(task)), state)
-                    report(state)
-            for done in executor.run(tasks):
-                state = _absorb(repository, tasks, done, state)
-                report(state)
-        except InputError:
-            # What cannot be used any more was changed after the plan, in whichever block it shows.
-            tasks.unchanged.check()
-            raise
-        finally:
-            executor.close()
-            tasks.release()
-        report(replace(state, phase="done"))
+        again = rejudge(repository, plan, stored.campaign, self._judging)
+        tasks = _Tasks(repository, plan, stored, self._context, (executes, replays))
+        self._work_off(tasks, lanes, again, stored)
+        self._report(Progress("done", 1, 1, 0))
         campaign = repository.find_campaign(stored.campaign)
         now = repository.progress(stored.campaign).executed - stored.reused
-        summary = replace(summarise(repository, campaign, plan, stored), executed=now)
+        summary = replace(
+            summarise(repository, campaign, plan, stored),
+            executed=now,
+            judged=again.wanted if replays else again.judged,
+            replayed=len(again.left) if replays else 0,
+            ways=again.ways,
+            to_replay=0 if replays else len(again.left),
+            to_execute=stored.to_execute - now,
+        )
         failed = failed_channels(repository, stored.campaign)
         if failed:
             summary = replace(summary, message=f"{summary.message.rstrip('.')}; {failed}")
@@ -182,6 +180,34 @@ def run_campaign(
             given_up = f"{campaign.work.quarantined} blocks were given up: {last}"
             summary = replace(summary, message=f"{summary.message.rstrip('.')}; {given_up}")
         return summary
+
+    def _judging(self, done: int, wanted: int) -> None:
+        self._report(Progress("judge", done, wanted, 0))
+
+    def _work_off(
+        self, tasks: _Tasks, lanes: tuple[int, int], again: Rejudged, stored: Plan
+    ) -> None:
+        executes, replays = tasks.allowed
+        total = stored.to_execute * executes + len(again.left) * replays
+        state = Progress("run", 0, total, 0)
+        self._report(state)
+        executor = _executor(*lanes)
+        try:
+            if max(lanes) > 1 and not is_cache_warm(*self._plan.compiled_parts):
+                # Compiled once here, the kernels are loaded by every worker.
+                for task in islice(tasks, 1):
+                    state = _absorb(self._repository, tasks, Done(task, execute(task)), state)
+                    self._report(state)
+            for done in executor.run(tasks):
+                state = _absorb(self._repository, tasks, done, state)
+                self._report(state)
+        except InputError:
+            # What cannot be used any more was changed after the plan, in whichever block it shows.
+            tasks.unchanged.check()
+            raise
+        finally:
+            executor.close()
+            tasks.release()
 
 
 def block_size(plan: CampaignPlan) -> int:
@@ -224,31 +250,58 @@ def _executor(workers: int, threads: int) -> InProcess[BatchTask, BatchResult] |
 
 
 class _Tasks(Iterator[BatchTask]):
-    """Claims blocks as workers ask for them; asked again after its end, it looks again."""
+    """Claims blocks as workers ask for them; asked again after its end, it looks again.
 
-    def __init__(self, repository: Repository, plan: CampaignPlan, stored: Plan) -> None:
+    Attributes:
+        allowed: Whether what has no result may be executed, and what has one again.
+        failures: What adeye itself failed with.
+        unchanged: Notices what is changed after the plan.
+    """
+
+    def __init__(
+        self,
+        repository: Repository,
+        plan: CampaignPlan,
+        stored: Plan,
+        context: WorkContext,
+        allowed: tuple[bool, bool],
+    ) -> None:
         self._repository = repository
-        self._plan = plan
+        self._context = context
         self._campaign = stored.campaign
         self._cases: Sequence[TestCase] = plan.cases
         self._held: dict[int, Block] = {}
+        self._kept: list[Block] = []
+        self.allowed = allowed
         self.failures: list[str] = []
         self.unchanged = Unchanged(plan)
 
     def __next__(self) -> BatchTask:
-        block = self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign)
-        if block is None:
-            raise StopIteration
+        executes, replays = self.allowed
+        while True:
+            block = self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign)
+            if block is None:
+                raise StopIteration
+            to_execute = block.to_execute if executes else ()
+            to_judge = block.to_judge if replays else ()
+            if to_execute or to_judge or not block.cases:
+                break
+            self.keep(block)
         self._held[block.id] = block
         return BatchTask(
             block=block.id,
-            execute=tuple(self._cases[item.ordinal] for item in block.to_execute),
+            execute=tuple(self._cases[item.ordinal] for item in to_execute),
             judge=tuple(
                 (self._cases[item.ordinal], item.result_digest, item.missing_fsrs)
-                for item in block.to_judge
+                for item in to_judge
             ),
-            context=self._plan.work,
+            context=self._context,
         )
+
+    def keep(self, block: Block) -> None:
+        """Leave a block that still lacks something, but count what it does not lack."""
+        self._repository.again.tally(block)
+        self._kept.append(block)
 
     def take(self, task: BatchTask) -> Block:
         """Return the block behind a task; it is no longer held."""
@@ -256,9 +309,10 @@ class _Tasks(Iterator[BatchTask]):
 
     def release(self) -> None:
         """Give back what was claimed and not completed."""
-        for block in self._held.values():
+        for block in (*self._held.values(), *self._kept):
             self._repository.release_block(block)
         self._held.clear()
+        self._kept.clear()
 
 
 def _absorb(
@@ -277,55 +331,10 @@ def _absorb(
         tasks.failures.append(detail)
         return state
     result = done.result
-    repository.complete_block(block, result.runs, result.judged)
+    if block.to_execute and not tasks.allowed[0]:
+        if result.judged is not None:
+            repository.again.add(result.judged)
+        tasks.keep(replace(block, cases=block.to_execute))
+    else:
+        repository.complete_block(block, result.runs, result.judged)
     return replace(state, done=state.done + result.done, failures=state.failures + result.failures)
-
-
-def failed_channels(repository: Repository, campaign: str) -> str:
-    """Say in how many runs which channel failed; empty if none did.
-
-    A mastered failure of a channel can PASS, but it never goes unmentioned.
-
-    Args:
-        repository: The database.
-        campaign: Id of the campaign.
-    """
-    return "; ".join(
-        f"{outcome} of channel {channel} in {count:,} runs of {architecture}"
-        for architecture, channel, outcome, count in repository.failed_channels(campaign)
-    )
-
-
-def summarise(
-    repository: Repository, campaign: CampaignInfo, plan: CampaignPlan, stored: Plan
-) -> CampaignSummary:
-    """Read what a campaign came to from the database."""
-    code, message = gate_code(repository, campaign)
-    texts = {item.id: item.text.strip() for item in plan.files.concept.spec.requirements}
-    lines = [
-        VerdictLine(
-            architecture=item.architecture,
-            is_gate=item.is_in_gate,
-            fsr=item.fsr,
-            asil=item.asil,
-            mandatory=item.is_mandatory,
-            verdict=item.verdict,
-            exercised=item.exercised,
-            runs=item.runs,
-            margin=item.worst[1].margin if item.worst else None,
-            unit=(item.worst[1].unit or "") if item.worst else "",
-            worst_run=item.worst[0].result_digest if item.worst else "",
-            text=texts[item.fsr],
-        )
-        for item in totals(repository, campaign)
-    ]
-    return CampaignSummary(
-        campaign=campaign.id,
-        planned=stored.planned,
-        executed=repository.progress(campaign.id).executed - stored.reused,
-        judged=stored.to_judge,
-        reused=stored.reused,
-        exit_code=code,
-        message=message,
-        verdicts=tuple(lines),
-    )

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.campaign.basis import basis_block
 from adeye.campaign.happenings import happenings
+from adeye.campaign.keeping import keep_traces
 from adeye.campaign.metrics import plugin_of, use_plugin_metrics
 from adeye.engine import run as run_batch
 from adeye.errors import AdeyeError
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    from adeye.campaign.keeping import Keep
     from adeye.evaluation.judgement import JudgementColumns
     from adeye.spec.architecture import Architecture
     from adeye.spec.channels import Channel
@@ -63,6 +66,7 @@ class WorkContext:
         faults: Fault ids of the ODD.
         metrics: Entry points of metrics from outside the package.
         odd_folder: Folder of the ODD's file, where those are looked for.
+        keep: Which traces are kept; None for none.
     """
 
     backend: str
@@ -73,6 +77,7 @@ class WorkContext:
     faults: tuple[str, ...]
     metrics: tuple[str, ...]
     odd_folder: Path
+    keep: Keep | None = None
 
 
 @dataclass(frozen=True)
@@ -182,7 +187,8 @@ def _execute(task: BatchTask) -> BatchResult:
     )
     evaluation = evaluate(trace, cases, context.requirements, context.faults)
     engines = [context.engines[case.architecture.architecture] for case in cases]
-    everything = describe(trace, evaluation, engines)
+    files = keep_traces(trace, evaluation, context.keep)
+    everything = describe(trace, evaluation, engines, files)
     executed = len(task.execute)
     runs = everything.take(np.arange(executed)) if executed else None
     return BatchResult(runs, _judged(task, everything) if task.judge else None)
@@ -215,6 +221,7 @@ def _judged(task: BatchTask, everything: RunBlock) -> JudgedBlock:
         tuple(digest for _, digest, _ in task.judge),
         replace(kept, run=kept.run - executed),
         everything.trace_digests[executed:],
+        everything.basis and everything.basis.take(np.arange(executed, len(everything))),
     )
 
 
@@ -245,13 +252,19 @@ def signals_of(trace: Trace, cases: Sequence[TestCase], faults: Sequence[str]) -
     return TraceSignals(trace, inside, cases[0].attributes, faults=faults)
 
 
-def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey]) -> RunBlock:
+def describe(
+    trace: Trace,
+    evaluation: Evaluation,
+    engines: Sequence[EngineKey],
+    files: Sequence[tuple[str, int] | None] = (),
+) -> RunBlock:
     """Describe the runs of a batch for the database.
 
     Args:
         trace: The batch.
         evaluation: Of the batch.
         engines: B engines that executed them.
+        files: Where their traces are kept; empty for nowhere.
     """
     happened = evaluation.happened
     different = tuple(dict.fromkeys(engines))
@@ -280,7 +293,7 @@ def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey])
             dtype=np.bool_,
         ),
         metrics=_metrics(trace, evaluation, METRIC_IDS),
-        verdicts=_verdicts(evaluation.judged),
+        verdicts=verdict_block(evaluation.judged),
         events=happenings(trace, np.asarray(evaluation.metrics[SEEN].actor, dtype=np.int64)),
         executed_by=Texts.same(f"{platform.node()}:{os.getpid()}", trace.runs),
         executed_at=(datetime.now(UTC),) * trace.runs,
@@ -289,6 +302,7 @@ def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey])
             for plugin, names in sorted(plugins.items())
         ),
         chains=tuple("".join(chain[:-1]) for chain in trace.chains()),
+        basis=basis_block(evaluation, files),
     )
 
 
@@ -307,7 +321,7 @@ def _metrics(trace: Trace, evaluation: Evaluation, ids: Sequence[str]) -> Metric
     )
 
 
-def _verdicts(judged: Sequence[JudgementColumns]) -> VerdictBlock:
+def verdict_block(judged: Sequence[JudgementColumns]) -> VerdictBlock:
     """Join the columns of the FSRs, run by run."""
     if not judged:
         return VerdictBlock.of(())

@@ -12,6 +12,7 @@ from adeye.cli.database import database_app
 from adeye.cli.dependencies import dependencies
 from adeye.cli.doctor import doctor
 from adeye.cli.forks import fork, forks
+from adeye.cli.judge import judge
 from adeye.cli.new import new_app
 from adeye.cli.options import add, examples
 from adeye.cli.output import emit
@@ -87,6 +88,13 @@ add(
     run,
     "adeye run odd/first.yaml",
     "adeye run odd/first.yaml --workers 2 --report report.html --junit junit.xml",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    judge,
+    "adeye judge odd/first.yaml",
+    "adeye judge odd/first.yaml --replay",
     panel=CAMPAIGN,
 )
 add(app, signals, "adeye signals odd/first.yaml", panel=CAMPAIGN)

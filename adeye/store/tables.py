@@ -22,7 +22,7 @@ from sqlalchemy import (
     Table,
 )
 
-from adeye.store import column_kinds
+from adeye.store import basis_tables, column_kinds
 from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.metric_ids import METRIC_IDS as METRIC_IDS
 
@@ -382,7 +382,7 @@ artifact = Table(
 INSERT_ONLY: Final = tuple(item for item in metadata.sorted_tables if item not in {work, artifact})
 """Tables whose rows are never changed or deleted, in dependency order."""
 
-RESULTS: Final = (run, metric, timing, verdict, event, chain)
+RESULTS: Final = (run, metric, timing, verdict, event, chain, *basis_tables.RESULTS)
 """Tables written a block at a time; ``columns`` hashes their rows."""
 
 NONDETERMINISTIC: Final = {
