@@ -22,6 +22,7 @@ from adeye.cli.read import replay, show
 from adeye.cli.run import report, run
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
+from adeye.cli.stale import stale
 from adeye.cli.starter import init
 from adeye.cli.timing import faults, timeline
 from adeye.cli.warmup import warmup
@@ -95,6 +96,13 @@ add(
     judge,
     "adeye judge odd/first.yaml",
     "adeye judge odd/first.yaml --replay",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    stale,
+    "adeye stale",
+    "adeye stale odd/first.yaml --json",
     panel=CAMPAIGN,
 )
 add(app, signals, "adeye signals odd/first.yaml", panel=CAMPAIGN)

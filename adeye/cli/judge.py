@@ -27,7 +27,7 @@ Replay = Annotated[
 ]
 
 
-def judge(  # noqa: PLR0913 - the options of a verb
+def judge(
     odd: OddFile,
     *,
     replay: Replay = False,

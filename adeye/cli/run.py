@@ -33,8 +33,8 @@ from adeye.errors import ASKED_TO_END
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.keeping import Wanted
+    from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.summary import CampaignSummary
 
 Files = tuple[Path | None, Path | None, Path | None]

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from itertools import groupby
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import select
 
 from adeye.store import basis, pending, recording, tables
 from adeye.store.encoding import insert_rows
 from adeye.store.leasing import is_held
+from adeye.store.rows import EngineKey
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from adeye.store.block import JudgedBlock
     from adeye.store.database import Database
@@ -41,6 +45,61 @@ class Gap:
     architecture: str
     trace_digest: str
     fsrs: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StoredEvidence:
+    """A run of a campaign with the FSRs that it was judged on.
+
+    Attributes:
+        result: Digest of the result.
+        scenario: Id in the ODD.
+        architecture: Id.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        point: Swept values as JSON.
+        replicate: Number of the replicate.
+        scenario_content: As JSON.
+        architecture_content: As JSON.
+        faults: As JSON.
+        parameters: As JSON.
+        seed: Of the ODD.
+        step_s: Master clock [s].
+        engine: What executed it.
+        fsrs: Ids of the FSRs.
+    """
+
+    result: str
+    scenario: str
+    architecture: str
+    fault_entry: str
+    point: str
+    replicate: int
+    scenario_content: str
+    architecture_content: str
+    faults: str
+    parameters: str
+    seed: int
+    step_s: float
+    engine: EngineKey
+    fsrs: tuple[str, ...]
+
+
+_EVIDENCE: Final = """
+    SELECT c.ordinal, c.result_digest, c.scenario, c.architecture, t.fault_entry, c.point,
+        t.replicate, s.content, a.content, t.faults, t.parameters, t.seed, t.step_s, r.backend,
+        r.variant, r.numerics_version, r.plugins_digest, f.fsr_id
+    FROM campaign_case c
+    JOIN test_case t ON t.digest = c.test_case_digest
+    JOIN scenario s ON s.digest = t.scenario_digest
+    JOIN architecture a ON a.digest = t.architecture_digest
+    JOIN run r ON r.result_digest = c.result_digest
+    JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.architecture
+        AND f.scenario = c.scenario AND f.applicable
+        AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
+            ELSE NOT c.inside_odd END
+    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+    WHERE c.campaign_id = ? ORDER BY c.ordinal, f.fsr_id
+"""
 
 
 class Again:
@@ -98,6 +157,47 @@ class Again:
         """Read where traces are kept: number of the run, name of the file, place in it."""
         with self._database.read() as connection:
             return basis.read_files(connection, numbers)
+
+    def evidence(self, campaign: str) -> Iterator[StoredEvidence]:
+        """Read the runs of a campaign that were judged, in the order of the plan."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                _EVIDENCE, (campaign,), execution_options={"yield_per": basis.CHUNK}
+            )
+            for _, items in groupby(found, key=itemgetter(0)):
+                rows = list(items)
+                _, *names, backend, variant, version, plugins, _ = rows[0]
+                engine = EngineKey(backend, variant, version, plugins)
+                yield StoredEvidence(*names, engine, tuple(row[-1] for row in rows))
+
+    def fsr_digests(self, campaign: str) -> dict[str, str]:
+        """Read what the FSRs of a campaign are judged by, by id."""
+        fsrs = tables.campaign_fsr
+        query = select(fsrs.c.fsr_id, fsrs.c.fsr_digest).where(fsrs.c.campaign_id == campaign)
+        with self._database.read() as connection:
+            return {item.fsr_id: item.fsr_digest for item in connection.execute(query)}
+
+    def numbers(self, results: Sequence[str]) -> dict[str, int]:
+        """Give the numbers of those of some results that are there."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT result_digest, number FROM run "
+                "WHERE result_digest IN (SELECT value FROM json_each(?))",
+                (json.dumps(list(results)),),
+            )
+            return {item[0]: item[1] for item in found}
+
+    def judged(self, numbers: Sequence[int]) -> dict[int, set[str]]:
+        """Read the digests of the FSRs that runs were judged on."""
+        judged: dict[int, set[str]] = defaultdict(set)
+        with self._database.read() as connection:
+            for number, digest in connection.exec_driver_sql(
+                "SELECT run_number, fsr_digest FROM verdict "
+                "WHERE run_number IN (SELECT value FROM json_each(?))",
+                (json.dumps(list(numbers)),),
+            ):
+                judged[number].add(digest)
+        return dict(judged)
 
     def add(self, judged: JudgedBlock) -> int:
         """Add verdicts to results; where traces were judged, they must be those of the results.
