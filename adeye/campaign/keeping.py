@@ -11,6 +11,7 @@ import json
 import os
 import tempfile
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -137,8 +138,7 @@ def _write(trace: Trace, folder: Path) -> str:
             raise
     except OSError as error:
         raise PlatformError(
-            f"trace {path} cannot be written: {error.strerror}",
-            remedy="Free space, or run without --traces.",
+            f"trace {path} cannot be written: {error.strerror}. Free space, or run without --traces."
         ) from error
     return name
 
@@ -237,10 +237,9 @@ def judge_kept(
     for number, name, where in again.files(list(by_number)):
         files.setdefault(name, []).append((by_number[number], where))
     done: set[int] = set()
-    for name, pairs in files.items():
-        wanted = [(place, where) for place, where in pairs if place not in done]
-        kept = read_kept(folder_of(database), name) if wanted else None
-        if kept is None:
+    for name, kept in _read_ahead(folder_of(database), list(files)):
+        wanted = [(place, where) for place, where in files[name] if place not in done]
+        if kept is None or not wanted:
             continue
         done.update(place for place, _ in wanted)
         places = tuple(place for place, _ in wanted)
@@ -254,6 +253,16 @@ def judge_kept(
                 )
         yield FromTraces(places, _judge(plan, [gaps[place] for place in places], trace, cases),
                          tuple(trace.digests()))  # fmt: skip
+
+
+def _read_ahead(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Kept | None]]:
+    """Read files one after the other, the next one while one is judged."""
+    with ThreadPoolExecutor(1) as reader:
+        ahead = [reader.submit(read_kept, folder, name) for name in names[:1]]
+        for place, name in enumerate(names):
+            kept = ahead.pop().result()
+            ahead += [reader.submit(read_kept, folder, item) for item in names[place + 1 :][:1]]
+            yield name, kept
 
 
 def _judge(

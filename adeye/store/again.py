@@ -126,13 +126,13 @@ class Again:
             .where(cases.c.campaign_id == campaign, pending.is_gap())
             .order_by(cases.c.ordinal, fsrs.c.fsr_id)
         )
-        found: dict[str, tuple[Any, ...]] = {}
+        found: dict[str, Any] = {}
         missing: dict[str, dict[str, None]] = defaultdict(dict)
         with self._database.read() as connection:
             for *names, fsr in connection.execute(query):
-                found.setdefault(names[1], tuple(names))
+                found.setdefault(names[1], names)
                 missing[names[1]][fsr] = None
-        return [Gap(*names, tuple(missing[result])) for result, names in found.items()]
+        return [Gap(*found[result], fsrs=tuple(missing[result])) for result in found]
 
     def bases(
         self, numbers: Sequence[int], version: int
@@ -168,7 +168,8 @@ class Again:
                 rows = list(items)
                 _, *names, backend, variant, version, plugins, _ = rows[0]
                 engine = EngineKey(backend, variant, version, plugins)
-                yield StoredEvidence(*names, engine, tuple(row[-1] for row in rows))
+                told: Any = (*names, engine, tuple(row[-1] for row in rows))
+                yield StoredEvidence(*told)
 
     def fsr_digests(self, campaign: str) -> dict[str, str]:
         """Read what the FSRs of a campaign are judged by, by id."""
