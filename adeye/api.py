@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
 from adeye.campaign.runner import Progress, run_campaign
-from adeye.campaign.summary import CampaignSummary
 from adeye.engine import DEFAULT_BACKEND
 from adeye.report.compare import compare as compare_architectures
 from adeye.report.options import CompareOptions
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from adeye.campaign.summary import CampaignSummary
     from adeye.report.comparison import Comparison
 
 __all__ = ["CompareOptions", "compare", "plan", "replay", "results", "run"]

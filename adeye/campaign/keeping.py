@@ -138,7 +138,7 @@ def _write(trace: Trace, folder: Path) -> str:
             raise
     except OSError as error:
         raise PlatformError(
-            f"trace {path} cannot be written: {error.strerror}. Free space, or run without --traces."
+            f"trace {path} cannot be written: {error.strerror}. Free space or run without --traces."
         ) from error
     return name
 

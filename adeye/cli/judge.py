@@ -10,7 +10,8 @@ import typer
 from adeye.cli.options import Backend, Db, Json, OddFile, Quiet, Threads, Variant, Workers
 from adeye.cli.output import clean, emit, emit_json, talk
 from adeye.cli.progress import reporting
-from adeye.cli.run import document, parallel, print_verdicts, rejudged_text
+from adeye.cli.run import document, parallel, rejudged_text
+from adeye.cli.verdicts import print_verdicts
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -239,7 +239,7 @@ def _wanted(traces: str) -> Wanted:
 
     for name in ("none", "failures", "all"):
         if traces == name:
-            return name  # type: ignore[return-value] # a word of the tuple
+            return name
     raise UsageError(f"--traces is {traces!r}", remedy=suggest(traces, ("none", "failures", "all")))
 
 

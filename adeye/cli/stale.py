@@ -1,4 +1,4 @@
-"""``stale``: which evidence no longer counts under the files as they are, and what brings it back."""
+"""``stale``: which evidence no longer counts under the files as they are, and what restores it."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ class Again:
             for *names, fsr in connection.execute(query):
                 found.setdefault(names[1], names)
                 missing[names[1]][fsr] = None
-        return [Gap(*found[result], fsrs=tuple(missing[result])) for result in found]
+        return [Gap(*(*found[result], tuple(missing[result]))) for result in found]
 
     def bases(
         self, numbers: Sequence[int], version: int

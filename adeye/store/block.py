@@ -317,7 +317,6 @@ class RunBlock:
             for item in fields(self)
             if isinstance(getattr(self, item.name), np.ndarray | Texts)
         }
-        plugins = tuple(item.take(runs) for item in self.plugin_metrics)
         return replace(
             self,
             **chosen,
@@ -328,7 +327,7 @@ class RunBlock:
             metrics=self.metrics.take(runs),
             verdicts=replace(verdicts, run=np.searchsorted(runs, verdicts.run)),
             events=self.events.take(runs),
-            plugin_metrics=plugins,
+            plugin_metrics=tuple(item.take(runs) for item in self.plugin_metrics),
             basis=self.basis and self.basis.take(runs),
         )
 
