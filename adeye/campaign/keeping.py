@@ -160,7 +160,7 @@ def read_kept(folder: Path, name: str) -> Kept | None:
     """Read a file; None if it is not there or not a file of traces any more."""
     path = folder / f"{name}{SUFFIX}"
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
             arrays = {item: stored[item] for item in stored.files}
         meta = json.loads(arrays.pop(_META).tobytes())
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
