@@ -22,6 +22,7 @@ Replay = Annotated[
     bool,
     typer.Option(
         "--replay",
+        envvar="ADEYE_REPLAY",
         help="Execute those runs again of which too little is kept; each must come out with the "
         "trace that it had.",
     ),

@@ -1,6 +1,7 @@
 """A formula of one comparison is worth on few samples what it is worth on the whole run."""
 
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from adeye.evaluation.extremes import evaluate_extremes, find_extremes, joined, 
 from adeye.evaluation.stl.columns import StlColumns, evaluate_columns
 from adeye.evaluation.stl.formula import parse_formula
 from adeye.evaluation.stl.series import Series
-from adeye.signals import SignalType
+from adeye.signals import Bools, SignalType
 
 DICTIONARY = {"gap": SignalType("m", 3.0, "number", "", (), 10.0)}
 RUNS = 64
@@ -71,7 +72,7 @@ def test_samples_give_what_the_run_gives_for_every_threshold(seed: int) -> None:
     values = np.where(status == 0, values, np.where(status == 1, np.inf, 0.0))
     actor = noise.integers(-1, 3, shape)
     series = Series(values, 3.0, "m", "number", status=status, cap=10.0, actor=actor)
-    asked = {
+    asked: dict[str, Any] = {
         "length": noise.integers(1, rows + 1, RUNS),
         "horizon": noise.integers(0, rows + 3, RUNS),
         "complete": noise.random(RUNS) < 0.5,
@@ -94,7 +95,7 @@ def test_samples_give_what_the_run_gives_for_every_threshold(seed: int) -> None:
     assert uncertain <= 0.1 * total
 
 
-def _check(whole: StlColumns, found: StlColumns, certain: np.ndarray) -> None:
+def _check(whole: StlColumns, found: StlColumns, certain: Bools) -> None:
     assert (whole.error == found.error)[certain].all()
     compared = certain & ~whole.error
     for item in fields(StlColumns):

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from adeye.evaluation.verdict import Verdict
 from adeye.store.repository import Repository
 
 
@@ -23,7 +24,8 @@ def test_block_that_lacks_one_fsr_counts_the_others(repository: Repository, exam
     while (block := repository.claim_block(campaign=plan.campaign)) is not None:
         repository.again.tally(block)
     status = {
-        (item.fsr, item.counts.get("NOT_RUN", 0)) for item in repository.fsr_status(plan.campaign)
+        (item.fsr, item.counts.get(Verdict.NOT_RUN, 0))
+        for item in repository.fsr_status(plan.campaign)
     }
     assert {fsr for fsr, missing in status if missing and fsr != "FSR3"} == {"FSR1"}
     assert repository.verify() == ()
