@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
-from adeye.campaign.runner import CampaignSummary, Progress, run_campaign
+from adeye.campaign.runner import Progress, run_campaign
 from adeye.engine import DEFAULT_BACKEND
 from adeye.evaluation.judged_table import JudgedTable, Reading, judge_table
 from adeye.evaluation.stl.table import read_table, table_of
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from adeye.campaign.summary import CampaignSummary
     from adeye.report.comparison import Comparison
 
 __all__ = ["CompareOptions", "compare", "plan", "replay", "results", "run", "stl"]

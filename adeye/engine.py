@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from adeye.channels.process.witness import Witness
+    from adeye.signals import SceneContext
     from adeye.sweep.case import TestCase
 
 DRIVER = "stepwise"
@@ -102,19 +103,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     arbitration = SwitchContext([case.architecture.switch for case in cases], channels, first.step)
     switch = overriding(make_switch(arbitration), cases, arbitration)
     scenario = first.scenario
-    layout = Layout(
-        scenario=first.scenario_id,
-        architecture=first.architecture,
-        architectures=tuple(case.architecture for case in cases),
-        sensors=tuple(first.architecture.sensors),
-        channels=channels,
-        monitors=rack.monitor_ids,
-        faults=faults.ids,
-        context=context,
-        horizon=scenario.horizon,
-        tail=scenario.tail,
-        realised=scenario.realised,
-    )
+    layout = _layout(cases, context, rack.monitor_ids, faults.ids)
     grip = context.surroundings.friction
     last = ticks(scenario.horizon, first.step, "horizon") + ticks(scenario.tail, first.step, "tail")
     recorder = Recorder(
@@ -146,4 +135,47 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         recorder.close(scene)
     return recorder.trace(
         horizon_row=traffic.horizon_row, complete=traffic.complete, events=rack.events
+    )
+
+
+def blank_layout(
+    cases: Sequence[TestCase],
+    *,
+    backend: str,
+    variant: str | None,
+    monitors: tuple[str, ...],
+    faults: tuple[str, ...],
+) -> Layout:
+    """Name the axes that the trace of a batch would have; nothing is executed.
+
+    Args:
+        cases: Test cases of one structure.
+        backend: Traffic implementation.
+        variant: Its arithmetic.
+        monitors: Ids of the monitors of their channels.
+        faults: Ids of their faults.
+    """
+    context, _ = make_traffic(backend, variant).reset(cases)
+    return _layout(cases, context, monitors, faults)
+
+
+def _layout(
+    cases: Sequence[TestCase],
+    context: SceneContext,
+    monitors: tuple[str, ...],
+    faults: tuple[str, ...],
+) -> Layout:
+    first = cases[0]
+    return Layout(
+        scenario=first.scenario_id,
+        architecture=first.architecture,
+        architectures=tuple(case.architecture for case in cases),
+        sensors=tuple(first.architecture.sensors),
+        channels=tuple(first.architecture.channels),
+        monitors=monitors,
+        faults=faults,
+        context=context,
+        horizon=first.scenario.horizon,
+        tail=first.scenario.tail,
+        realised=first.scenario.realised,
     )

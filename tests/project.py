@@ -19,7 +19,7 @@ from adeye.store.repository import Repository
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from adeye.campaign.runner import CampaignSummary
+    from adeye.campaign.summary import CampaignSummary
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 

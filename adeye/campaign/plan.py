@@ -127,6 +127,11 @@ class CampaignPlan:
         return tuple(fault.id for fault in self.files.odd.spec.faults)
 
     @cached_property
+    def judged(self) -> JudgedPlan:
+        """What its FSRs are judged on."""
+        return judged_plan(self.files, self.parts)
+
+    @cached_property
     def engines(self) -> dict[str, EngineKey]:
         """Engine by architecture id."""
         return {

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.halving import HalfStepTasks, Halved
+from adeye.campaign.keeping import Keep, folder_of
+from adeye.campaign.rejudging import Rejudged, rejudge
+from adeye.campaign.summary import CampaignSummary, failed_channels, summarise
 from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.channels.factory import PROCESS
@@ -18,15 +21,15 @@ from adeye.kernel.jit import is_cache_warm
 from adeye.recorder import trace_bytes
 from adeye.sensors.lidar import sample_bytes
 from adeye.store.repository import Repository
-from adeye.store.totals import gate_code, totals
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
-    from adeye.evaluation.verdict import ExitCode, Verdict
+    from adeye.campaign.work import WorkContext
     from adeye.spec.architecture import Architecture
-    from adeye.store.stored import Block, CampaignInfo, Plan
+    from adeye.store.stored import Block, Plan
     from adeye.sweep.case import TestCase
 
 SMALLEST_BLOCK, LARGEST_BLOCK = 16, 1_024
@@ -45,7 +48,7 @@ class Progress:
     """How far a campaign is.
 
     Attributes:
-        phase: ``plan``, ``half step`` where the ODD asks for it, ``run`` or ``done``.
+        phase: ``plan``, ``half step`` where the ODD asks for it, ``judge``, ``run`` or ``done``.
         done: Test cases planned, then those executed or judged.
         total: Test cases to plan, then those to execute or judge.
         failures: Runs with a FAIL or ERROR so far.
@@ -57,66 +60,6 @@ class Progress:
     failures: int
 
 
-@dataclass(frozen=True, slots=True)
-class VerdictLine:
-    """The verdict of one FSR for one architecture.
-
-    Attributes:
-        architecture: Id.
-        is_gate: Whether the architecture decides the exit code.
-        fsr: Id.
-        asil: ASIL of the FSR.
-        mandatory: Whether the gate needs it.
-        verdict: Folded over all runs; None where the FSR is not applicable.
-        exercised: Runs in which its precondition held.
-        runs: Runs planned.
-        margin: Of the worst run, in ``unit``.
-        unit: Of the margin.
-        worst_run: Result digest of the worst run.
-        text: Text of the requirement.
-    """
-
-    architecture: str
-    is_gate: bool
-    fsr: str
-    asil: str
-    mandatory: bool
-    verdict: Verdict | None
-    exercised: int
-    runs: int
-    margin: float | None
-    unit: str
-    worst_run: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class CampaignSummary:
-    """What came out of a campaign.
-
-    Attributes:
-        campaign: Its id.
-        planned: Test cases.
-        executed: Executed now.
-        judged: Judged again now, on results that existed.
-        reused: Results that existed.
-        exit_code: Of the gate.
-        message: Why.
-        verdicts: One line per FSR and architecture.
-        twins: Twins with half the step that were executed now.
-    """
-
-    campaign: str
-    planned: int
-    executed: int
-    judged: int
-    reused: int
-    exit_code: ExitCode
-    message: str
-    verdicts: tuple[VerdictLine, ...]
-    twins: int = 0
-
-
 def run_campaign(
     plan: CampaignPlan,
     *,
@@ -124,11 +67,13 @@ def run_campaign(
     workers: int = 1,
     threads: int = 1,
     progress: Callable[[Progress], None] | None = None,
+    traces: Wanted = "none",
 ) -> CampaignSummary:
     """Execute what a plan lacks in the database, and judge it.
 
     The plan is committed before the first run. Whatever dies, the next call goes on where the
-    database ends; a finished campaign executes nothing.
+    database ends; a finished campaign executes nothing. Results that lack verdicts are judged from
+    what is kept of them; only where that is not enough are they executed again.
 
     Args:
         plan: A checked plan.
@@ -136,109 +81,194 @@ def run_campaign(
         workers: Processes; 1 runs here.
         threads: Threads over blocks, in this process; only where there is one process.
         progress: Called after each block, and now and then while a large plan is saved.
+        traces: Which traces of what is executed are kept.
 
     Raises:
         IntegrityError: A result contradicts one that exists, or a plug-in was changed meanwhile.
         PlatformError: The database cannot be written.
     """
-    report = progress or (lambda _: None)
     with Repository.open(db) as repository:
+        return _Campaign(repository, plan, progress, traces).finish((workers, threads))
+
+
+def judge_campaign(
+    plan: CampaignPlan,
+    *,
+    db: str | Path | None = None,
+    replay: bool = False,
+    workers: int = 1,
+    threads: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+) -> CampaignSummary:
+    """Judge the results that a plan has in the database, as it asks for now.
+
+    Test cases without a result stay without one.
+
+    Args:
+        plan: A checked plan.
+        db: Database, by default ``.adeye/adeye.db``; it has to exist.
+        replay: Execute those again of which too little is kept.
+        workers: Processes; 1 runs here.
+        threads: Threads over blocks, in this process; only where there is one process.
+        progress: Called now and then.
+
+    Raises:
+        InputError: There is no database.
+        IntegrityError: A run does not come out as it was recorded.
+        PlatformError: The database cannot be written.
+    """
+    with Repository.open(db, create=False) as repository:
+        campaign = _Campaign(repository, plan, progress, "none")
+        return campaign.finish((workers, threads), executes=False, replays=replay)
+
+
+class _Campaign:
+    """A campaign from its plan to its summary."""
+
+    def __init__(
+        self,
+        repository: Repository,
+        plan: CampaignPlan,
+        progress: Callable[[Progress], None] | None,
+        traces: Wanted,
+    ) -> None:
+        self._repository, self._plan = repository, plan
+        self._report = progress or (lambda _: None)
+        keep = Keep(traces, folder_of(repository.path))
+        self._context = plan.work if traces == "none" else replace(plan.work, keep=keep)
+
+    def finish(
+        self, lanes: tuple[int, int], *, executes: bool = True, replays: bool = True
+    ) -> CampaignSummary:
+        """Save the plan, judge what is there, execute the rest if asked to, and read the result.
+
+        Args:
+            lanes: Processes and threads.
+            executes: Whether what has no result is executed.
+            replays: Whether results of which too little is kept are executed again.
+        """
+        repository, plan = self._repository, self._plan
         planned = plan.expansion.count
         stored = repository.plan_campaign(
             plan.record(),
             plan.planned(),
             block_size=block_size(plan),
-            report=lambda done: report(Progress("plan", done, planned, 0)),
+            report=lambda done: self._report(Progress("plan", done, planned, 0)),
         )
         repository.requeue_quarantined(stored.campaign)
-        executor = _executor(workers, threads)
-
-        def start(wanted: Iterator[BatchTask]) -> Iterator[Done[BatchTask, BatchResult]]:
-            if max(workers, threads) > 1 and not is_cache_warm(*plan.compiled_parts):
-                # Compiled once here, the kernels are loaded by every worker.
-                yield from (Done(task, execute(task)) for task in islice(wanted, 1))
-            yield from executor.run(wanted)
-
-        tasks = _Tasks(repository, plan, stored)
-        halved = Halved()
-        state = Progress("run", 0, stored.to_execute + stored.to_judge, 0)
+        lanes_of = _Lanes(plan, lanes)
+        tasks = _Tasks(repository, plan, stored, self._context, (executes, replays))
+        halved, again = Halved(), Rejudged(0, 0, {}, {})
         try:
             if plan.samples:
-                halved = _halve(repository, plan, stored, start, tasks.unchanged, report)
-                state = replace(
-                    state, total=sum(repository.hindsight.half_steps.count_open(stored.campaign))
-                )
+                halved = self._halve(lanes_of, tasks.unchanged, stored, executes=executes)
             # Without the uncertainty that was asked for nothing can be judged.
             if not halved.failures:
-                report(state)
-                for done in start(tasks):
-                    state = _absorb(repository, tasks, done, state)
-                    report(state)
+                again = rejudge(repository, plan, stored.campaign, self._judging)
+                if plan.samples:
+                    repository.hindsight.half_steps.judge(stored.campaign)
+                self._work_off(tasks, lanes_of, again, stored)
         except InputError:
             # What cannot be used any more was changed after the plan, in whichever block it shows.
             tasks.unchanged.check()
             raise
         finally:
-            executor.close()
+            lanes_of.close()
             tasks.release()
-        report(replace(state, phase="done"))
-        return _summary(repository, plan, stored, tasks.failures, halved)
+        self._report(Progress("done", 1, 1, 0))
+        return self._summary(stored, tasks, halved, again)
+
+    def _halve(
+        self, lanes: _Lanes, unchanged: Unchanged, stored: Plan, *, executes: bool
+    ) -> Halved:
+        """Find the numeric uncertainty unless it is known, and judge with it what is there."""
+        half_steps = self._repository.hindsight.half_steps
+        found = Halved()
+        if half_steps.uncertainty(stored.campaign):
+            if stored.to_judge:
+                half_steps.judge(stored.campaign)
+            return found
+        if not executes:
+            return Halved(0, ("they were not executed; `adeye run` executes them",))
+        halves = HalfStepTasks(self._repository, self._plan, _fitting(self._plan.examples()))
+        self._report(Progress("half step", 0, halves.total, 0))
+        for done in lanes.start(halves):
+            unchanged.check()
+            halves.absorb(done)
+            self._report(Progress("half step", halves.done, halves.total, 0))
+        found = Halved(halves.twins, tuple(halves.failures))
+        if not found.failures:
+            half_steps.save_uncertainty(stored.campaign, halves.found())
+            half_steps.judge(stored.campaign)
+        return found
+
+    def _summary(
+        self, stored: Plan, tasks: _Tasks, halved: Halved, again: Rejudged
+    ) -> CampaignSummary:
+        """Say what came out, with what went wrong in the message."""
+        repository, (_, replays) = self._repository, tasks.allowed
+        campaign = repository.find_campaign(stored.campaign)
+        now = repository.progress(stored.campaign).executed - stored.reused
+        summary = replace(
+            summarise(repository, campaign, self._plan, stored),
+            executed=now,
+            judged=again.wanted if replays else again.judged,
+            replayed=len(again.left) if replays else 0,
+            ways=again.ways,
+            to_replay=0 if replays else len(again.left),
+            to_execute=stored.to_execute - now,
+            twins=halved.twins,
+        )
+        notes = [failed_channels(repository, stored.campaign)]
+        if halved.failures:
+            notes.append(f"nothing is judged without the twins: {_first_line(halved.failures[-1])}")
+        if tasks.failures and campaign.work.quarantined:
+            last = _first_line(tasks.failures[-1])
+            notes.append(f"{campaign.work.quarantined} blocks were given up: {last}")
+        if any(notes):
+            message = "; ".join((summary.message.rstrip("."), *filter(None, notes)))
+            summary = replace(summary, message=message)
+        return summary
+
+    def _judging(self, done: int, wanted: int) -> None:
+        self._report(Progress("judge", done, wanted, 0))
+
+    def _work_off(self, tasks: _Tasks, lanes: _Lanes, again: Rejudged, stored: Plan) -> None:
+        executes, replays = tasks.allowed
+        to_execute = stored.to_execute
+        if self._plan.samples:
+            to_execute, _ = self._repository.hindsight.half_steps.count_open(stored.campaign)
+        total = to_execute * executes + len(again.left) * replays
+        state = Progress("run", 0, total, 0)
+        self._report(state)
+        for done in lanes.start(tasks):
+            state = _absorb(self._repository, tasks, done, state)
+            self._report(state)
 
 
-def _summary(
-    repository: Repository,
-    plan: CampaignPlan,
-    stored: Plan,
-    failures: Sequence[str],
-    halved: Halved,
-) -> CampaignSummary:
-    """Say what came out, with what went wrong in the message."""
-    campaign = repository.find_campaign(stored.campaign)
-    now = repository.progress(stored.campaign).executed - stored.reused
-    summary = summarise(repository, campaign, plan, stored)
-    notes = [failed_channels(repository, stored.campaign)]
-    if halved.failures:
-        notes.append(f"nothing is judged without the twins: {_first_line(halved.failures[-1])}")
-    if failures and campaign.work.quarantined:
-        last = _first_line(failures[-1])
-        notes.append(f"{campaign.work.quarantined} blocks were given up: {last}")
-    if any(notes):
-        message = "; ".join((summary.message.rstrip("."), *filter(None, notes)))
-        summary = replace(summary, message=message)
-    return replace(summary, executed=now, twins=halved.twins)
+class _Lanes:
+    """Where blocks are executed."""
+
+    def __init__(self, plan: CampaignPlan, lanes: tuple[int, int]) -> None:
+        self._plan = plan
+        self._count = max(lanes)
+        self._executor = _executor(*lanes)
+
+    def start(self, wanted: Iterator[BatchTask]) -> Iterator[Done[BatchTask, BatchResult]]:
+        """Execute blocks as they are asked for."""
+        if self._count > 1 and not is_cache_warm(*self._plan.compiled_parts):
+            # Compiled once here, the kernels are loaded by every worker.
+            yield from (Done(task, execute(task)) for task in islice(wanted, 1))
+        yield from self._executor.run(wanted)
+
+    def close(self) -> None:
+        """End what was started."""
+        self._executor.close()
 
 
 def _first_line(text: str) -> str:
     """An exception of a library may have many lines; the database keeps them all."""
     return text.partition("\n")[0]
-
-
-def _halve(
-    repository: Repository,
-    plan: CampaignPlan,
-    stored: Plan,
-    start: Callable[[Iterator[BatchTask]], Iterator[Done[BatchTask, BatchResult]]],
-    unchanged: Unchanged,
-    report: Callable[[Progress], None],
-) -> Halved:
-    """Find the numeric uncertainty unless it is known, and judge with it what is there."""
-    half_steps = repository.hindsight.half_steps
-    found = Halved()
-    if not half_steps.uncertainty(stored.campaign):
-        halves = HalfStepTasks(repository, plan, _fitting(plan.examples()))
-        report(Progress("half step", 0, halves.total, 0))
-        for done in start(halves):
-            unchanged.check()
-            halves.absorb(done)
-            report(Progress("half step", halves.done, halves.total, 0))
-        found = Halved(halves.twins, tuple(halves.failures))
-        if found.failures:
-            return found
-        half_steps.save_uncertainty(stored.campaign, halves.found())
-        half_steps.judge(stored.campaign)
-    elif stored.to_judge:
-        half_steps.judge(stored.campaign)
-    return found
 
 
 def block_size(plan: CampaignPlan) -> int:
@@ -283,31 +313,58 @@ def _executor(workers: int, threads: int) -> InProcess[BatchTask, BatchResult] |
 
 
 class _Tasks(Iterator[BatchTask]):
-    """Claims blocks as workers ask for them; asked again after its end, it looks again."""
+    """Claims blocks as workers ask for them; asked again after its end, it looks again.
 
-    def __init__(self, repository: Repository, plan: CampaignPlan, stored: Plan) -> None:
+    Attributes:
+        allowed: Whether what has no result may be executed, and what has one again.
+        failures: What adeye itself failed with.
+        unchanged: Notices what is changed after the plan.
+    """
+
+    def __init__(
+        self,
+        repository: Repository,
+        plan: CampaignPlan,
+        stored: Plan,
+        context: WorkContext,
+        allowed: tuple[bool, bool],
+    ) -> None:
         self._repository = repository
-        self._plan = plan
+        self._context = context
         self._campaign = stored.campaign
         self._cases: Sequence[TestCase] = plan.cases
         self._held: dict[int, Block] = {}
+        self._kept: list[Block] = []
+        self.allowed = allowed
         self.failures: list[str] = []
         self.unchanged = Unchanged(plan)
 
     def __next__(self) -> BatchTask:
-        block = self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign)
-        if block is None:
-            raise StopIteration
+        executes, replays = self.allowed
+        while True:
+            block = self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign)
+            if block is None:
+                raise StopIteration
+            to_execute = block.to_execute if executes else ()
+            to_judge = block.to_judge if replays else ()
+            if to_execute or to_judge or not block.cases:
+                break
+            self.keep(block)
         self._held[block.id] = block
         return BatchTask(
             block=block.id,
-            execute=tuple(self._cases[item.ordinal] for item in block.to_execute),
+            execute=tuple(self._cases[item.ordinal] for item in to_execute),
             judge=tuple(
                 (self._cases[item.ordinal], item.result_digest, item.missing_fsrs)
-                for item in block.to_judge
+                for item in to_judge
             ),
-            context=self._plan.work,
+            context=self._context,
         )
+
+    def keep(self, block: Block) -> None:
+        """Leave a block that still lacks something, but count what it does not lack."""
+        self._repository.again.tally(block)
+        self._kept.append(block)
 
     def take(self, task: BatchTask) -> Block:
         """Return the block behind a task; it is no longer held."""
@@ -315,9 +372,10 @@ class _Tasks(Iterator[BatchTask]):
 
     def release(self) -> None:
         """Give back what was claimed and not completed."""
-        for block in self._held.values():
+        for block in (*self._held.values(), *self._kept):
             self._repository.release_block(block)
         self._held.clear()
+        self._kept.clear()
 
 
 def _absorb(
@@ -336,55 +394,10 @@ def _absorb(
         tasks.failures.append(detail)
         return state
     result = done.result
-    repository.complete_block(block, result.runs, result.judged)
+    if block.to_execute and not tasks.allowed[0]:
+        if result.judged is not None:
+            repository.again.add(result.judged)
+        tasks.keep(replace(block, cases=block.to_execute))
+    else:
+        repository.complete_block(block, result.runs, result.judged)
     return replace(state, done=state.done + result.done, failures=state.failures + result.failures)
-
-
-def failed_channels(repository: Repository, campaign: str) -> str:
-    """Say in how many runs which channel failed; empty if none did.
-
-    A mastered failure of a channel can PASS, but it never goes unmentioned.
-
-    Args:
-        repository: The database.
-        campaign: Id of the campaign.
-    """
-    return "; ".join(
-        f"{outcome} of channel {channel} in {count:,} runs of {architecture}"
-        for architecture, channel, outcome, count in repository.failed_channels(campaign)
-    )
-
-
-def summarise(
-    repository: Repository, campaign: CampaignInfo, plan: CampaignPlan, stored: Plan
-) -> CampaignSummary:
-    """Read what a campaign came to from the database."""
-    code, message = gate_code(repository, campaign)
-    texts = {item.id: item.text.strip() for item in plan.files.concept.spec.requirements}
-    lines = [
-        VerdictLine(
-            architecture=item.architecture,
-            is_gate=item.is_in_gate,
-            fsr=item.fsr,
-            asil=item.asil,
-            mandatory=item.is_mandatory,
-            verdict=item.verdict,
-            exercised=item.exercised,
-            runs=item.runs,
-            margin=item.worst[1].margin if item.worst else None,
-            unit=(item.worst[1].unit or "") if item.worst else "",
-            worst_run=item.worst[0].result_digest if item.worst else "",
-            text=texts[item.fsr],
-        )
-        for item in totals(repository, campaign)
-    ]
-    return CampaignSummary(
-        campaign=campaign.id,
-        planned=stored.planned,
-        executed=repository.progress(campaign.id).executed - stored.reused,
-        judged=stored.to_judge,
-        reused=stored.reused,
-        exit_code=code,
-        message=message,
-        verdicts=tuple(lines),
-    )

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.campaign.basis import basis_block
 from adeye.campaign.happenings import happenings
+from adeye.campaign.keeping import keep_traces
 from adeye.campaign.metrics import plugin_of, use_plugin_metrics
 from adeye.engine import run as run_batch
 from adeye.errors import ASKED_TO_END, AdeyeError
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    from adeye.campaign.keeping import Keep
     from adeye.evaluation.judgement import JudgementColumns
     from adeye.evaluation.uncertainty import NumericUncertainty
     from adeye.spec.architecture import Architecture
@@ -65,6 +68,7 @@ class WorkContext:
         faults: Fault ids of the ODD.
         metrics: Entry points of metrics from outside the package.
         odd_folder: Folder of the ODD's file, where those are looked for.
+        keep: Which traces are kept; None for none.
     """
 
     backend: str
@@ -75,6 +79,7 @@ class WorkContext:
     faults: tuple[str, ...]
     metrics: tuple[str, ...]
     odd_folder: Path
+    keep: Keep | None = None
 
 
 @dataclass(frozen=True)
@@ -184,7 +189,8 @@ def _execute(task: BatchTask) -> BatchResult:
     )
     evaluation = evaluate(trace, cases, context.requirements, context.faults)
     engines = [context.engines[case.architecture.architecture] for case in cases]
-    everything = describe(trace, evaluation, engines)
+    files = keep_traces(trace, evaluation, context.keep)
+    everything = describe(trace, evaluation, engines, files)
     executed = len(task.execute)
     runs = everything.take(np.arange(executed)) if executed else None
     return BatchResult(runs, _judged(task, everything) if task.judge else None)
@@ -217,6 +223,7 @@ def _judged(task: BatchTask, everything: RunBlock) -> JudgedBlock:
         tuple(digest for _, digest, _ in task.judge),
         replace(kept, run=kept.run - executed),
         everything.trace_digests[executed:],
+        everything.basis and everything.basis.take(np.arange(executed, len(everything))),
     )
 
 
@@ -256,13 +263,19 @@ def signals_of(trace: Trace, cases: Sequence[TestCase], faults: Sequence[str]) -
     return TraceSignals(trace, inside, cases[0].attributes, faults=faults)
 
 
-def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey]) -> RunBlock:
+def describe(
+    trace: Trace,
+    evaluation: Evaluation,
+    engines: Sequence[EngineKey],
+    files: Sequence[tuple[str, int] | None] = (),
+) -> RunBlock:
     """Describe the runs of a batch for the database.
 
     Args:
         trace: The batch.
         evaluation: Of the batch.
         engines: B engines that executed them.
+        files: Where their traces are kept; empty for nowhere.
     """
     happened = evaluation.happened
     different = tuple(dict.fromkeys(engines))
@@ -291,7 +304,7 @@ def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey])
             dtype=np.bool_,
         ),
         metrics=_metrics(trace, evaluation, METRIC_IDS),
-        verdicts=_verdicts(evaluation.judged),
+        verdicts=verdict_block(evaluation.judged),
         events=happenings(trace, np.asarray(evaluation.metrics[SEEN].actor, dtype=np.int64)),
         executed_by=Texts.same(f"{platform.node()}:{os.getpid()}", trace.runs),
         executed_at=(datetime.now(UTC),) * trace.runs,
@@ -300,6 +313,7 @@ def describe(trace: Trace, evaluation: Evaluation, engines: Sequence[EngineKey])
             for plugin, names in sorted(plugins.items())
         ),
         chains=tuple("".join(chain[:-1]) for chain in trace.chains()),
+        basis=basis_block(evaluation, files),
     )
 
 
@@ -318,7 +332,7 @@ def _metrics(trace: Trace, evaluation: Evaluation, ids: Sequence[str]) -> Metric
     )
 
 
-def _verdicts(judged: Sequence[JudgementColumns]) -> VerdictBlock:
+def verdict_block(judged: Sequence[JudgementColumns]) -> VerdictBlock:
     """Join the columns of the FSRs, run by run."""
     if not judged:
         return VerdictBlock.of(())

@@ -16,6 +16,7 @@ from adeye.cli.dependencies import dependencies
 from adeye.cli.doctor import doctor
 from adeye.cli.forks import fork, forks
 from adeye.cli.gate import gate
+from adeye.cli.judge import judge
 from adeye.cli.new import new_app
 from adeye.cli.options import add, examples
 from adeye.cli.output import emit
@@ -26,6 +27,7 @@ from adeye.cli.reference import reference
 from adeye.cli.run import report, run
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
+from adeye.cli.stale import stale
 from adeye.cli.starter import init
 from adeye.cli.stl import stl
 from adeye.cli.timing import faults, timeline
@@ -105,10 +107,24 @@ add(
 )
 add(
     app,
+    judge,
+    "adeye judge odd/first.yaml",
+    "adeye judge odd/first.yaml --replay",
+    panel=CAMPAIGN,
+)
+add(
+    app,
     gate,
     "adeye gate",
     "adeye gate --baseline reports/baselines/motorway_chauffeur.json --tolerance m=0.05",
     "adeye gate --baseline reports/baselines/motorway_chauffeur.json --update",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    stale,
+    "adeye stale",
+    "adeye stale odd/first.yaml --json",
     panel=CAMPAIGN,
 )
 add(app, signals, "adeye signals odd/first.yaml", panel=CAMPAIGN)

@@ -6,7 +6,7 @@ import os
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
@@ -33,8 +33,9 @@ from adeye.errors import ASKED_TO_END
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.runner import CampaignSummary
+    from adeye.campaign.summary import CampaignSummary
 
 Files = tuple[Path | None, Path | None, Path | None]
 """Where the HTML page, the JUnit XML and the JSON go."""
@@ -51,6 +52,26 @@ ReportJson = Annotated[
 ]
 
 
+Traces = Annotated[
+    str,
+    typer.Option(
+        "--traces",
+        metavar="none|failures|all",
+        envvar="ADEYE_TRACES",
+        help="Keep the traces of the runs that are executed, beside the database, so that any "
+        "threshold can be changed without executing them again.",
+    ),
+]
+
+_WAYS: Final = {
+    "metric": "metric rows",
+    "samples": "kept extremes",
+    "trace": "kept traces",
+    "invalid": "being invalid",
+}
+"""What told a verdict, in words, by the word of ``campaign.rejudging``."""
+
+
 def run(
     odd: OddFile,
     *,
@@ -62,13 +83,15 @@ def run(
     report: ReportFile = None,
     junit: JunitFile = None,
     report_json: ReportJsonFile = None,
+    traces: Traces = "none",
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
     """Execute the test cases of an ODD, judge every FSR, and exit with the verdict of the gate.
 
     Only what has no result yet is executed: run it again after an interruption and it goes on; run
-    it again after an edit and only what the edit touches is executed.
+    it again after an edit and only what the edit touches is executed. Results that a new threshold
+    concerns are judged from what is kept of them, and executed only where that cannot tell.
 
     Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 integrity
     violated, 5 database or disk, 130 and 143 interrupted.
@@ -90,8 +113,10 @@ def run(
             "--report": report,
             "--junit": junit,
             "--report-json": report_json,
+            "--traces": None if traces == "none" else traces,
         },
     )
+    wanted = _wanted(traces)
     plan = make_plan(odd, backend=backend, variant=variant)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
         talk("Compiling sensors or channels that were not used before, for up to a minute.")
@@ -100,12 +125,12 @@ def run(
         for notice in plan.notices:
             talk(clean(f"note: {notice}", lines=True))
     try:
-        summary = _execute(plan, db, lanes, quiet=quiet)
+        summary = _execute(plan, db, lanes, wanted, quiet=quiet)
     except ASKED_TO_END:
         talk(hint)
         raise
     if json:
-        emit_json("run", _document(summary))
+        emit_json("run", document(summary))
     else:
         print_summary(summary)
     code = int(summary.exit_code)
@@ -149,13 +174,24 @@ def print_summary(summary: CampaignSummary) -> None:
 
 def executed_text(summary: CampaignSummary) -> str:
     """Say how much was executed and how much was there already."""
+    again = f" {rejudged_text(summary)}" if summary.judged or summary.to_replay else ""
     if summary.planned > 0 and summary.executed == 0 and summary.reused == summary.planned:
         twins = f" but {summary.twins:,} twins with half the step" if summary.twins else ""
-        again = f" Judged {summary.judged:,} of them anew." if summary.judged else ""
-        return f"Executed nothing{twins}, all {summary.planned:,} results were there.{again}"
+        nothing = "nothing new" if summary.replayed else "nothing"
+        return f"Executed {nothing}{twins}, all {summary.planned:,} results were there.{again}"
     executed = f"Executed {summary.executed:,} of {summary.planned:,} test cases"
     twins = f" and {summary.twins:,} twins with half the step" if summary.twins else ""
-    return f"{executed}{twins}; {summary.reused:,} reused."
+    return f"{executed}{twins}; {summary.reused:,} reused.{again}"
+
+
+def rejudged_text(summary: CampaignSummary) -> str:
+    """Say what results were judged again from."""
+    wanted = summary.judged + summary.to_replay
+    ways = ", ".join(
+        f"{summary.ways[way]:,} from {text}" for way, text in _WAYS.items() if way in summary.ways
+    )
+    judged = f"Re-judged {summary.judged:,} of {wanted:,} results"
+    return f"{judged}{f' ({ways})' if ways else ''}; {summary.replayed:,} executed again for it."
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,8 +236,17 @@ def parallel(plan: CampaignPlan, threads: int | None, workers: int | None) -> Pa
     return Parallel("worker", usable_processors())
 
 
+def _wanted(traces: str) -> Wanted:
+    from adeye.errors import UsageError, suggest
+
+    for name in ("none", "failures", "all"):
+        if traces == name:
+            return name
+    raise UsageError(f"--traces is {traces!r}", remedy=suggest(traces, ("none", "failures", "all")))
+
+
 def _execute(
-    plan: CampaignPlan, db: str | None, lanes: Parallel, *, quiet: bool
+    plan: CampaignPlan, db: str | None, lanes: Parallel, traces: Wanted, *, quiet: bool
 ) -> CampaignSummary:
     from adeye.campaign.runner import run_campaign
     from adeye.campaign.warmup import compile_aside
@@ -216,6 +261,7 @@ def _execute(
             workers=lanes.count if lanes.kind == "worker" else 1,
             threads=lanes.count if lanes.kind == "thread" else 1,
             progress=progress,
+            traces=traces,
         )
 
 
@@ -254,7 +300,8 @@ def _resume_hint(odd: Path, options: Mapping[str, object]) -> str:
     return clean(f"Interrupted. Results so far are kept; go on with: {command}")
 
 
-def _document(summary: CampaignSummary) -> dict[str, object]:
+def document(summary: CampaignSummary) -> dict[str, object]:
+    """Describe a campaign as JSON."""
     return {
         "campaign": summary.campaign,
         "planned": summary.planned,
@@ -262,6 +309,9 @@ def _document(summary: CampaignSummary) -> dict[str, object]:
         "judged": summary.judged,
         "reused": summary.reused,
         **({"twins": summary.twins} if summary.twins else {}),
+        "replayed": summary.replayed,
+        "to_replay": summary.to_replay,
+        "rejudged_from": dict(summary.ways),
         "exit_code": int(summary.exit_code),
         "message": summary.message,
         "verdicts": ordered(summary.verdicts),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.cli.output import NONE, clean, emit, emit_table, short, verdict_cell, width
 
 if TYPE_CHECKING:
-    from adeye.campaign.runner import CampaignSummary, VerdictLine
+    from adeye.campaign.summary import CampaignSummary, VerdictLine
 
 WORST_FIRST: Final = (
     "FAIL",

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.evaluation.extremes import Extremes, find_extremes, measure_of
+from adeye.evaluation.extremes import joined as joined_extremes
 from adeye.evaluation.judgement import Judgement, JudgementColumns
-from adeye.evaluation.metrics import compute_metrics
+from adeye.evaluation.metrics import METRICS, MetricDefinition, compute_metrics
 from adeye.evaluation.metrics.registry import joined
 from adeye.evaluation.outcome import (
     OutcomeColumns,
@@ -50,12 +52,17 @@ class Evaluation:
         metrics: Metrics of the runs, by column.
         judged: Verdicts of the FSRs that can be judged, in their order, as columns.
         not_applicable: FSRs without judgements because the runs lack a signal: why, by id.
+        frame: What is the same for every FSR.
+        extremes: Samples that decide formulas of one comparison, by what decides; of the runs on
+            which an FSR can be judged.
     """
 
     happened: OutcomeColumns
     metrics: Mapping[str, MetricColumn]
     judged: tuple[JudgementColumns, ...]
     not_applicable: Mapping[str, str]
+    frame: Frame
+    extremes: Mapping[str, Extremes]
 
     @cached_property
     def outcomes(self) -> tuple[RunOutcome, ...]:
@@ -76,6 +83,7 @@ def evaluate_trace(
     signals: TraceSignals,
     requirements: Sequence[CheckedRequirement],
     uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
+    metrics: Mapping[str, MetricDefinition] = METRICS,
 ) -> Evaluation:
     """Compute the metrics of a trace and judge the FSRs on it.
 
@@ -83,6 +91,7 @@ def evaluate_trace(
         signals: The runs with what is known about the ODD.
         requirements: FSRs.
         uncertainty: Numeric uncertainty of the margins, by FSR id; default none.
+        metrics: Which are computed; those of the bounds must be among them.
     """
     trace = signals.trace
     frame = _frame(signals)
@@ -97,15 +106,15 @@ def evaluate_trace(
         else:
             concerned.append((item, _concerned(item, signals)))
     formulas = [(item, runs & ~frame.is_invalid) for item, runs in concerned if item.formula]
-    metrics, evaluated = _measured(signals, formulas)
+    measured, evaluated, extremes = _measured(signals, formulas, ~frame.is_invalid, metrics)
     judged: list[JudgementColumns] = []
     for item, runs in concerned:
         if not runs.any():
             continue
         found = evaluated.get(item.requirement.id)
         least = uncertainty.get(item.requirement.id)
-        judged.append(frame.judge(item, np.flatnonzero(runs), found, metrics, least))
-    return Evaluation(outcomes(trace), metrics, tuple(judged), not_applicable)
+        judged.append(frame.judge(item, np.flatnonzero(runs), found, measured, least))
+    return Evaluation(outcomes(trace), measured, tuple(judged), not_applicable, frame, extremes)
 
 
 def _frame(signals: TraceSignals) -> Frame:
@@ -127,18 +136,23 @@ def _concerned(item: CheckedRequirement, signals: TraceSignals) -> Bools:
 
 
 def _measured(
-    signals: TraceSignals, formulas: Sequence[tuple[CheckedRequirement, Bools]]
-) -> tuple[dict[str, MetricColumn], dict[str, StlColumns]]:
-    """Compute metrics and formulas part by part, and join the parts."""
+    signals: TraceSignals,
+    formulas: Sequence[tuple[CheckedRequirement, Bools]],
+    valid: Bools,
+    definitions: Mapping[str, MetricDefinition],
+) -> tuple[dict[str, MetricColumn], dict[str, StlColumns], dict[str, Extremes]]:
+    """Compute metrics, formulas and what decides them part by part, and join the parts."""
     runs = signals.trace.runs
     metrics: list[dict[str, MetricColumn]] = []
     evaluated: dict[str, list[StlColumns]] = {item.requirement.id: [] for item, _ in formulas}
+    measures = {measure_of(item.formula) for item, _ in formulas} - {None}
+    extremes: dict[str, list[Extremes]] = {}
     horizon = obligation_rows(signals.trace)
     for first in range(0, runs, PART_RUNS):
         chosen = slice(first, min(first + PART_RUNS, runs))
         part = signals if runs <= PART_RUNS else signals.part(chosen.start, chosen.stop)
         trace = part.trace
-        metrics.append(compute_metrics(trace, part.measured))
+        metrics.append(compute_metrics(trace, part.measured, definitions))
         for item, wanted in formulas:
             if item.formula is not None and wanted.any():
                 evaluated[item.requirement.id].append(
@@ -152,8 +166,23 @@ def _measured(
                         chosen=wanted[chosen],
                     )
                 )
+        for measure in measures:
+            assert measure is not None
+            found = find_extremes(
+                measure,
+                part.series(measure.signal),
+                length=trace.length,
+                horizon=horizon[chosen],
+                complete=trace.complete,
+                chosen=valid[chosen],
+            )
+            extremes.setdefault(measure.text, []).append(replace(found, run=found.run + first))
     whole = {name: joined([part[name] for part in metrics]) for name in metrics[0]}
-    return whole, {name: joined_formulas(parts) for name, parts in evaluated.items() if parts}
+    return (
+        whole,
+        {name: joined_formulas(parts) for name, parts in evaluated.items() if parts},
+        {name: joined_extremes(extremes[name]) for name in sorted(extremes)},
+    )
 
 
 def judge(

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from adeye.signals import Bools, Floats, Ints
+    from adeye.store.basis import BasisBlock
     from adeye.store.rows import (
         EngineKey,
         EventRecord,
@@ -259,6 +260,7 @@ class RunBlock:
         executed_at: UTC time of day.
         plugin_metrics: Metrics of plug-ins.
         chains: B texts of the links before the trace digest; empty where none were made.
+        basis: What judging them again depends on.
     """
 
     test_cases: tuple[str, ...]
@@ -280,6 +282,7 @@ class RunBlock:
     executed_at: tuple[datetime | None, ...]
     plugin_metrics: tuple[PluginBlock, ...] = ()
     chains: tuple[str, ...] = ()
+    basis: BasisBlock | None = None
 
     def __post_init__(self) -> None:
         if (self.outcome == OUTCOMES.index(Outcome.INFRASTRUCTURE_ERROR)).any():
@@ -314,7 +317,6 @@ class RunBlock:
             for item in fields(self)
             if isinstance(getattr(self, item.name), np.ndarray | Texts)
         }
-        plugins = tuple(item.take(runs) for item in self.plugin_metrics)
         return replace(
             self,
             **chosen,
@@ -325,7 +327,8 @@ class RunBlock:
             metrics=self.metrics.take(runs),
             verdicts=replace(verdicts, run=np.searchsorted(runs, verdicts.run)),
             events=self.events.take(runs),
-            plugin_metrics=plugins,
+            plugin_metrics=tuple(item.take(runs) for item in self.plugin_metrics),
+            basis=self.basis and self.basis.take(runs),
         )
 
 
@@ -337,11 +340,13 @@ class JudgedBlock:
         result_digests: The results.
         verdicts: Verdicts on them, by their place.
         trace_digests: Traces that were judged; none if the results were not executed again.
+        basis: What judging them again depends on.
     """
 
     result_digests: tuple[str, ...]
     verdicts: VerdictBlock
     trace_digests: tuple[str, ...] = ()
+    basis: BasisBlock | None = None
 
     @classmethod
     def of(cls, verdicts: Mapping[str, Sequence[VerdictRecord]]) -> JudgedBlock:

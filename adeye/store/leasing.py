@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import select, update
 
+from adeye.store.basis import record_basis
 from adeye.store.block import JudgedBlock
 from adeye.store.encoding import insert_rows, utc_text
 from adeye.store.halving import judge_with_uncertainty
@@ -21,6 +22,7 @@ from adeye.store.recording import (
     record_runs,
     record_verdicts,
     require_same_traces,
+    tallied,
     write_tallies,
 )
 from adeye.store.stored import Block, WorkState
@@ -93,6 +95,14 @@ def _change(connection: Connection, block: Block, **values: Any) -> bool:
     return changed.rowcount == 1
 
 
+def is_held(connection: Connection, block: Block) -> bool:
+    """Tell whether the lease of a block is still that of whoever claimed it so."""
+    found = connection.execute(
+        select(work.c.attempt).where(work.c.id == block.id, work.c.state == "leased")
+    ).scalar()
+    return found == block.attempt
+
+
 _FREE: Final[Mapping[str, Any]] = {"owner": None, "until": None, "until_boot_s": None}
 
 
@@ -122,7 +132,8 @@ def fail_block(connection: Connection, block: Block, detail: str) -> str | None:
     if failures < MAX_FAILURES:
         values = {"state": "pending", "failures": failures, "detail": detail, **_FREE}
         return "pending" if _change(connection, block, **values) else None
-    if found.to_ordinal - found.from_ordinal == 1:
+    # What was counted of the whole block does not count for a half.
+    if found.to_ordinal - found.from_ordinal == 1 or tallied(connection, block.id):
         return "quarantined" if quarantine_block(connection, block, detail) else None
     # Each half gets one try, so that a single bad case costs log2(size) more attempts.
     middle = (found.from_ordinal + found.to_ordinal) // 2
@@ -178,6 +189,7 @@ def complete_block(
     )
     if judged.result_digests:
         require_same_traces(connection, judged)
+        record_basis(connection, judged.result_digests, judged.basis)
         record_verdicts(connection, judged, differing=recorded.differing)
     elif not recorded.existing:
         tallies = counted_tallies(connection, block.id, runs)

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import and_, case, distinct, exists, func, select
 
-from adeye.store.encoding import chunks
 from adeye.store.stored import BlockCase
-from adeye.store.tables import campaign_case, campaign_fsr, run, verdict
+from adeye.store.tables import campaign_case, campaign_fsr, run, verdict, work
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
     from sqlalchemy import ColumnElement, Connection, FromClause, Select
 
 
@@ -33,7 +30,7 @@ def is_judged() -> ColumnElement[bool]:
     )
 
 
-def _with_gaps() -> FromClause:
+def with_gaps() -> FromClause:
     """Join the results that exist with the FSRs that they are judged on and their verdicts."""
     return (
         campaign_case.join(run, run.c.result_digest == campaign_case.c.result_digest)
@@ -48,7 +45,8 @@ def _with_gaps() -> FromClause:
     )
 
 
-def _is_gap() -> ColumnElement[bool]:
+def is_gap() -> ColumnElement[bool]:
+    """Whether a verdict is missing where ``with_gaps`` looks for one."""
     return verdict.c.run_number.is_(None)
 
 
@@ -61,9 +59,9 @@ def lacks_result(connection: Connection, campaign_id: str, first: int, end: int)
 def lacks_verdict(connection: Connection, campaign_id: str, first: int, end: int) -> bool:
     """Tell whether a case of an ordinal range has a result that was not judged on every FSR."""
     found = _in_range(
-        select(campaign_case.c.ordinal).select_from(_with_gaps()), campaign_id, first, end
+        select(campaign_case.c.ordinal).select_from(with_gaps()), campaign_id, first, end
     )
-    return connection.execute(found.where(_is_gap()).limit(1)).first() is not None
+    return connection.execute(found.where(is_gap()).limit(1)).first() is not None
 
 
 def _in_range(query: Select[Any], campaign_id: str, first: int, end: int) -> Select[Any]:
@@ -121,10 +119,10 @@ def _missing_fsrs(
     connection: Connection, campaign_id: str, first: int, end: int
 ) -> dict[int, tuple[str, ...]]:
     """Find the FSRs that existing results of an ordinal range were not judged on, by ordinal."""
-    query = select(campaign_case.c.ordinal, campaign_fsr.c.fsr_id).select_from(_with_gaps())
+    query = select(campaign_case.c.ordinal, campaign_fsr.c.fsr_id).select_from(with_gaps())
     rows = connection.execute(
         _in_range(query, campaign_id, first, end)
-        .where(_is_gap())
+        .where(is_gap())
         .order_by(campaign_case.c.ordinal, campaign_fsr.c.fsr_id)
     )
     return {
@@ -149,44 +147,14 @@ def count_open(connection: Connection, campaign_id: str) -> tuple[int, int]:
         return unexecuted, 0
     unjudged = connection.execute(
         select(func.count(distinct(campaign_case.c.ordinal)))
-        .select_from(_with_gaps())
-        .where(campaign_case.c.campaign_id == campaign_id, _is_gap())
+        .select_from(with_gaps())
+        .where(campaign_case.c.campaign_id == campaign_id, is_gap())
     ).scalar_one()
     return unexecuted, unjudged
 
 
-def missing_verdicts(
-    connection: Connection, campaign_id: str, fsr_digests: Iterable[str]
-) -> dict[str, tuple[str, ...]]:
-    """Find the results of a campaign that were never judged on given FSRs.
-
-    Returns:
-        Digests of the missing FSRs by result digest, in the order of the ordinals.
-    """
-    wanted = sorted(set(fsr_digests))
-    results: Sequence[str] = (
-        connection.execute(
-            select(campaign_case.c.result_digest)
-            .join(run, run.c.result_digest == campaign_case.c.result_digest)
-            .where(campaign_case.c.campaign_id == campaign_id)
-            .order_by(campaign_case.c.ordinal)
-        )
-        .scalars()
-        .all()
-    )
-    known: set[Any] = set()
-    for part in chunks(wanted):
-        known |= {
-            tuple(pair)
-            for pair in connection.execute(
-                select(run.c.result_digest, verdict.c.fsr_digest)
-                .join(run, run.c.number == verdict.c.run_number)
-                .join(campaign_case, campaign_case.c.result_digest == run.c.result_digest)
-                .where(campaign_case.c.campaign_id == campaign_id, verdict.c.fsr_digest.in_(part))
-            )
-        }
-    gaps = {
-        result: tuple(fsr for fsr in wanted if (result, fsr) not in known)
-        for result in dict.fromkeys(results)
-    }
-    return {result: missing for result, missing in gaps.items() if missing}
+def missing_of_block(connection: Connection, work_id: int) -> frozenset[str]:
+    """List the FSRs of which a block lacks a verdict."""
+    block = connection.execute(work.select().where(work.c.id == work_id)).one()
+    found = open_cases(connection, block.campaign_id, block.from_ordinal, block.to_ordinal)
+    return frozenset(fsr for item in found for fsr in item.missing_fsrs)

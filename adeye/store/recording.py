@@ -14,6 +14,7 @@ from adeye.errors import IntegrityError
 from adeye.evaluation.judgement import VERDICTS
 from adeye.evaluation.outcome import OUTCOMES
 from adeye.store import tables
+from adeye.store.basis import record_basis
 from adeye.store.columns import Column, Dictionary, Texts, Words, hash_words, table_rows
 from adeye.store.encoding import Row, clean_text, insert_rows, row, utc_text
 from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
@@ -76,8 +77,20 @@ def tally_rows(connection: Connection, work_id: int) -> list[Row]:
 
 
 def write_tallies(connection: Connection, work_id: int) -> None:
-    """Save the tallies of a block whose cases all have their verdicts."""
-    insert_rows(connection, tables.tally, tally_rows(connection, work_id))
+    """Save the tallies of a block whose cases all have their verdicts, but those that are there."""
+    known = tallied(connection, work_id)
+    rows = [
+        item for item in tally_rows(connection, work_id) if (item[2], item[4], item[5]) not in known
+    ]
+    insert_rows(connection, tables.tally, rows)
+
+
+def tallied(connection: Connection, work_id: int) -> set[tuple[str, str, str]]:
+    """List the FSRs, architectures and scenarios of a block that are counted already."""
+    found = connection.exec_driver_sql(
+        "SELECT fsr_id, architecture, scenario FROM tally WHERE work_id = ?", (work_id,)
+    )
+    return {tuple(item) for item in found}
 
 
 def result_hashes(run: Words, metrics: Words, events: Words, run_of_event: Ints) -> list[str]:
@@ -144,7 +157,9 @@ def record_runs(connection: Connection, block: RunBlock) -> Recorded:
             differing.add(digest)
     fresh = [run for digest, run in place.items() if digest not in existing]
     if fresh:
-        _insert_runs(connection, block.take(np.array(fresh, dtype=np.int64)))
+        chosen = block.take(np.array(fresh, dtype=np.int64))
+        _insert_runs(connection, chosen)
+        record_basis(connection, chosen.result_digests, chosen.basis)
     record_plugin_metrics(connection, block, frozenset(differing))
     known = {*existing, *(block.result_digests[run] for run in again)}
     return Recorded(frozenset(known), frozenset(differing))

@@ -24,7 +24,6 @@ from adeye.store import (
     figures,
     forking,
     leasing,
-    pending,
     planning,
     reading,
     recording,
@@ -35,6 +34,7 @@ from adeye.store import (
     tables,
     verification,
 )
+from adeye.store.again import Again
 from adeye.store.block import JudgedBlock, RunBlock, run_block
 from adeye.store.database import Database, create_parent, database_path
 from adeye.store.hindsight import Hindsight
@@ -249,12 +249,10 @@ class Repository:
 
     # Judging again
 
-    def missing_verdicts(
-        self, campaign: str, fsr_digests: Iterable[str]
-    ) -> dict[str, tuple[str, ...]]:
-        """Give FSRs that results of a campaign were never judged on, by result digest."""
-        with self._database.read() as connection:
-            return pending.missing_verdicts(connection, campaign, fsr_digests)
+    @property
+    def again(self) -> Again:
+        """What judging results again needs, and where it goes."""
+        return Again(self._database)
 
     def add_verdicts(self, verdicts: Mapping[str, Sequence[VerdictRecord]]) -> int:
         """Add verdicts to results that exist, by result digest; return how many were new."""

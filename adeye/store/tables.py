@@ -21,7 +21,7 @@ from sqlalchemy import (
     Table,
 )
 
-from adeye.store import column_kinds
+from adeye.store import basis_tables, column_kinds
 from adeye.store.concept_tables import allocation as allocation
 from adeye.store.concept_tables import assumption as assumption
 from adeye.store.concept_tables import decomposition as decomposition
@@ -347,7 +347,7 @@ artifact = Table(
 INSERT_ONLY: Final = tuple(item for item in metadata.sorted_tables if item not in {work, artifact})
 """Tables whose rows are never changed or deleted, in dependency order."""
 
-RESULTS: Final = (run, metric, timing, criticality, verdict, event, chain)
+RESULTS: Final = (run, metric, timing, criticality, verdict, event, chain, *basis_tables.RESULTS)
 """Tables written a block at a time; ``columns`` hashes their rows."""
 
 NONDETERMINISTIC: Final = {

@@ -19,6 +19,7 @@ from sqlalchemy import Table, select
 from adeye.store import tables
 from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
+from adeye.store.pending import missing_of_block
 from adeye.store.planning import judging_hash
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.recording import RUN_HASHED, result_hashes, tally_rows
@@ -325,7 +326,14 @@ def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator
             tables.tally.select().where(tables.tally.c.work_id == work_id)
         )
     }
-    counted = {tuple(item) for item in tally_rows(connection, work_id)} if is_done else set()
+    counted = {tuple(item) for item in tally_rows(connection, work_id)}
+    if not is_done:
+        # Of a block that is not done, the FSRs count that all of its cases are judged on.
+        missing = missing_of_block(connection, work_id) if stored else frozenset()
+        begun = {(item[2], *item[4:6]) for item in stored}
+        counted = {
+            item for item in counted if item[2] not in missing and (item[2], *item[4:6]) in begun
+        }
     for item in sorted(stored ^ counted, key=str):
         problem = "is not what its block counts to" if item in stored else "is missing"
         yield Finding("tally", _key(tables.tally, item), problem)

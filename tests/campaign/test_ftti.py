@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from adeye.campaign.runner import CampaignSummary
+    from adeye.campaign.summary import CampaignSummary
     from adeye.evaluation.injections import Injection
 
 STEP = 0.05

@@ -12,7 +12,8 @@ import adeye.campaign.runner
 import adeye.cli.run as cli_run
 import adeye.reporting
 from adeye.campaign import warmup
-from adeye.campaign.runner import CampaignSummary, Progress, VerdictLine
+from adeye.campaign.runner import Progress
+from adeye.campaign.summary import CampaignSummary, VerdictLine
 from adeye.cli.run import executed_text, usable_processors
 from adeye.errors import PlatformError, Terminated
 from adeye.evaluation.verdict import ExitCode, Verdict

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from adeye.campaign.runner import CampaignSummary, VerdictLine
+from adeye.campaign.summary import CampaignSummary, VerdictLine
 from adeye.cli.verdicts import WORST_FIRST, margin_text, ordered, print_verdicts
 from adeye.evaluation.verdict import ExitCode, Verdict, fold_fsrs
 

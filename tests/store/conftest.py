@@ -8,6 +8,7 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from adeye.evaluation.injections import Injection
@@ -25,7 +26,9 @@ from adeye.spec.concept import (
     Waiver,
 )
 from adeye.spec.decomposition import Decomposition, DependentFailure
+from adeye.store.basis import BasisBlock, ExtremeBlock
 from adeye.store.block import run_block
+from adeye.store.columns import Texts
 from adeye.store.halving import HalfStepRecord, UncertaintyRecord
 from adeye.store.hindsight import TakeoverLine
 from adeye.store.repository import Repository
@@ -224,6 +227,24 @@ class Example:
     def runs(self, block: Block) -> list[RunRecord]:
         return [self.run(case) for case in block.to_execute]
 
+    def basis(self, runs: int) -> BasisBlock:
+        """Keep of each run what judging it again takes, and say where its trace is."""
+        return BasisBlock(
+            version=1,
+            uids={"min_distance_m": "adeye:min_distance@1"},
+            by_contact=np.zeros(runs, dtype=np.bool_),
+            invalid=Texts.of([None if run else "not realised" for run in range(runs)]),
+            extremes=ExtremeBlock(
+                run=np.arange(runs),
+                measure=Texts.same("least gap", runs),
+                value=np.full(runs, 3.0),
+                time_s=np.full(runs, 1.5),
+                actor=Texts.same("cutter", runs),
+                samples=Texts.same("[]", runs),
+            ),
+            files=tuple((sha("file"), run) for run in range(runs)),
+        )
+
     def judged(self, block: Block) -> dict[str, Sequence[VerdictRecord]]:
         return {
             case.result_digest: [self.verdict(case, fsr) for fsr in case.missing_fsrs]
@@ -234,7 +255,9 @@ class Example:
         """Complete every block; return how many runs that took."""
         executed = 0
         while (block := repository.claim_block(campaign=campaign)) is not None:
-            assert repository.complete_block(block, self.runs(block), self.judged(block))
+            runs = run_block(self.runs(block), METRIC_IDS)
+            runs = replace(runs, basis=self.basis(len(runs)))
+            assert repository.complete_block(block, runs, self.judged(block))
             executed += len(block.to_execute)
         return executed
 

@@ -49,20 +49,15 @@ def test_case_outside_the_odd_is_asked_for_what_applies_outside(
     assert block.cases[0].missing_fsrs == ("FSR3",)
 
 
-def test_missing_verdicts_are_found_by_fsr_digest(repository: Repository, example: Any) -> None:
+def test_gaps_are_the_results_that_lack_verdicts_in_the_order_of_the_plan(
+    repository: Repository, example: Any
+) -> None:
     campaign = example.campaign(repository, 4)
-    known = example.fsr_digest("FSR1")
-    assert repository.missing_verdicts(campaign, [known]) == {}
-    gaps = repository.missing_verdicts(campaign, [known, "b" * 64, "a" * 64])
-    assert set(gaps.values()) == {("a" * 64, "b" * 64)}
-    ordered = repository.results(campaign)
-    digests = [row[ordered.columns.index("run")] for row in ordered.rows]
-    assert list(gaps) == digests
-
-
-def test_unexecuted_runs_lack_no_verdict(repository: Repository, example: Any) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(4))
-    assert repository.missing_verdicts(plan.campaign, ["a" * 64]) == {}
+    assert repository.again.gaps(campaign) == []
+    example.thresholds["FSR1"] = "3 m"
+    plan = repository.plan_campaign(example.record(), example.cases(6))
+    gaps = repository.again.gaps(plan.campaign)
+    assert [(item.ordinal, item.fsrs) for item in gaps] == [(n, ("FSR1",)) for n in range(4)]
 
 
 def test_cases_at_the_end_of_a_large_plan_are_found_by_their_index(

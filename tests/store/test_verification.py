@@ -9,6 +9,7 @@ import pytest
 
 from adeye.errors import IntegrityError, PlatformError
 from adeye.store import tables
+from adeye.store.basis_tables import extreme
 from adeye.store.repository import Repository
 from adeye.store.stored import Finding
 
@@ -47,7 +48,7 @@ def test_every_altered_value_is_named_with_its_table(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: Any
 ) -> None:
     assert campaign
-    key = "row_hash" if table in {tables.verdict, tables.event} else "rowid"
+    key = "row_hash" if table in {tables.verdict, tables.event, extreme} else "rowid"
     last = f"WHERE {key} = (SELECT max({key}) FROM {table.name})"  # noqa: S608
     with tampering(raw):
         for column in table.columns:

@@ -65,6 +65,12 @@ class StlColumns:
     difference: Floats
     program: Program
 
+    def take(self, runs: Ints) -> StlColumns:
+        """Choose runs."""
+        names = [item.name for item in fields(StlColumns) if item.name != "program"]
+        chosen: dict[str, Any] = {name: getattr(self, name)[runs] for name in names}
+        return StlColumns(program=self.program, **chosen)
+
 
 def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
     formula: Formula,

@@ -1,0 +1,292 @@
+"""Keep the traces of runs as files beside the database, and judge from them.
+
+A file holds the traces of a block. Its name is a hash of the digests of these traces, and a trace
+is judged only if its arrays still have the digest that the result was stored with.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from adeye.engine import blank_layout
+from adeye.errors import IntegrityError, PlatformError
+from adeye.evaluation.judge import evaluate_trace
+from adeye.evaluation.judgement import ERROR as JUDGED_ERROR
+from adeye.evaluation.judgement import FAIL, INCONCLUSIVE
+from adeye.evaluation.metrics import METRICS
+from adeye.evaluation.source import TraceSignals
+from adeye.trace import COLUMNS, DRAWN, Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from adeye.campaign.plan import CampaignPlan
+    from adeye.evaluation.judge import Evaluation
+    from adeye.evaluation.judgement import JudgementColumns
+    from adeye.signals import Ints
+    from adeye.store.again import Again, Gap
+    from adeye.sweep.case import TestCase
+
+Wanted = Literal["none", "failures", "all"]
+"""Which traces are kept: of no run, of those that an FSR fails or stays open in, of all."""
+
+SUFFIX: Final = ".npz"
+_META: Final = "meta"
+_KEPT: Final = ("length", "horizon_row", "complete")
+
+
+@dataclass(frozen=True)
+class Keep:
+    """Which traces are kept, and where.
+
+    Attributes:
+        wanted: Which.
+        folder: Where the files are.
+    """
+
+    wanted: Wanted
+    folder: Path
+
+
+def folder_of(database: Path) -> Path:
+    """Name the folder of the traces of a database.
+
+    >>> folder_of(Path(".adeye/adeye.db")).as_posix()
+    '.adeye/adeye.traces'
+    """
+    return database.with_suffix(".traces")
+
+
+def keep_traces(
+    trace: Trace, evaluation: Evaluation, keep: Keep | None
+) -> tuple[tuple[str, int] | None, ...]:
+    """Write the wanted traces of a batch to a file.
+
+    Args:
+        trace: The batch.
+        evaluation: Of it.
+        keep: Which are wanted; None for none.
+
+    Returns:
+        For each run the name of the file and the place in it, None where it is not kept; nothing
+        if no run is.
+
+    Raises:
+        PlatformError: The file cannot be written.
+    """
+    if keep is None or keep.wanted == "none":
+        return ()
+    runs = np.arange(trace.runs)
+    if keep.wanted == "failures":
+        found = [
+            item.runs[np.isin(item.verdict, (FAIL, JUDGED_ERROR, INCONCLUSIVE))]
+            for item in evaluation.judged
+        ]
+        runs = np.unique(np.concatenate([runs[:0], *found]))
+    if not len(runs):
+        return ()
+    chosen = trace if len(runs) == trace.runs else trace.select(runs.tolist())
+    name = _write(chosen, keep.folder)
+    files: list[tuple[str, int] | None] = [None] * trace.runs
+    for place, run in enumerate(runs.tolist()):
+        files[run] = (name, place)
+    return tuple(files)
+
+
+def _write(trace: Trace, folder: Path) -> str:
+    name = hashlib.sha256(" ".join(trace.digests()).encode()).hexdigest()
+    path = folder / f"{name}{SUFFIX}"
+    if path.exists():
+        return name
+    layout = trace.layout
+    meta: dict[str, Any] = {
+        "monitors": layout.monitors,
+        "faults": layout.faults,
+        "cases": trace.case_digests,
+        "empty": {},
+    }
+    arrays: dict[str, Any] = {item: getattr(trace, item) for item in _KEPT}
+    arrays["time"] = trace.time
+    for column in COLUMNS:
+        values = np.ascontiguousarray(trace.columns[column])
+        if column in DRAWN or not values.view(np.uint8).any():
+            # A column without content takes no room.
+            shape = (*values.shape[:2], *values.shape[2:])
+            meta["empty"][column] = [values.dtype.str, *shape]
+        else:
+            arrays[column] = values
+    arrays[_META] = np.frombuffer(json.dumps(meta).encode(), dtype=np.uint8)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        descriptor, temporary = tempfile.mkstemp(suffix=".tmp", dir=folder)
+        try:
+            with os.fdopen(descriptor, "wb") as stream:
+                np.savez(stream, **arrays)
+            Path(temporary).replace(path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise PlatformError(
+            f"trace {path} cannot be written: {error.strerror}. Free space or run without --traces."
+        ) from error
+    return name
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Traces of a file, without the names behind their axes.
+
+    Attributes:
+        arrays: Columns and ends by name.
+        meta: Monitors, faults and digests of the test cases.
+    """
+
+    arrays: dict[str, Any]
+    meta: dict[str, Any]
+
+
+def read_kept(folder: Path, name: str) -> Kept | None:
+    """Read a file; None if it is not there or not a file of traces any more."""
+    path = folder / f"{name}{SUFFIX}"
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
+            arrays = {item: stored[item] for item in stored.files}
+        meta = json.loads(arrays.pop(_META).tobytes())
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    for column, (kind, *shape) in meta["empty"].items():
+        arrays[column] = np.zeros(shape, dtype=kind)
+    return Kept(arrays, meta)
+
+
+def trace_of(kept: Kept, places: Ints, cases: Sequence[TestCase], plan: CampaignPlan) -> Trace:
+    """Make the trace of some runs of a file.
+
+    Args:
+        kept: The file.
+        places: (R,) places in it.
+        cases: R test cases.
+        plan: What they are planned in.
+    """
+    is_whole = len(places) == len(kept.arrays["length"]) and bool(
+        (places == np.arange(len(places))).all()
+    )
+
+    def of(name: str) -> Any:
+        return kept.arrays[name] if is_whole else kept.arrays[name][places]
+
+    layout = blank_layout(
+        cases,
+        backend=plan.engine.backend,
+        variant=plan.work.variant,
+        monitors=tuple(kept.meta["monitors"]),
+        faults=tuple(kept.meta["faults"]),
+    )
+    return Trace(
+        layout=layout,
+        time=kept.arrays["time"],
+        **{name: of(name) for name in _KEPT},
+        columns={name: of(name) for name in COLUMNS},
+        channel_events=(None,) * len(places),
+        case_digests=tuple(case.digest for case in cases),
+    )
+
+
+@dataclass(frozen=True)
+class FromTraces:
+    """Verdicts from the traces of one file.
+
+    Attributes:
+        places: Which of the results were judged.
+        columns: Verdicts, whose runs number these.
+        trace_digests: Of their traces, in the same order.
+    """
+
+    places: tuple[int, ...]
+    columns: tuple[JudgementColumns, ...]
+    trace_digests: tuple[str, ...]
+
+
+def judge_kept(
+    again: Again, plan: CampaignPlan, gaps: Sequence[Gap], database: Path
+) -> Iterator[FromTraces]:
+    """Judge results from kept traces, file by file.
+
+    Args:
+        again: Tells where the traces are kept.
+        plan: What the results are planned in.
+        gaps: Results of one scenario and architecture, with the FSRs that are wanted.
+        database: The database.
+
+    Raises:
+        IntegrityError: A trace does not have the digest that its result was stored with.
+    """
+    by_number = {gap.number: place for place, gap in enumerate(gaps)}
+    files: dict[str, list[tuple[int, int]]] = {}
+    for number, name, where in again.files(list(by_number)):
+        files.setdefault(name, []).append((by_number[number], where))
+    done: set[int] = set()
+    for name, kept in _read_ahead(folder_of(database), list(files)):
+        wanted = [(place, where) for place, where in files[name] if place not in done]
+        if kept is None or not wanted:
+            continue
+        done.update(place for place, _ in wanted)
+        places = tuple(place for place, _ in wanted)
+        cases = [plan.cases[gaps[place].ordinal] for place in places]
+        trace = trace_of(kept, np.array([where for _, where in wanted]), cases, plan)
+        for place, digest in zip(places, trace.digests(), strict=True):
+            if digest != gaps[place].trace_digest:
+                raise IntegrityError(
+                    f"the kept trace of run {gaps[place].result[:12]} in {name[:12]}{SUFFIX} is "
+                    "not the one that was recorded. Remove the file to have the run replayed."
+                )
+        yield FromTraces(places, _judge(plan, [gaps[place] for place in places], trace, cases),
+                         tuple(trace.digests()))  # fmt: skip
+
+
+def _read_ahead(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Kept | None]]:
+    """Read files one after the other, the next one while one is judged."""
+    with ThreadPoolExecutor(1) as reader:
+        ahead = [reader.submit(read_kept, folder, name) for name in names[:1]]
+        for place, name in enumerate(names):
+            kept = ahead.pop().result()
+            ahead += [reader.submit(read_kept, folder, item) for item in names[place + 1 :][:1]]
+            yield name, kept
+
+
+def _judge(
+    plan: CampaignPlan, gaps: Sequence[Gap], trace: Trace, cases: Sequence[TestCase]
+) -> tuple[JudgementColumns, ...]:
+    asked = {fsr for gap in gaps for fsr in gap.fsrs}
+    wanted = [item for item in plan.requirements if item.requirement.id in asked]
+    inside = np.array([case.inside_odd for case in cases], dtype=np.bool_)
+    signals = TraceSignals(trace, inside, plan.files.odd.spec.attributes, plan.faults)
+    bounds = {item.bound.column for item in wanted if item.bound is not None}
+    metrics = {name: METRICS[name] for name in METRICS if name in bounds}
+    found = evaluate_trace(signals, wanted, metrics=metrics).judged
+    return tuple(_asked(item, gaps) for item in found)
+
+
+def _asked(item: JudgementColumns, gaps: Sequence[Gap]) -> JudgementColumns:
+    """Leave out the runs that have a verdict of the FSR already."""
+    is_asked = np.array([item.fsr_id in gaps[run].fsrs for run in item.runs.tolist()], dtype=bool)
+    if is_asked.all():
+        return item
+    return replace(
+        item,
+        **{
+            name: getattr(item, name)[is_asked]
+            for name in ("runs", "verdict", "exercised", "numbers", "actor", "binding", "detail")
+        },
+    )

@@ -1,0 +1,208 @@
+"""Judging again gives the rows that judging the runs directly gives, whatever it reads."""
+
+from __future__ import annotations
+
+import sqlite3
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.campaign import work
+from adeye.campaign.keeping import folder_of
+from adeye.campaign.runner import judge_campaign, run_campaign
+from adeye.errors import IntegrityError
+from adeye.evaluation.verdict import ExitCode
+from adeye.store.repository import Repository
+from tests.project import CONCEPT, MINI, Project
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+METRIC_PLUGIN = '''
+import numpy as np
+
+from adeye.ports import MetricColumn
+
+
+class Touchy:
+    """Fails on every run that ends early."""
+
+    uid, column, unit, worse, source = "own:touchy@1", "touchy_m", "m", "lower", "here"
+    scale = 1.0
+
+    def compute(self, trace):
+        value = trace["ego"][:, 0, 0] - 5.0
+        value = np.where(trace.complete, value, np.nan)
+        return MetricColumn(value, ["value"] * trace.runs, value * 0.0, [-1] * trace.runs)
+'''
+
+ODD: dict[str, Any] = {
+    **MINI,
+    "scenarios": [
+        {
+            "use": "cut_in",
+            "sweep": {"parameters": {"ego_speed": ["80 km/h", "120 km/h"], "gap": ["30 m"]}},
+        },
+        {
+            "use": "lead_braking",
+            "faults": ["none"],
+            "sweep": {"parameters": {"time_gap": ["1 s", "2 s"]}},
+        },
+    ],
+    "plugins": ["./touchy.py:Touchy"],
+}
+
+OWN: dict[str, dict[str, Any]] = {
+    "OWN-GAP": {"formula": "always(any_actor.distance > 3 m)"},
+    "OWN-TTC": {"formula": "always(ttc >= 1.5 s)"},
+    "OWN-GAP-FAIL": {"formula": "always(3 m < any_actor.distance)", "on_contact": "fail"},
+    "OWN-SLOW": {"formula": "eventually(ego.speed < 20 m/s)"},
+    "OWN-STEER": {"formula": "always(channel.nominal.acceleration >= -3 m/s^2)"},
+    "OWN-ACC": {"formula": "always(abs(ego.acceleration) <= 4 m/s^2)", "applies": "everywhere"},
+    "OWN-TTCB": {"bound": {"metric": "min_ttc_s", "at_least": 1.5}},
+    "OWN-SAFE": {"bound": {"metric": "fault_to_safe_state_s", "at_most": 9.0}},
+    "OWN-IMPACT": {"bound": {"metric": "impact_speed_mps", "at_most": 3.0}},
+    "OWN-STILL": {"bound": {"metric": "standstill_gap_m", "at_least": 1.0}},
+    "OWN-TOUCHY": {"bound": {"metric": "touchy_m", "at_least": 1.0}},
+    "OWN-BOTH": {"formula": "always(any_actor.distance > 3 m or ego.speed < 10 m/s)"},
+    "OWN-AGE": {"formula": "always(sensor.front_radar.age <= 0.2 s)"},
+}
+"""FSRs beside the shipped ones, each of another kind."""
+
+OTHER = {
+    "OWN-GAP": "always(any_actor.distance > 12 m)",
+    "OWN-TTC": "always(ttc >= 2.25 s)",
+    "OWN-GAP-FAIL": "always(9 m < any_actor.distance)",
+    "OWN-SLOW": "eventually(ego.speed < 31 m/s)",
+    "OWN-STEER": "always(channel.nominal.acceleration >= -1 m/s^2)",
+    "OWN-ACC": "always(abs(ego.acceleration) <= 2 m/s^2)",
+    "OWN-TTCB": 2.5,
+    "OWN-SAFE": 6.0,
+    "OWN-IMPACT": 0.5,
+    "OWN-STILL": 4.0,
+    "OWN-TOUCHY": 2.0,
+    "OWN-BOTH": "always(any_actor.distance > 9 m or ego.speed < 20 m/s)",
+    "OWN-AGE": "always(sensor.front_radar.age <= 0.02 s)",
+}
+"""The same with other thresholds."""
+
+FROM_TRACES = {"OWN-BOTH"}
+"""FSRs of more than one comparison."""
+
+
+def edit(project: Project) -> None:
+    """Change every threshold."""
+    with project.edited(CONCEPT) as concept:
+        for item in concept["requirements"]:
+            new = OTHER.get(item["id"])
+            if isinstance(new, str):
+                item["formula"] = new
+            elif new is not None:
+                side = next(key for key in item["bound"] if key != "metric")
+                item["bound"][side] = new
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    project = Project(tmp_path_factory.mktemp("project"), ODD)
+    (project.folder / "odd" / "touchy.py").write_text(METRIC_PLUGIN, "utf-8")
+    with project.edited(CONCEPT) as concept:
+        pattern = next(item for item in concept["requirements"] if item["id"] == "FSR-01")
+        bare = {key: value for key, value in pattern.items() if key not in {"formula", "bound"}}
+        concept["requirements"] = [
+            pattern,
+            *({**bare, "mandatory": False, "id": name, **own} for name, own in OWN.items()),
+        ]
+    return project
+
+
+def verdicts(db: Path, campaign: str) -> list[tuple[Any, ...]]:
+    """Read every column of every verdict of a campaign, in the order of the plan."""
+    connection = sqlite3.connect(db)
+    found = connection.execute(
+        "SELECT * FROM v_verdicts WHERE campaign = ? ORDER BY ordinal, fsr", (campaign,)
+    ).fetchall()
+    connection.close()
+    return found
+
+
+def differences(one: list[tuple[Any, ...]], other: list[tuple[Any, ...]]) -> Iterator[Any]:
+    assert len(one) == len(other)
+    for left, right in zip(one, other, strict=True):
+        if left != right:
+            yield left, right
+
+
+@pytest.fixture(scope="module")
+def fresh(made: Project, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Judge the edited project in a database of its own, and the project before it in another."""
+    folder = tmp_path_factory.mktemp("rejudging")
+    before, kept, direct = (folder / f"{name}.db" for name in ("before", "kept", "direct"))
+    plan = made.plan()
+    run_campaign(plan, db=before)
+    run_campaign(plan, db=kept, traces="all")
+    edit(made)
+    summary = run_campaign(made.plan(), db=direct)
+    return before, kept, verdicts(direct, summary.campaign)
+
+
+@pytest.mark.slow
+def test_every_way_gives_the_rows_of_a_direct_judgement(
+    made: Project, fresh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, kept, direct = fresh
+    kinds = {row[10] for row in direct}
+    assert {"PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "ERROR"} <= kinds
+
+    def never(*_: Any, **__: Any) -> Any:
+        msg = "a run was executed"
+        raise AssertionError(msg)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(work, "run_batch", never)
+        rows = judge_campaign(made.plan(), db=before)
+        assert rows.exit_code is not ExitCode.OK
+        assert set(rows.ways) == {"metric", "samples"}
+        assert 0 < rows.to_replay <= rows.reused
+        told = verdicts(before, rows.campaign)
+        assert {row[7] for row in told if row[10] == "NOT_RUN"} == FROM_TRACES
+        same = [row for row in direct if row[7] not in FROM_TRACES]
+        found = [row for row in told if row[7] not in FROM_TRACES]
+        assert list(differences(found, same)) == []
+
+        traces = judge_campaign(made.plan(), db=kept)
+        assert set(traces.ways) == {"metric", "samples", "trace"}
+        assert (traces.to_replay, traces.replayed, traces.executed) == (0, 0, 0)
+        assert list(differences(verdicts(kept, traces.campaign), direct)) == []
+
+    replayed = judge_campaign(made.plan(), db=before, replay=True)
+    assert (replayed.to_replay, replayed.replayed) == (0, rows.to_replay)
+    assert list(differences(verdicts(before, replayed.campaign), direct)) == []
+    for db in (before, kept):
+        with Repository.open(db, create=False) as repository:
+            assert repository.verify() == ()
+
+
+@pytest.mark.slow
+def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path) -> None:
+    import numpy as np
+
+    db = tmp_path / "a.db"
+    run_campaign(made.plan(), db=db, traces="all")
+    for path in folder_of(db).iterdir():
+        with np.load(path) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        arrays["ego"] = arrays["ego"].copy()
+        arrays["ego"][:, 0, 0] += 1.0
+        np.savez(path, **arrays)
+    with made.edited(CONCEPT) as concept:
+        item = next(item for item in concept["requirements"] if item["id"] == "OWN-BOTH")
+        item["formula"] = "always(any_actor.distance > 8 m or ego.speed < 11 m/s)"
+    with pytest.raises(IntegrityError, match="is not the one that was recorded"):
+        judge_campaign(made.plan(), db=db)
+    # Without the files the runs are replayed instead.
+    for path in folder_of(db).iterdir():
+        path.unlink()
+    summary = judge_campaign(made.plan(), db=db)
+    assert summary.to_replay == summary.planned

@@ -1,0 +1,326 @@
+"""Evidence goes stale exactly where it depends on what was edited, on random ODDs."""
+
+from __future__ import annotations
+
+import random  # noqa: TID251 - which ODDs are tried
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from adeye.campaign.plan import CampaignPlan, make_plan
+from adeye.campaign.staleness import CAUSES, find_stale
+from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.store.repository import Repository
+from adeye.store.rows import MetricValue, RunRecord, VerdictRecord
+from adeye.store.tables import METRIC_IDS
+from adeye.units import read_quantity
+from tests.project import CONCEPT, Project
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+SCENARIOS = {
+    "cut_in": ("ego_speed", ["100 km/h", "110 km/h", "120 km/h"]),
+    "lead_braking": ("time_gap", ["1 s", "1.5 s", "2 s"]),
+    "cut_out_to_stopped": ("ego_speed", ["60 km/h", "70 km/h", "80 km/h"]),
+}
+ARCHITECTURES = ("legacy_camera", "camera_radar")
+FAULTS = {
+    "camera_out": ("sensors.front_camera", "drop_out"),
+    "silent": ("channels.nominal", "silent"),
+}
+MEASURES: list[dict[str, Any]] = [
+    {"formula": "always(not contact)"},
+    {"formula": "always(abs(ego.lane_offset) <= 0.6 m)"},
+    {"formula": "always(in_odd)"},
+    {"bound": {"metric": "min_ttc_s", "at_least": 1.5}},
+    {"bound": {"metric": "min_distance_m", "at_least": 1}},
+]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A run with a verdict, by where the run stands."""
+
+    scenario: str
+    architecture: str
+    fault_entry: str
+    value: str
+    fsr: str
+
+
+@dataclass
+class Graph:
+    """What a random ODD is made of."""
+
+    scenarios: dict[str, list[str]]
+    architectures: list[str]
+    faults: list[str]
+    fsrs: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    @classmethod
+    def draw(cls, rnd: random.Random) -> Graph:
+        names = rnd.sample(sorted(SCENARIOS), rnd.randint(1, 3))
+        graph = cls(
+            {name: rnd.sample(SCENARIOS[name][1], rnd.randint(2, 3)) for name in names},
+            rnd.sample(ARCHITECTURES, rnd.randint(1, 2)),
+            rnd.sample(sorted(FAULTS), rnd.randint(0, 2)),
+        )
+        for number in range(rnd.randint(2, 5)):
+            own = {**rnd.choice(MEASURES), "scenarios": rnd.sample(names, rnd.randint(0, 1))}
+            graph.fsrs[f"F-{number}"] = own
+        return graph
+
+    def pairs(self) -> set[Pair]:
+        return {
+            Pair(scenario, architecture, entry, value, fsr)
+            for scenario, values in self.scenarios.items()
+            for value in values
+            for architecture in self.architectures
+            for entry in ("none", *self.faults)
+            for fsr, own in self.fsrs.items()
+            if not own["scenarios"] or scenario in own["scenarios"]
+        }
+
+    def write(self, project: Project) -> None:
+        project.write(
+            "odd/tested.yaml",
+            {
+                "odd": "tested",
+                "attributes": {"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}},
+                "scenarios": [
+                    {"use": name, "sweep": {"parameters": {SCENARIOS[name][0]: values}}}
+                    for name, values in self.scenarios.items()
+                ],
+                "faults": [
+                    {
+                        "id": name,
+                        "target": FAULTS[name][0],
+                        "model": FAULTS[name][1],
+                        "onset": {"at": "2 s"},
+                    }
+                    for name in self.faults
+                ],
+                "architectures": [f"architectures/{name}.yaml" for name in self.architectures],
+                "concept": "concepts/motorway_chauffeur.yaml",
+                "gate": {"architectures": self.architectures[:1]},
+                "step": "0.05 s",
+                "seed": 7,
+            },
+        )
+        with project.edited(CONCEPT) as concept:
+            first = concept["requirements"][0]
+            bare = {key: value for key, value in first.items() if key not in {"formula", "bound"}}
+            concept["requirements"] = [
+                {**bare, "id": name, **own} for name, own in self.fsrs.items()
+            ]
+
+
+Edit = tuple["Callable[[Project], None]", "Callable[[Pair], bool]"]
+"""What is edited, and which evidence depends on it."""
+
+
+def change(name: str, edit: Callable[[Any], None]) -> Callable[[Project], None]:
+    def done(project: Project) -> None:
+        with project.edited(name) as content:
+            edit(content)
+
+    return done
+
+
+def requirement(concept: Any, fsr: str) -> Any:
+    return next((item for item in concept["requirements"] if item["id"] == fsr), {})
+
+
+def threshold(concept: Any, fsr: str) -> None:
+    item = requirement(concept, fsr)
+    if "bound" in item:
+        item["bound"]["at_least"] += 0.125
+    elif item:
+        item["formula"] = f"{item['formula']} and always(ego.speed < 90 m/s)"
+
+
+def edits(graph: Graph, rnd: random.Random) -> list[Edit]:
+    """Draw one edit of every kind with what depends on it, told from the kind alone."""
+    scenario = rnd.choice(sorted(graph.scenarios))
+    architecture = rnd.choice(graph.architectures)
+    fsr = rnd.choice(sorted(graph.fsrs))
+    value = rnd.choice(graph.scenarios[scenario])
+    about_odd = {name for name, own in graph.fsrs.items() if own.get("formula") == "always(in_odd)"}
+    odd = "odd/tested.yaml"
+    catalogue = f"scenarios_db/motorway/{scenario}.yaml"
+    parts = f"odd/architectures/{architecture}.yaml"
+    found: list[Edit] = [
+        (
+            change(catalogue, lambda c: c.update(tail="7 s")),
+            lambda pair: pair.scenario == scenario,
+        ),
+        (
+            change(catalogue, lambda c: c["parameters"]["friction"].update(default=0.8)),
+            lambda pair: pair.scenario == scenario,
+        ),
+        (
+            change(catalogue, lambda c: c.update(title="Another", text="Other words.")),
+            lambda _: False,
+        ),
+        (
+            change(parts, lambda c: c["vehicle"].update(acceleration_lag="0.35 s")),
+            lambda pair: pair.architecture == architecture,
+        ),
+        (
+            change(parts, lambda c: c.update(title="Another", cost=c.get("cost", 0) + 1)),
+            lambda _: False,
+        ),
+        (change(CONCEPT, lambda c: threshold(c, fsr)), lambda pair: pair.fsr == fsr),
+        (
+            change(CONCEPT, lambda c: requirement(c, fsr).update(text="Other", asil="A")),
+            lambda _: False,
+        ),
+        (change(CONCEPT, lambda c: c.update(title="Another")), lambda _: False),
+        (change(odd, lambda c: c.update(seed=8)), lambda _: True),
+        (change(odd, lambda c: c.update(step="0.1 s")), lambda _: True),
+        (
+            change(
+                odd,
+                lambda c: c["attributes"]["dynamic_elements"]["ego_speed"].update(max="131 km/h"),
+            ),
+            lambda pair: pair.fsr in about_odd,
+        ),
+        (
+            change(
+                odd,
+                lambda c: next(use for use in c["scenarios"] if use["use"] == scenario)["sweep"][
+                    "parameters"
+                ][SCENARIOS[scenario][0]].remove(value),
+            ),
+            lambda pair: (pair.scenario, pair.value) == (scenario, value),
+        ),
+    ]
+    if graph.faults:
+        fault = rnd.choice(graph.faults)
+        found.append(
+            (
+                change(
+                    odd,
+                    lambda c: next(f for f in c["faults"] if f["id"] == fault).update(
+                        onset={"at": "3 s"}
+                    ),
+                ),
+                lambda pair: pair.fault_entry == fault,
+            )
+        )
+    if len(graph.architectures) > 1:
+        last = graph.architectures[-1]
+        found.append(
+            (
+                change(odd, lambda c: c["architectures"].pop()),
+                lambda pair: pair.architecture == last,
+            )
+        )
+    return found
+
+
+def complete(repository: Repository, plan: CampaignPlan) -> str:
+    """Give every test case of a plan a result and verdicts without executing it."""
+    stored = repository.plan_campaign(plan.record(), plan.planned(), block_size=64)
+    digests = {item.requirement.id: item.digest for item in plan.requirements}
+    metrics = {name: MetricValue(None, "not_applicable") for name in METRIC_IDS}
+    while (block := repository.claim_block(campaign=stored.campaign)) is not None:
+        runs = []
+        for case in block.to_execute:
+            architecture = plan.cases[case.ordinal].architecture.architecture
+            runs.append(
+                RunRecord(
+                    test_case=case.test_case,
+                    engine=plan.engines[architecture],
+                    outcome=Outcome.COMPLETED,
+                    trace_rows=11,
+                    duration_s=0.5,
+                    trace_digest=case.result_digest[:32],
+                    is_realised=True,
+                    end_reason="horizon",
+                    metrics=metrics,
+                    verdicts=[
+                        VerdictRecord(fsr, digests[fsr], Verdict.PASS, is_exercised=True)
+                        for fsr in case.missing_fsrs
+                    ],
+                )
+            )
+        assert repository.complete_block(block, runs)
+    return stored.campaign
+
+
+def places(plan: CampaignPlan, graph: Graph) -> dict[Pair, tuple[str, str]]:
+    """Find the result of every pair of a graph."""
+    results: dict[tuple[str, str, str, str], str] = {}
+    for case in plan.cases:
+        name = SCENARIOS[case.scenario_id][0]
+        value = next(
+            text
+            for text in SCENARIOS[case.scenario_id][1]
+            if abs(read_quantity(text)[0] - case.parameters[name]) < 1e-9
+        )
+        engine = plan.engines[case.architecture.architecture]
+        key = case.scenario_id, case.architecture.architecture, case.fault_entry, value
+        results[key] = engine.result_digest(case.digest)
+    return {
+        pair: (
+            results[pair.scenario, pair.architecture, pair.fault_entry, pair.value],
+            pair.fsr,
+        )
+        for pair in graph.pairs()
+    }
+
+
+def check(seed: int) -> set[str]:
+    """Edit a random ODD; what is stale is what depends on the edits. Return the causes."""
+    rnd = random.Random(seed)  # noqa: S311 - a test
+    graph = Graph.draw(rnd)
+    with tempfile.TemporaryDirectory() as folder:
+        project = Project(Path(folder) / "project")
+        graph.write(project)
+        plan = make_plan(project.odd)
+        with Repository.open(project.db) as repository:
+            campaign = complete(repository, plan)
+            where = places(plan, graph)
+            info = repository.find_campaign(campaign)
+            untouched = find_stale(repository, make_plan(project.odd), info)
+            assert (untouched.evidence, untouched.counts) == (len(where), len(where))
+            assert untouched.planned == untouched.there == len(where)
+            chosen = rnd.sample(edits(graph, rnd), rnd.randint(1, 3))
+            for edit, _ in chosen:
+                edit(project)
+            found = find_stale(repository, make_plan(project.odd), info)
+        expected = {key for pair, key in where.items() if any(on(pair) for _, on in chosen)}
+        assert set(found.pairs) == expected
+        assert found.counts == len(where) - len(expected)
+        assert sum(item.evidence for item in found.stale) == len(expected)
+        assert all(item.text for item in found.stale)
+        return {item.cause for item in found.stale}
+
+
+@given(seed=st.integers(0, 2**32))
+@settings(max_examples=4, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+def test_stale_is_exactly_what_depends_on_the_edits(seed: int) -> None:
+    assert check(seed) <= set(CAUSES)
+
+
+@pytest.mark.slow
+def test_stale_is_exact_on_many_random_odds() -> None:
+    causes = set().union(*(check(seed) for seed in range(60)))
+    assert causes >= {
+        "scenario",
+        "parameters",
+        "architecture",
+        "faults",
+        "seed",
+        "step",
+        "requirement",
+        "attributes",
+        "not_planned",
+    }
