@@ -104,6 +104,45 @@ GROUP BY architecture, scenario, outcome, channel, end_reason
 ORDER BY architecture, scenario, outcome, channel, end_reason""",
     ),
     SavedQuery(
+        "least-slack",
+        "how far each mandatory FSR is from failing, the nearest first",
+        """SELECT architecture, fsr, asil, scenario, verdict, worst_margin AS slack, unit,
+    worst_robustness AS slack_in_scales, substr(worst_run, 1, 10) AS worst_run
+FROM v_fsr_status
+WHERE campaign = $latest AND mandatory AND (worst_margin IS NOT NULL OR verdict = 'FAIL')
+ORDER BY in_gate DESC, worst_robustness, architecture, fsr, scenario""",
+    ),
+    SavedQuery(
+        "unexercised",
+        "FSRs whose precondition held in no run of a scenario",
+        """SELECT architecture, fsr, asil, scenario, planned, n_vacuous, n_not_run
+FROM v_fsr_status
+WHERE campaign = $latest AND applicable AND exercised = 0
+ORDER BY in_gate DESC, architecture, fsr, scenario""",
+    ),
+    SavedQuery(
+        "undetected-faults",
+        "faults that no run of an architecture detected",
+        """SELECT architecture, fault_entry, COUNT(*) AS runs,
+    SUM(fault_detection_time_s IS NOT NULL) AS detected
+FROM v_runs
+WHERE campaign = $latest AND fault_entry <> 'none'
+    AND fault_detection_time_s_status IN ('value', 'incomplete')
+GROUP BY architecture, fault_entry HAVING detected = 0
+ORDER BY architecture, fault_entry""",
+    ),
+    SavedQuery(
+        "evidence-by-element",
+        "what hangs on each element: the FSRs allocated to it and their verdicts",
+        """SELECT a.element_id AS element, g.architecture, g.fsr, g.asil, g.verdict, g.n_pass,
+    g.exercised
+FROM campaign c
+JOIN allocation a ON a.concept_digest = c.concept_digest
+JOIN v_gate g ON g.campaign = c.id AND g.fsr = a.fsr_id
+WHERE c.id = $latest
+ORDER BY element, g.in_gate DESC, g.architecture, g.fsr""",
+    ),
+    SavedQuery(
         "contacts",
         "runs with a contact, the hardest first",
         """SELECT substr(run, 1, 10) AS run, architecture, scenario, fault_entry, impact_speed_mps,

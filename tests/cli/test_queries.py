@@ -14,6 +14,10 @@ def test_the_promised_ones_are_there() -> None:
         "fault-coverage",
         "architecture-pairs",
         "metrics-by-architecture",
+        "least-slack",
+        "undetected-faults",
+        "unexercised",
+        "evidence-by-element",
     }
 
 
