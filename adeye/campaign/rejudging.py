@@ -36,10 +36,10 @@ if TYPE_CHECKING:
     from adeye.store.again import Again, Gap
     from adeye.store.repository import Repository
 
-METRIC, SAMPLES, TRACE, INVALID = "metric", "samples", "trace", "invalid"
-"""What told a verdict: the row of a metric, kept samples, a kept trace, or that the run is
-invalid for every FSR."""
-WAYS: Final = (METRIC, SAMPLES, TRACE, INVALID)
+METRIC, SAMPLES, TRACE, INVALID, VERDICT = "metric", "samples", "trace", "invalid", "verdict"
+"""What told a verdict: the row of a metric, kept samples, a kept trace, that the run is invalid for
+every FSR, or the verdict without numeric uncertainty."""
+WAYS: Final = (METRIC, SAMPLES, TRACE, INVALID, VERDICT)
 
 _Known = "tuple[bool, str | None, Mapping[str, str]]"
 

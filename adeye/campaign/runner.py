@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.halving import HalfStepTasks, Halved
 from adeye.campaign.keeping import Keep, folder_of
-from adeye.campaign.rejudging import Rejudged, rejudge
+from adeye.campaign.rejudging import VERDICT, Rejudged, rejudge
 from adeye.campaign.summary import CampaignSummary, failed_channels, summarise
 from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
@@ -159,6 +159,7 @@ class _Campaign:
         lanes_of = _Lanes(plan, lanes)
         tasks = _Tasks(repository, plan, stored, self._context, (executes, replays))
         halved, again = Halved(), Rejudged(0, 0, {}, {})
+        state = Progress("run", 0, 0, 0)
         try:
             if plan.samples:
                 halved = self._halve(lanes_of, tasks.unchanged, stored, executes=executes)
@@ -167,7 +168,7 @@ class _Campaign:
                 again = rejudge(repository, plan, stored.campaign, self._judging)
                 if plan.samples:
                     repository.hindsight.half_steps.judge(stored.campaign)
-                self._work_off(tasks, lanes_of, again, stored)
+                state = self._work_off(tasks, lanes_of, again, stored)
         except InputError:
             # What cannot be used any more was changed after the plan, in whichever block it shows.
             tasks.unchanged.check()
@@ -175,7 +176,7 @@ class _Campaign:
         finally:
             lanes_of.close()
             tasks.release()
-        self._report(Progress("done", 1, 1, 0))
+        self._report(replace(state, phase="done"))
         return self._summary(stored, tasks, halved, again)
 
     def _halve(
@@ -209,12 +210,15 @@ class _Campaign:
         repository, (_, replays) = self._repository, tasks.allowed
         campaign = repository.find_campaign(stored.campaign)
         now = repository.progress(stored.campaign).executed - stored.reused
+        ways = dict(again.ways)
+        if self._plan.samples and not halved.failures and stored.to_judge > again.wanted:
+            ways[VERDICT] = stored.to_judge - again.wanted
         summary = replace(
             summarise(repository, campaign, self._plan, stored),
             executed=now,
-            judged=again.wanted if replays else again.judged,
+            judged=(again.wanted if replays else again.judged) + ways.get(VERDICT, 0),
             replayed=len(again.left) if replays else 0,
-            ways=again.ways,
+            ways=ways,
             to_replay=0 if replays else len(again.left),
             to_execute=stored.to_execute - now,
             twins=halved.twins,
@@ -233,7 +237,7 @@ class _Campaign:
     def _judging(self, done: int, wanted: int) -> None:
         self._report(Progress("judge", done, wanted, 0))
 
-    def _work_off(self, tasks: _Tasks, lanes: _Lanes, again: Rejudged, stored: Plan) -> None:
+    def _work_off(self, tasks: _Tasks, lanes: _Lanes, again: Rejudged, stored: Plan) -> Progress:
         executes, replays = tasks.allowed
         to_execute = stored.to_execute
         if self._plan.samples:
@@ -244,6 +248,7 @@ class _Campaign:
         for done in lanes.start(tasks):
             state = _absorb(self._repository, tasks, done, state)
             self._report(state)
+        return state
 
 
 class _Lanes:

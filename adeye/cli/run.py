@@ -68,6 +68,7 @@ _WAYS: Final = {
     "samples": "kept extremes",
     "trace": "kept traces",
     "invalid": "being invalid",
+    "verdict": "verdicts without numeric uncertainty",
 }
 """What told a verdict, in words, by the word of ``campaign.rejudging``."""
 
