@@ -17,6 +17,7 @@ from adeye.evaluation.injections import Injection
 from adeye.evaluation.takeovers import TAKEOVERS_VERSION, TakeoverClass
 from adeye.evaluation.timeline import TIMELINE_VERSION, Timeline
 from adeye.store import tables
+from adeye.store.benchmarks import Benchmarks
 from adeye.store.encoding import Row, insert_rows, json_text, row
 from adeye.store.reading import run_ref
 from adeye.sweep.groups import NO_FAULT
@@ -65,6 +66,11 @@ class Hindsight:
     def __init__(self, database: Database) -> None:
         """Use an open database of the current schema."""
         self._database = database
+
+    @property
+    def benchmarks(self) -> Benchmarks:
+        """Drives of reference drivers in the situations of stored runs."""
+        return Benchmarks(self._database)
 
     def executed(
         self, campaign: str, most: int | None = None, *, only_faulty: bool = False

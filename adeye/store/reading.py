@@ -11,7 +11,7 @@ from sqlalchemy import select
 from adeye.errors import InputError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
-from adeye.store.forking import find_fork, fork_of_case
+from adeye.store.forking import find_drive, find_fork, fork_of_case
 from adeye.store.leasing import work_state
 from adeye.store.metric_ids import FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
@@ -105,15 +105,17 @@ def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, 
             remedy=f"Give at least {MIN_PREFIX} of its characters (0-9, a-f).",
         )
     matches = sorted(
-        str(match)
-        for column in columns
-        for match in connection.execute(
-            select(column)
-            .where(column >= prefix, column < prefix + "g")
-            .distinct()
-            .order_by(column)
-            .limit(_LISTED + 1)
-        ).scalars()
+        {
+            str(match)
+            for column in columns
+            for match in connection.execute(
+                select(column)
+                .where(column >= prefix, column < prefix + "g")
+                .distinct()
+                .order_by(column)
+                .limit(_LISTED + 1)
+            ).scalars()
+        }
     )
     if not matches:
         raise InputError(
@@ -132,7 +134,8 @@ def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, 
 def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunRef:
     """Find a run by the beginning of its result digest, or by its ordinal in a campaign.
 
-    A fork stands where the run stands that it is a fork of.
+    A fork stands where the run stands that it is a fork of, a reference drive where one stands
+    that it is held against.
 
     Raises:
         InputError: None or several match, or an ordinal comes without a campaign.
@@ -147,13 +150,16 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
         by_ordinal = connection.execute(query.where(cases.c.ordinal == int(name))).first()
         if by_ordinal is not None:
             return run_ref(by_ordinal)
-    columns = (cases.c.result_digest, tables.fork.c.result_digest)
+    drives = tables.benchmark.c.drive_digest
+    columns = (cases.c.result_digest, tables.fork.c.result_digest, drives)
     digest = _starting_with(connection, columns, name, "run")
     fork = find_fork(connection, digest)
+    drive = find_drive(connection, digest)
+    origin = drive.origin if drive is not None else digest if fork is None else fork.origin
     newest = tables.campaign.c.number.desc()
     found = connection.execute(
         query.join(tables.campaign, tables.campaign.c.id == cases.c.campaign_id)
-        .where(cases.c.result_digest == (digest if fork is None else fork.origin))
+        .where(cases.c.result_digest == origin)
         .order_by(newest, cases.c.ordinal)
     ).first()
     if found is None:
@@ -161,6 +167,15 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
             f"run {name!r} is not in campaign {campaign_id}", remedy="Name the campaign it is in."
         )
     ref = run_ref(found)
+    if drive is not None:
+        return replace(
+            ref,
+            result_digest=digest,
+            test_case=drive.test_case,
+            architecture=drive.architecture,
+            is_done=True,
+            is_drive=True,
+        )
     if fork is None:
         return ref
     return replace(ref, result_digest=digest, test_case=fork.test_case, is_done=True)

@@ -256,16 +256,21 @@ def _result_digest(engine: EngineKey, test_case: str) -> str:
 
 
 def _unplanned(connection: Connection) -> Iterator[Finding]:
-    case, fork = tables.campaign_case, tables.fork
+    case, fork, drive = tables.campaign_case, tables.fork, tables.benchmark
     extra = connection.execute(
         select(tables.run.c.result_digest)
         .outerjoin(case, case.c.result_digest == tables.run.c.result_digest)
         .outerjoin(fork, fork.c.result_digest == tables.run.c.result_digest)
-        .where(case.c.campaign_id.is_(None), fork.c.result_digest.is_(None))
+        .outerjoin(drive, drive.c.drive_digest == tables.run.c.result_digest)
+        .where(
+            case.c.campaign_id.is_(None),
+            fork.c.result_digest.is_(None),
+            drive.c.drive_digest.is_(None),
+        )
         .order_by(tables.run.c.result_digest)
     )
     for digest in extra.scalars().all():
-        yield Finding("run", digest, "belongs to no campaign and is no fork")
+        yield Finding("run", digest, "belongs to no campaign and is no fork or reference drive")
 
 
 def _plans(connection: Connection) -> Iterator[Finding]:
