@@ -82,6 +82,9 @@ def reference_architecture(
 ) -> Architecture:
     """Make the architecture that a reference driver is: ground truth and one channel.
 
+    The models' delays and ramps are those of driver and brakes together, so that the brakes answer
+    at once: a lag of the vehicle would count twice.
+
     Args:
         vehicle: Content of the vehicle that it drives, in SI.
         model: One of ``kernel.reference_parameters.MODELS``.
@@ -93,7 +96,7 @@ def reference_architecture(
         {
             "architecture": f"reference_{model}",
             "title": f"Reference driver {model} of {edition}",
-            "vehicle": vehicle,
+            "vehicle": {**vehicle, "acceleration_lag": 0.0},
             "sensors": {_SENSOR: {"kind": "ground_truth", "rate": rate}},
             "channels": {
                 _CHANNEL: {

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from adeye.errors import suggest
 from adeye.spec.fault import AnyFault
@@ -173,6 +173,17 @@ class Gate(Record):
     """Architectures whose verdicts decide the exit code."""
 
     architectures: Annotated[Many[Identifier], Field(min_length=1)]
+    preventable_by: Many[Literal["cc", "fsm", "rss", "reg157"]] = ()
+    """Reference drivers: a contact that none of them avoids does not block. The verdict stays; what
+    is not known to be unpreventable blocks."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        if not self.preventable_by:
+            del content["preventable_by"]
+        return content
 
 
 class Odd(Record):
