@@ -165,5 +165,7 @@ def gate_verdict(
     if len(failures) != counts.get(Verdict.FAIL, 0):
         aside = 0
     left = {**counts, Verdict.FAIL: counts.get(Verdict.FAIL, 0) - aside}
+    # What is set aside is neutral, and nothing but that is no PASS.
+    left[Verdict.VACUOUS] = counts.get(Verdict.VACUOUS, 0) + aside
     waived = {name: left[name] for name in WAIVABLE if is_waived and left.get(name, 0)}
     return fold_runs(left, min_exercised=min_exercised, waived=waived), aside, unknown
