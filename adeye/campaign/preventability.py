@@ -54,6 +54,7 @@ class Preventability:
         executed: Runs with a result.
         looked_at: Runs with a conflict that were held against a model, by model.
         threshold_mps2: Required deceleration that counts as a conflict [m/s²], by model.
+        is_everything: Whether every run was taken for one with a conflict.
         rows: Cells by scenario, architecture and model.
         comparisons: The runs.
     """
@@ -62,6 +63,7 @@ class Preventability:
     executed: int
     looked_at: dict[str, int]
     threshold_mps2: dict[str, float]
+    is_everything: bool
     rows: tuple[CellCount, ...]
     comparisons: tuple[Comparison, ...]
 
@@ -218,6 +220,7 @@ def prevent(  # noqa: PLR0913 - what is asked, and how
         executed=len(candidates),
         looked_at={model: len(runs) for model, runs in wanted.items()},
         threshold_mps2=limits,
+        is_everything=everything or only is not None,
         rows=tabulate_cells(found),
         comparisons=tuple(found),
     )

@@ -119,13 +119,13 @@ def preventability(
 
 def _print(found: Preventability) -> None:
     for model, count in found.looked_at.items():
+        what = f" (contact, or more than {found.threshold_mps2[model]:.2f} m/s² required)"
         emit(
-            f"Campaign {short(found.campaign)}: {count} of {found.executed} runs driven by {model} "
-            f"(contact, or more than {found.threshold_mps2[model]:.2f} m/s² required), without "
-            "faults"
+            f"Campaign {short(found.campaign)}: {count} of {found.executed} runs driven by {model}"
+            f"{'' if found.is_everything else what}, without faults"
         )
     if not found.comparisons:
-        emit("No conflict: there is nothing to hold against a model.")
+        emit("No conflict: there is nothing to drive.")
         return
     headers = ("Scenario", "Architecture", "Model", *_WORDS.values())
     rows = [

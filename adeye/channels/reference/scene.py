@@ -88,7 +88,7 @@ _AHEAD: Final = 0.5
 @inlined
 def lane_scale(pose: Floats, path_d: float) -> float:
     """Return how long the ego's lane is per length of the reference line."""
-    return max(0.1, 1.0 - path_d * pose[POSE_CURVATURE])
+    return float(max(0.1, 1.0 - path_d * pose[POSE_CURVATURE]))
 
 
 @inlined
