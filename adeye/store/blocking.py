@@ -20,8 +20,9 @@ EDITION: Final = "r157-01"
 
 def preventable_by(repository: Repository, campaign: CampaignInfo) -> tuple[str, ...]:
     """Return the reference drivers that the gate of a campaign's ODD names; none without."""
-    gate = repository.content("odd", campaign.odd_digest)["odd"].get("gate") or {}
-    return tuple(gate.get("preventable_by", ()))
+    odd = repository.content("odd", campaign.odd_digest).get("odd")
+    gate = odd.get("gate") if isinstance(odd, dict) else None
+    return tuple(gate.get("preventable_by", ())) if gate else ()
 
 
 def without_unpreventable(

@@ -23,6 +23,7 @@ from adeye.spec.concept import (
     SafetyGoal,
     Waiver,
 )
+from adeye.store.benchmarks import DriveRecord
 from adeye.store.block import run_block
 from adeye.store.hindsight import TakeoverLine
 from adeye.store.repository import Repository
@@ -264,6 +265,8 @@ class Example:
         )
         repository.hindsight.save_injections([found])
         repository.hindsight.save_takeovers([line])
+        drive = DriveRecord(run.result_digest, "cc", "r157-01", run.result_digest)
+        repository.hindsight.benchmarks.save((), (), None, [drive])
         return found, line
 
     def with_odd(self, version: str) -> None:

@@ -13,7 +13,7 @@ def test_tables_are_those_of_the_design() -> None:
     expected = (
         "odd scenario architecture concept hazardous_event safety_goal fsr element allocation "
         "assumption test_case campaign campaign_case campaign_fsr work run metric verdict event "
-        "chain fork timing injection takeover tally artifact"
+        "chain fork timing injection takeover benchmark tally artifact"
     )
     assert set(tables.metadata.tables) == set(expected.split())
 
