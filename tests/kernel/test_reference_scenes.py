@@ -126,7 +126,9 @@ def test_both_integrators_meet_for_small_steps(model: str) -> None:
         driven(scenes, model, step=0.002, integrator=integrator)[:, columns.R_CONTACT]
         for integrator in (columns.EXACT, columns.SEMI_IMPLICIT)
     )
-    assert np.mean(exact != euler) <= 0.06
+    known = ~(np.isnan(exact) | np.isnan(euler))
+    assert np.mean(exact[known] != euler[known]) <= 0.01
+    assert known.mean() > 0.85
 
 
 @pytest.mark.parametrize("model", MODELS)
