@@ -59,6 +59,7 @@ Everything = Annotated[
     bool,
     typer.Option(
         "--all",
+        envvar="ADEYE_ALL",
         help="Drive the situation of every run, also where nothing happened.",
     ),
 ]
