@@ -166,7 +166,7 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         folder=folder,
         backend=str(stored.row["backend"]),
         variant=_known_variant(stored.row),
-        requirements=concept.requirements,
+        requirements=() if run.is_drive else concept.requirements,
         faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
         uncertainty=repository.hindsight.half_steps.judged_with(run, stored),
     )

@@ -11,6 +11,7 @@ from adeye.channels.guard import GuardedChannel
 from adeye.channels.nominal import NominalChannel
 from adeye.channels.policy import PolicyChannel
 from adeye.channels.process import ProcessChannel
+from adeye.channels.reference import ReferenceChannel
 from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel, SupervisedSafetyChannel
 from adeye.channels.scalar import ScalarChannel
 from adeye.channels.trajectory import TrajectoryChannel
@@ -30,6 +31,7 @@ BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
     "nominal": NominalChannel,
     "safety": SafetyChannel,
     "trajectory": TrajectoryChannel,
+    "reference": ReferenceChannel,
 }
 """Channels of the package, by kind."""
 

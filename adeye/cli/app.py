@@ -21,6 +21,7 @@ from adeye.cli.new import new_app
 from adeye.cli.options import add, examples
 from adeye.cli.output import emit
 from adeye.cli.planning import plan, signals
+from adeye.cli.preventability import preventability
 from adeye.cli.query import query
 from adeye.cli.read import replay, show
 from adeye.cli.reference import reference
@@ -195,6 +196,14 @@ add(
     uncertainty,
     "adeye uncertainty",
     "adeye uncertainty odd/motorway_chauffeur.yaml --json",
+    panel=CAMPAIGN,
+)
+add(
+    app,
+    preventability,
+    "adeye preventability",
+    "adeye preventability 3 --model cc,fsm --json",
+    "adeye preventability 3f2a91c04b --model rss --threshold '4 m/s^2'",
     panel=RESULTS,
 )
 add(

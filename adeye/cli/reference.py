@@ -117,9 +117,9 @@ def reference(
 
     question = Question(
         scene=scene,
-        models=_names(models),
+        models=names_in(models),
         edition=edition,
-        variant=_names(variant),
+        variant=names_in(variant),
         step=step,
         integrator=integrator,
     )
@@ -146,7 +146,7 @@ def reference(
         _print(question, results, duty)
 
 
-def _names(text: str) -> tuple[str, ...]:
+def names_in(text: str) -> tuple[str, ...]:
     """Return the names between the commas, each once."""
     return tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
 

@@ -62,7 +62,7 @@ BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     ),
     "channels/driving.py": (
         "follows a vehicle and steers along a lane",
-        ("nominal", "safety", PLANNED, "trajectory"),
+        ("nominal", "safety", PLANNED, "trajectory", "reference"),
     ),
     "channels/trajectory/prediction.py": (
         "predicts where objects will be",
@@ -74,7 +74,7 @@ BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     ),
     "kernel/road.py": (
         "turns places on the road into places in the plane, and back",
-        ("nominal", "safety", PLANNED, "trajectory", "policy"),
+        ("nominal", "safety", PLANNED, "trajectory", "policy", "reference"),
     ),
 }
 """Code of the package that decides something, by its place in it: what it does, and which

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Self
 from pydantic import Field, model_validator
 
 from adeye.errors import suggest
-from adeye.spec.channels import Channel, PositiveAcceleration, SafetyChannel
+from adeye.spec.channels import Channel, PositiveAcceleration, ReferenceChannel, SafetyChannel
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.quantity import (
     Angle,
@@ -22,7 +22,7 @@ from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
 from adeye.spec.switch import Switch
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Mapping
 
 
 HEALTH: Final = "health."
@@ -79,6 +79,8 @@ class Architecture(Record):
                     found.append((loc, f"channel {name!r} links {link!r} twice"))
             if isinstance(channel, SafetyChannel):
                 found += _unlinked(name, channel, self.sensors, self.channels)
+            if isinstance(channel, ReferenceChannel):
+                found += _untrue(name, channel, self.sensors)
         for at, name in enumerate(self.switch.priority):
             if name not in self.channels:
                 text = f"{name!r} is no channel of this architecture: {', '.join(self.channels)}"
@@ -98,6 +100,27 @@ class Architecture(Record):
             for key in ("cost", "text", "realises", "files"):
                 record.pop(key, None)
         return part
+
+
+def _untrue(
+    name: str, channel: ReferenceChannel, sensors: Mapping[str, Sensor]
+) -> Iterator[tuple[Loc, str]]:
+    """Find what keeps a reference driver from seeing the scene as it is at each of its ticks."""
+    linked = [sensors[link] for link in channel.links if link in sensors]
+    fits = [
+        sensor
+        for sensor in linked
+        if sensor.kind == "ground_truth"
+        and sensor.latency == 0.0
+        and sensor.jitter == 0.0
+        and sensor.rate == channel.rate
+    ]
+    if len(channel.links) != 1 or len(fits) != 1:
+        text = (
+            f"channel {name!r} is a reference driver: it links one sensor and nothing else, of "
+            f"kind ground_truth, without latency and jitter, at its own {channel.rate:g} Hz"
+        )
+        yield ("channels", name, "links"), text
 
 
 def _unlinked(

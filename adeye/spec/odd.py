@@ -201,6 +201,17 @@ class Gate(Record):
     """Architectures whose verdicts decide the exit code."""
 
     architectures: Annotated[Many[Identifier], Field(min_length=1)]
+    preventable_by: Many[Literal["cc", "fsm", "rss", "reg157"]] = ()
+    """Reference drivers: a contact that none of them avoids does not block. The verdict stays; what
+    is not known to be unpreventable blocks."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what came later where it is not used, for it is no part of the identity."""
+        content: dict[str, Any] = write(self)
+        if not self.preventable_by:
+            del content["preventable_by"]
+        return content
 
 
 class Uncertainty(Record):

@@ -5,6 +5,7 @@ No row of ``campaign_case`` names a fork, so no count, verdict or gate of a camp
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select
@@ -78,6 +79,36 @@ def find_fork(connection: Connection, result_digest: str) -> ForkRecord | None:
     table = tables.fork
     found = connection.execute(table.select().where(table.c.result_digest == result_digest)).first()
     return None if found is None else _fork(found)
+
+
+@dataclass(frozen=True, slots=True)
+class DriveRef:
+    """A drive of a reference driver that no campaign has planned.
+
+    Attributes:
+        origin: Result digest of a run that it is held against.
+        test_case: Of the drive.
+        architecture: Id of the architecture that the driver is.
+    """
+
+    origin: str
+    test_case: str
+    architecture: str
+
+
+def find_drive(connection: Connection, result_digest: str) -> DriveRef | None:
+    """Say what a run is held against; None if it is no drive, or a run of a campaign too."""
+    found = connection.exec_driver_sql(
+        "SELECT b.result_digest, r.test_case_digest, a.id FROM benchmark b "
+        "JOIN run r ON r.result_digest = b.drive_digest "
+        "JOIN test_case t ON t.digest = r.test_case_digest "
+        "JOIN architecture a ON a.digest = t.architecture_digest "
+        "WHERE b.drive_digest = ? AND NOT EXISTS "
+        "(SELECT 1 FROM campaign_case c WHERE c.result_digest = b.drive_digest) "
+        "ORDER BY b.result_digest LIMIT 1",
+        (result_digest,),
+    ).first()
+    return None if found is None else DriveRef(*found)
 
 
 def fork_of_case(connection: Connection, test_case: str) -> ForkRecord | None:

@@ -17,6 +17,7 @@ from adeye.evaluation.injections import Injection
 from adeye.evaluation.takeovers import TAKEOVERS_VERSION, TakeoverClass
 from adeye.evaluation.timeline import TIMELINE_VERSION, Timeline
 from adeye.store import tables
+from adeye.store.benchmarks import Benchmarks
 from adeye.store.encoding import Row, insert_rows, json_text, row
 from adeye.store.halving import HalfSteps
 from adeye.store.reading import run_ref
@@ -71,6 +72,11 @@ class Hindsight:
     def half_steps(self) -> HalfSteps:
         """Twins with half the step, and the numeric uncertainty that they told."""
         return HalfSteps(self._database)
+
+    @property
+    def benchmarks(self) -> Benchmarks:
+        """Drives of reference drivers in the situations of stored runs."""
+        return Benchmarks(self._database)
 
     def executed(
         self, campaign: str, most: int | None = None, *, only_faulty: bool = False

@@ -11,7 +11,7 @@ from sqlalchemy import select
 from adeye.errors import InputError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
-from adeye.store.forking import find_fork, fork_of_case
+from adeye.store.forking import find_drive, find_fork, fork_of_case
 from adeye.store.halving import find_half_step
 from adeye.store.leasing import work_state
 from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
@@ -106,15 +106,17 @@ def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, 
             remedy=f"Give at least {MIN_PREFIX} of its characters (0-9, a-f).",
         )
     matches = sorted(
-        str(match)
-        for column in columns
-        for match in connection.execute(
-            select(column)
-            .where(column >= prefix, column < prefix + "g")
-            .distinct()
-            .order_by(column)
-            .limit(_LISTED + 1)
-        ).scalars()
+        {
+            str(match)
+            for column in columns
+            for match in connection.execute(
+                select(column)
+                .where(column >= prefix, column < prefix + "g")
+                .distinct()
+                .order_by(column)
+                .limit(_LISTED + 1)
+            ).scalars()
+        }
     )
     if not matches:
         raise InputError(
@@ -133,7 +135,8 @@ def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, 
 def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunRef:
     """Find a run by the beginning of its result digest, or by its ordinal in a campaign.
 
-    A fork stands where the run stands that it is a fork of, and so does a twin with half the step.
+    A fork stands where the run stands that it is a fork of, and so does a twin with half the step;
+    a reference drive where one stands that it is held against.
 
     Raises:
         InputError: None or several match, or an ordinal comes without a campaign.
@@ -152,10 +155,12 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
         cases.c.result_digest,
         tables.fork.c.result_digest,
         tables.half_step.c.result_digest,
+        tables.benchmark.c.drive_digest,
     )
     digest = _starting_with(connection, columns, name, "run")
-    fork = find_fork(connection, digest)
+    fork, drive = find_fork(connection, digest), find_drive(connection, digest)
     planned = digest if fork is None else fork.origin
+    planned = planned if drive is None else drive.origin
     twin = find_half_step(connection, planned)
     newest = tables.campaign.c.number.desc()
     found = connection.execute(
@@ -168,6 +173,15 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
             f"run {name!r} is not in campaign {campaign_id}", remedy="Name the campaign it is in."
         )
     ref = run_ref(found)
+    if drive is not None:
+        return replace(
+            ref,
+            result_digest=digest,
+            test_case=drive.test_case,
+            architecture=drive.architecture,
+            is_done=True,
+            is_drive=True,
+        )
     if fork is not None:
         return replace(ref, result_digest=digest, test_case=fork.test_case, is_done=True)
     if twin is not None:

@@ -211,7 +211,8 @@ class FsrStatus:
 class RunRef:
     """A run in a campaign.
 
-    ``point`` holds the swept values by the name that the sweep uses, quantities in SI.
+    ``point`` holds the swept values by the name that the sweep uses, quantities in SI. A reference
+    drive (``is_drive``) is in no campaign and judged by no FSR.
     """
 
     campaign: str
@@ -223,6 +224,7 @@ class RunRef:
     inside_odd: bool
     is_done: bool
     point: Mapping[str, float | str] = field(default_factory=dict, compare=False)
+    is_drive: bool = False
 
 
 @dataclass(frozen=True)

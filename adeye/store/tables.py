@@ -312,6 +312,13 @@ takeover = Table(
     _row_hash(),
     _one_of("class", TAKEOVER_CLASSES, "class"),
 )
+benchmark = Table(
+    "benchmark",
+    metadata,
+    _digest("result_digest", "run.result_digest", key=True),
+    *(_text("model", key=True), _text("edition", key=True), _count("version", key=True)),
+    *(_digest("drive_digest", "run.result_digest"), _row_hash(), Index(None, "drive_digest")),
+)
 tally = Table(
     "tally",
     metadata,

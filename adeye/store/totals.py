@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.errors import IntegrityError
 from adeye.evaluation.verdict import ExitCode, Verdict, fold_runs, gate_exit
+from adeye.store.blocking import preventable_by, without_unpreventable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -149,20 +150,31 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         return ExitCode.INTEGRITY, _named(unsound)
     verdicts: dict[str, list[Verdict]] = {name: [] for name in campaign.gate}
     reasons: list[str] = []
+    aside: list[str] = []
+    models = preventable_by(repository, campaign)
     for item in totals(repository, campaign):
         if not (item.is_in_gate and item.is_mandatory):
             continue
         # An FSR that cannot be judged for an architecture in the gate is never green.
-        verdict = item.verdict or Verdict.ERROR
+        verdict, note = item.verdict or Verdict.ERROR, ""
+        text = f"{item.fsr} {verdict} for {item.architecture}"
+        if verdict is Verdict.FAIL and models:
+            verdict, note = without_unpreventable(
+                repository, campaign, item.fsr, item.architecture, models
+            )
         verdicts[item.architecture].append(verdict)
         if verdict is not Verdict.PASS:
-            reasons.append(
-                f"{item.fsr} {verdict} for {item.architecture}{_why(repository, campaign, item)}"
-            )
+            why = _why(repository, campaign, item)
+            reasons.append(f"{text}{note and f' ({note})'}{why}")
+        elif note:
+            aside.append(f"{text}, {note}")
     progress = repository.progress(campaign.id)
     code = gate_exit(verdicts, planned=progress.planned, accounted=progress.accounted)
     if progress.accounted < progress.planned:
         reasons.append(f"{progress.accounted} of {progress.planned} test cases accounted for")
+    if code is ExitCode.OK and aside:
+        passed = f"Nothing else of what is mandatory fails for {', '.join(campaign.gate)}."
+        return code, f"{'; '.join(aside)}. {passed}"
     if code is ExitCode.OK:
         return code, f"Every mandatory requirement passes for {', '.join(campaign.gate)}."
-    return code, "; ".join(reasons) or code.meaning
+    return code, "; ".join([*reasons, *aside]) or code.meaning

@@ -263,21 +263,26 @@ def _result_digest(engine: EngineKey, test_case: str) -> str:
 
 
 def _unplanned(connection: Connection) -> Iterator[Finding]:
-    case, fork, half = tables.campaign_case, tables.fork, tables.half_step
+    case, fork = tables.campaign_case, tables.fork
+    half, drive = tables.half_step, tables.benchmark
     extra = connection.execute(
         select(tables.run.c.result_digest)
         .outerjoin(case, case.c.result_digest == tables.run.c.result_digest)
         .outerjoin(fork, fork.c.result_digest == tables.run.c.result_digest)
         .outerjoin(half, half.c.result_digest == tables.run.c.result_digest)
+        .outerjoin(drive, drive.c.drive_digest == tables.run.c.result_digest)
         .where(
             case.c.campaign_id.is_(None),
             fork.c.result_digest.is_(None),
             half.c.result_digest.is_(None),
+            drive.c.drive_digest.is_(None),
         )
         .order_by(tables.run.c.result_digest)
     )
     for digest in extra.scalars().all():
-        yield Finding("run", digest, "belongs to no campaign and is no fork or twin")
+        yield Finding(
+            "run", digest, "belongs to no campaign and is no fork, twin or reference drive"
+        )
 
 
 def _plans(connection: Connection) -> Iterator[Finding]:

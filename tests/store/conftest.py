@@ -27,6 +27,7 @@ from adeye.spec.concept import (
 )
 from adeye.spec.decomposition import Decomposition, DependentFailure
 from adeye.store.basis import BasisBlock, ExtremeBlock
+from adeye.store.benchmarks import DriveRecord
 from adeye.store.block import run_block
 from adeye.store.columns import Texts
 from adeye.store.halving import HalfStepRecord, UncertaintyRecord
@@ -291,6 +292,8 @@ class Example:
         )
         repository.hindsight.save_injections([found])
         repository.hindsight.save_takeovers([line])
+        drive = DriveRecord(run.result_digest, "cc", "r157-01", run.result_digest)
+        repository.hindsight.benchmarks.save((), (), None, [drive])
         return found, line
 
     def decompose(self) -> None:

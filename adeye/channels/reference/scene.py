@@ -1,0 +1,293 @@
+"""What a reference driver sees: the objects of ground truth from tick to tick, and their motion.
+
+A sample of ground truth gives places and no velocities, so these are differences of places. Without
+noise and latency they are exact but for half a period, which is taken into account.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from adeye.channels.pose import (
+    POSE_ALIGN,
+    POSE_CURVATURE,
+    POSE_D,
+    POSE_HEADING,
+    POSE_S,
+    POSE_SPEED,
+    POSE_X,
+    POSE_Y,
+)
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import inlined
+from adeye.kernel.prediction import MIN_LATERAL_SPEED
+from adeye.kernel.reference_columns import (
+    CUE,
+    EGO_SPEED,
+    GAP,
+    INTRUSION,
+    LATERAL_GAP,
+    LATERAL_SPEED,
+    LENGTHS,
+    OTHER_ACCELERATION,
+    OTHER_SPEED,
+    OVERLAP,
+    STATE_SIZE,
+)
+from adeye.kernel.reference_scenes import REVEALED
+from adeye.kernel.road import local
+from adeye.signals import (
+    DETECTION_HAS_RANGE_RATE,
+    DETECTION_LENGTH,
+    DETECTION_RANGE_RATE,
+    DETECTION_WIDTH,
+    DETECTION_X,
+    DETECTION_Y,
+)
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, Floats
+
+THINGS: Final = 32
+"""Objects that a driver keeps in mind; the sample lists the nearest first."""
+
+# Columns of what is known of an object, before what the driver remembers of it.
+(
+    THING_HITS,  # samples that have it, 0 for a free row
+    THING_FOUND,  # 1 if the newest has it
+    THING_S,  # centre along the road [m]
+    THING_D,  # from the right edge to the left [m]
+    THING_MEAN,  # speed along the ego's lane over the last period [m/s]
+    THING_FORWARD,  # speed along the ego's lane now [m/s]
+    THING_ACCELERATION,  # [m/s²]
+    THING_SIDEWAYS,  # speed to the left [m/s]
+    THING_LENGTH,  # [m]
+    THING_WIDTH,
+    THING_IS_NEW,  # 1 from when it is not in the path, or hidden, until it is followed
+    THING_LED,  # 1 if it was the vehicle ahead, until it has left the lane
+) = range(12)
+THING_STATE: Final = 12
+THING_SIZE: Final = THING_STATE + STATE_SIZE
+
+VISIBLE: Final = -1
+UNSEEN: Final = -2
+
+_SURE: Final = 2.0
+"""Samples from which on its motion is known."""
+
+_GATE: Final = 1.0
+_GATE_SPEED: Final = 5.0
+"""How far from where it should be an object is looked for [m], and per length of a period [m/s]:
+more than anything changes its velocity in a period, and less than the distance of two objects."""
+
+_AHEAD: Final = 0.5
+"""Cosine of the bearing from which on the range rate of a first sample tells the speed."""
+
+
+@inlined
+def lane_scale(pose: Floats, path_d: float) -> float:
+    """Return how long the ego's lane is per length of the reference line."""
+    return float(max(0.1, 1.0 - path_d * pose[POSE_CURVATURE]))
+
+
+@inlined
+def update_things(  # noqa: PLR0913, PLR0917 - a kernel
+    things: Floats,
+    pose: Floats,
+    segments: Floats,
+    path_d: float,
+    mask: Bools,
+    detections: Floats,
+    period: float,
+) -> None:
+    """Take in a sample: objects that are seen again get a velocity, those that are not are free.
+
+    Args:
+        things: (THINGS, THING_SIZE) in and out.
+        pose: (POSE_WIDTH,) of the ego at the sample.
+        segments: (K, 5) reference line of the road.
+        path_d: Lateral place of the centre of the ego's lane [m].
+        mask: (M,) which detections there are.
+        detections: (M, 7), see ``signals.DETECTION_COLUMNS``.
+        period: Since the sample before [s].
+    """
+    for row in range(things.shape[0]):
+        things[row, THING_FOUND] = 0.0
+    sine, cosine = sin_cos(pose[POSE_HEADING])
+    scale = lane_scale(pose, path_d)
+    for number in range(mask.shape[0]):
+        if not mask[number]:
+            continue
+        seen = detections[number]
+        x = pose[POSE_X] + cosine * seen[DETECTION_X] - sine * seen[DETECTION_Y]
+        y = pose[POSE_Y] + sine * seen[DETECTION_X] + cosine * seen[DETECTION_Y]
+        s, d, _, _ = local(segments, x, y)
+        row = _row_of(things, s, d, scale, seen[DETECTION_LENGTH], seen[DETECTION_WIDTH], period)
+        if row >= 0:
+            _see_again(things[row], s, d, scale, period)
+            continue
+        row = _free_row(things)
+        if row >= 0:
+            _see_first(things[row], s, d, seen, pose)
+    for row in range(things.shape[0]):
+        if things[row, THING_FOUND] == 0.0:
+            things[row, THING_HITS] = 0.0
+
+
+@inlined
+def _row_of(  # noqa: PLR0913, PLR0917 - a kernel
+    things: Floats,
+    s: float,
+    d: float,
+    scale: float,
+    length: float,
+    width: float,
+    period: float,
+) -> int:
+    """Return the row of the object of that size that should be nearest to a place, -1 for none."""
+    best = -1
+    least = _GATE + _GATE_SPEED * period
+    for row in range(things.shape[0]):
+        thing = things[row]
+        if thing[THING_HITS] == 0.0 or thing[THING_FOUND] > 0.0:
+            continue
+        if thing[THING_LENGTH] != length or thing[THING_WIDTH] != width:
+            continue
+        along = (s - thing[THING_S]) * scale - thing[THING_FORWARD] * period
+        across = d - thing[THING_D] - thing[THING_SIDEWAYS] * period
+        distance = math.sqrt(along * along + across * across)
+        if distance < least:
+            best, least = row, distance
+    return best
+
+
+@inlined
+def _free_row(things: Floats) -> int:
+    for row in range(things.shape[0]):
+        if things[row, THING_HITS] == 0.0:
+            return row
+    return -1
+
+
+@inlined
+def _see_first(thing: Floats, s: float, d: float, seen: Floats, pose: Floats) -> None:
+    """Begin with an object; of its velocity only the range rate is known."""
+    thing[:] = 0.0
+    x, y = seen[DETECTION_X], seen[DETECTION_Y]
+    distance = math.sqrt(x * x + y * y)
+    thing[THING_HITS] = 1.0
+    thing[THING_FOUND] = 1.0
+    thing[THING_S] = s
+    thing[THING_D] = d
+    thing[THING_LENGTH] = seen[DETECTION_LENGTH]
+    thing[THING_WIDTH] = seen[DETECTION_WIDTH]
+    thing[THING_MEAN] = pose[POSE_SPEED]
+    if seen[DETECTION_HAS_RANGE_RATE] > 0.0 and abs(x) > _AHEAD * distance:
+        thing[THING_MEAN] += seen[DETECTION_RANGE_RATE] * distance / x
+        thing[THING_HITS] = _SURE
+    thing[THING_FORWARD] = thing[THING_MEAN]
+
+
+@inlined
+def _see_again(thing: Floats, s: float, d: float, scale: float, period: float) -> None:
+    mean = (s - thing[THING_S]) * scale / period
+    change = mean - thing[THING_MEAN]
+    if thing[THING_HITS] < _SURE:
+        change = 0.0
+    thing[THING_SIDEWAYS] = (d - thing[THING_D]) / period
+    thing[THING_ACCELERATION] = change / period
+    # A mean speed is that of half a period ago.
+    thing[THING_FORWARD] = mean + 0.5 * change
+    thing[THING_MEAN] = mean
+    thing[THING_S] = s
+    thing[THING_D] = d
+    thing[THING_HITS] += 1.0
+    thing[THING_FOUND] = 1.0
+
+
+@inlined
+def look_at(
+    record: Any,
+    things: Floats,
+    row: int,
+    pose: Floats,
+    path_d: float,
+    view: Floats,
+) -> int:
+    """Fill in what the driver sees of one object, except the ego's own acceleration.
+
+    Args:
+        record: Has ``length``, ``width`` and ``lane_width`` of ego and road.
+        things: (THINGS, THING_SIZE).
+        row: Of the object.
+        pose: (POSE_WIDTH,).
+        path_d: Lateral place of the centre of the ego's lane [m].
+        view: (VIEW_SIZE,) out, see ``kernel.reference_columns``.
+
+    Returns:
+        VISIBLE, else the row of the vehicle that hides it, or UNSEEN for what is behind or not
+        known well enough.
+    """
+    thing = things[row]
+    lengths = record["length"] + thing[THING_LENGTH]
+    gap = (thing[THING_S] - pose[POSE_S]) * lane_scale(pose, path_d) - 0.5 * lengths
+    if thing[THING_HITS] < _SURE or gap <= -lengths:
+        return UNSEEN
+    aside = thing[THING_D] - pose[POSE_D]
+    lateral = abs(aside)
+    half = 0.5 * (record["width"] + thing[THING_WIDTH])
+    inward = -thing[THING_SIDEWAYS] if aside > 0.0 else thing[THING_SIDEWAYS]
+    if inward < MIN_LATERAL_SPEED and lateral > 0.5 * record["lane_width"]:
+        thing[THING_LED] = 0.0 if inward > -MIN_LATERAL_SPEED else thing[THING_LED]
+    is_in_path = lateral <= half
+    revealed, hider = _revealed(things, row, pose) if is_in_path else (0.0, VISIBLE)
+    if hider >= 0 or not is_in_path or revealed > 0.0:
+        thing[THING_IS_NEW] = 1.0
+    if hider >= 0:
+        return hider
+    _, align = sin_cos(pose[POSE_ALIGN])
+    view[EGO_SPEED] = pose[POSE_SPEED] * align
+    # Oncoming: to stop before the place is what the ego can do about it.
+    view[OTHER_SPEED] = max(0.0, thing[THING_FORWARD])
+    view[OTHER_ACCELERATION] = thing[THING_ACCELERATION] if thing[THING_MEAN] > 0.0 else 0.0
+    view[GAP] = gap
+    view[LENGTHS] = lengths
+    view[LATERAL_GAP] = lateral - half
+    view[LATERAL_SPEED] = inward
+    smaller = min(record["width"], thing[THING_WIDTH])
+    view[OVERLAP] = min(max(half - lateral, 0.0), smaller) / smaller
+    from_centre = abs(thing[THING_D] - path_d)
+    view[INTRUSION] = 0.5 * (record["lane_width"] + thing[THING_WIDTH]) - from_centre
+    view[CUE] = revealed
+    if inward >= MIN_LATERAL_SPEED:
+        view[CUE] = max(revealed, record["lane_width"] - lateral)
+    if is_in_path and revealed == 0.0:
+        if view[EGO_SPEED] <= view[OTHER_SPEED]:
+            thing[THING_IS_NEW] = 0.0
+        if lateral <= REVEALED:
+            thing[THING_LED] = 1.0
+    return VISIBLE
+
+
+@inlined
+def _revealed(things: Floats, row: int, pose: Floats) -> tuple[float, int]:
+    """Return how far the vehicle that reveals an object is aside [m], and the row of what hides it.
+
+    Returns:
+        0 m if none was before the object; VISIBLE if nothing hides it.
+    """
+    most = 0.0
+    for other in range(things.shape[0]):
+        nearer = things[other]
+        if other == row or nearer[THING_HITS] < _SURE:
+            continue
+        is_between = pose[POSE_S] < nearer[THING_S] < things[row, THING_S]
+        if not is_between or nearer[THING_WIDTH] < 0.5 * things[row, THING_WIDTH]:
+            continue
+        aside = abs(nearer[THING_D] - pose[POSE_D])
+        if aside <= REVEALED:
+            return 0.0, other
+        if nearer[THING_LED] > 0.0:
+            most = max(most, aside)
+    return most, VISIBLE

@@ -1,0 +1,214 @@
+"""Drives of reference drivers beside a campaign of cut-ins, and the gate that asks for them."""
+
+from __future__ import annotations
+
+import shutil
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adeye.campaign import preventability
+from adeye.campaign.preventability import prevent, reference_architecture
+from adeye.campaign.reproduce import describe_run, replay_run
+from adeye.errors import InputError, UsageError
+from adeye.evaluation.preventability import CELLS
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.store.repository import Repository
+from tests.preventing import project_of_cut_ins
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.campaign.preventability import Preventability
+    from tests.project import Project
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    made = project_of_cut_ins(tmp_path_factory.mktemp("prevent") / "project", by=["cc"])
+    made.run()
+    return made
+
+
+@pytest.fixture(scope="module")
+def driven(project: Project) -> Path:
+    copy = project.folder / "driven.db"
+    shutil.copyfile(project.db, copy)
+    return copy
+
+
+@pytest.fixture(scope="module")
+def found(driven: Path) -> Preventability:
+    return prevent(driven, models=("cc", "rss"), everything=True)
+
+
+def test_every_cell_occurs(found: Preventability) -> None:
+    counted = Counter(item.cell for item in found.comparisons)
+    assert set(counted) == set(CELLS) - {"unknown"}
+    assert sum(sum(row.counts.values()) for row in found.rows) == 2 * found.executed == 96
+
+
+def test_cells_are_those_of_the_contacts(found: Preventability, driven: Path) -> None:
+    touched = {
+        "both_avoid": (False, False),
+        "only_ours": (False, True),
+        "only_model": (True, False),
+        "neither": (True, True),
+    }
+    with Repository.open(driven, create=False) as repository:
+        for item in found.comparisons:
+            ours, theirs = (repository.run_row(run) for run in (item.run, item.drive))
+            assert ours is not None
+            assert theirs is not None
+            pair = tuple(stored.metrics["contact"].value == 1.0 for stored in (ours, theirs))
+            assert pair == touched[item.cell]
+            assert (
+                item.impact_speed_mps is not None,
+                item.drive_impact_speed_mps is not None,
+            ) == pair
+
+
+def test_by_default_a_conflict_is_a_contact_or_more_than_the_model_can_brake(
+    found: Preventability, driven: Path
+) -> None:
+    asked = {item.run for item in prevent(driven, models=("cc",)).comparisons}
+    with Repository.open(driven, create=False) as repository:
+        for item in found.comparisons:
+            stored = repository.run_row(item.run)
+            assert stored is not None
+            required = stored.metrics["max_required_deceleration_mps2"].value or 0.0
+            is_conflict = stored.metrics["contact"].value == 1.0 or required > 0.774 * 9.81
+            assert (item.run in asked) == is_conflict
+    assert asked
+
+
+def test_a_threshold_of_nothing_asks_for_more(found: Preventability, driven: Path) -> None:
+    some = prevent(driven, models=("cc",), threshold=1.0)
+    assert prevent(driven, models=("cc",)).looked_at["cc"] < some.looked_at["cc"]
+    assert some.looked_at["cc"] <= found.looked_at["cc"]
+
+
+def test_drives_are_kept_and_not_executed_again(
+    found: Preventability, driven: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(preventability, "_execute", never)
+    assert prevent(driven, models=("cc", "rss"), everything=True) == found
+
+
+def test_faults_and_architectures_of_one_vehicle_share_a_drive(found: Preventability) -> None:
+    drives = {(item.drive, item.model) for item in found.comparisons}
+    # Two architectures and two fault entries have one vehicle in twelve situations.
+    assert len(drives) == 24
+
+
+def test_no_campaign_sees_a_drive(project: Project, found: Preventability, driven: Path) -> None:
+    with Repository.open(project.db, create=False) as before:
+        expected = before.result_table_hash(found.campaign)
+    with Repository.open(driven, create=False) as after:
+        assert after.result_table_hash(found.campaign) == expected
+        assert after.verify() == ()
+
+
+def test_a_drive_sees_the_truth_and_has_no_fault(found: Preventability, driven: Path) -> None:
+    item = next(one for one in found.comparisons if one.fault_entry == "front_camera_out")
+    with Repository.open(driven, create=False) as repository:
+        ref = repository.find_run(item.drive)
+        case = repository.test_case_row(ref.test_case)
+    assert ref.is_drive
+    assert (case.faults, case.fault_entry) == ((), "none")
+    assert [sensor["kind"] for sensor in case.architecture["sensors"].values()] == ["ground_truth"]
+    assert [part["kind"] for part in case.architecture["channels"].values()] == ["reference"]
+    shown = describe_run(driven, item.drive)
+    assert shown["architecture"] == f"reference_{item.model}"
+    assert shown["situation"] == describe_run(driven, item.run)["situation"]
+
+
+def test_a_drive_is_replayed_bit_for_bit(found: Preventability, driven: Path) -> None:
+    replayed = replay_run(driven, found.comparisons[0].drive)
+    assert replayed.identical
+    assert replayed.verdicts == {}
+
+
+def test_threads_make_no_difference(
+    project: Project, found: Preventability, tmp_path: Path
+) -> None:
+    shutil.copyfile(project.db, tmp_path / "adeye.db")
+    again = prevent(tmp_path / "adeye.db", models=("cc", "rss"), everything=True, workers=2)
+    assert again.comparisons == found.comparisons
+
+
+def test_one_run_is_driven_by_its_name(found: Preventability, driven: Path) -> None:
+    chosen = found.comparisons[0]
+    alone = prevent(driven, chosen.run[:12], models=(chosen.model,))
+    assert alone.comparisons == (chosen,)
+    with pytest.raises(InputError, match="is a drive of a reference driver itself"):
+        prevent(driven, chosen.drive[:12])
+
+
+@pytest.mark.parametrize(
+    ("models", "edition", "text"),
+    [
+        ((), "r157-01", "names no model"),
+        (("ccc",), "r157-01", "no reference driver 'ccc'"),
+        (("cc",), "r158", "no edition 'r158'"),
+    ],
+)
+def test_what_is_unknown_is_refused(
+    driven: Path, models: tuple[str, ...], edition: str, text: str
+) -> None:
+    with pytest.raises(UsageError, match=text):
+        prevent(driven, models=models, edition=edition)
+
+
+def test_the_brakes_of_the_driver_answer_at_once(project: Project) -> None:
+    vehicle = project.plan().cases[0].architecture.vehicle
+    assert vehicle.acceleration_lag > 0.0
+    made = reference_architecture(vehicle.model_dump(mode="json"), "cc", "r157-01", 0.05)
+    assert made.vehicle == vehicle.model_copy(update={"acceleration_lag": 0.0})
+
+
+def test_without_evidence_the_gate_blocks(project: Project) -> None:
+    summary = project.run()
+    assert summary.exit_code is ExitCode.FAILED
+    assert "not known to be unpreventable by cc: run `adeye preventability 1" in summary.message
+
+
+def test_what_no_model_avoids_does_not_block_and_the_verdict_stays(
+    project: Project, found: Preventability
+) -> None:
+    unpreventable = sum(
+        item.cell == "neither" and item.model == "cc" and item.architecture == "camera_radar"
+        for item in found.comparisons
+    )
+    summary = project.run(db="driven.db")
+    assert summary.executed == 0
+    assert summary.exit_code is ExitCode.OK
+    assert f"not blocking: unpreventable by cc ({unpreventable} runs)" in summary.message
+    (line,) = (item for item in summary.verdicts if item.architecture == "camera_radar")
+    assert line.verdict is Verdict.FAIL
+
+
+@pytest.mark.parametrize(
+    ("gate", "by", "code"),
+    [
+        ("camera_radar", [], ExitCode.FAILED),
+        ("camera_radar", ["cc", "rss"], ExitCode.OK),
+        ("camera_radar", ["cc", "fsm"], ExitCode.FAILED),
+        ("legacy_camera", ["cc"], ExitCode.OK),
+        ("legacy_camera", ["cc", "rss"], ExitCode.FAILED),
+    ],
+)
+def test_every_model_of_the_gate_must_be_in_contact(
+    found: Preventability, driven: Path, tmp_path: Path, gate: str, by: list[str], code: ExitCode
+) -> None:
+    other = project_of_cut_ins(tmp_path / "project", gate, by)
+    shutil.copyfile(driven, other.db)
+    summary = other.run()
+    assert found.executed == summary.reused
+    assert summary.exit_code is code
+    if "fsm" in by:
+        assert "not known to be unpreventable by cc, fsm" in summary.message

@@ -1,0 +1,276 @@
+"""The reference channel in closed loop against the scenes of ``adeye reference``."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.channels.links import observe
+from adeye.channels.reference import ReferenceChannel
+from adeye.kernel.reference_columns import (
+    BRAKING_LEAD,
+    CUT_IN,
+    CUT_OUT,
+    EXACT,
+    R_MIN_GAP,
+    RESULT_SIZE,
+    S_BRAKING,
+    S_BRAKING_JERK,
+    S_EGO_LENGTH,
+    S_EGO_SPEED,
+    S_EGO_WIDTH,
+    S_FRONT_GAP,
+    S_GAP,
+    S_LANE_WIDTH,
+    S_LATERAL_OFFSET,
+    S_LATERAL_SPEED,
+    S_OTHER_LENGTH,
+    S_OTHER_SPEED,
+    S_OTHER_WIDTH,
+    SCENE_SIZE,
+)
+from adeye.kernel.reference_distances import following_distance
+from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
+from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
+from adeye.signals import FAULT, OK, Floats
+from adeye.spec.architecture import Architecture
+from adeye.spec.channels import ReferenceParameters
+from adeye.spec.quantity import SI
+from adeye.testing import channel_context, check_channel
+from adeye.testing.scenes import object_measurement, straight_road
+
+STEP = 0.05
+SCENES = 240
+LANE = 5.25
+LINKS = ("truth",)
+SENSORS = {"truth": "ground_truth"}
+
+
+def scenes(kind: int, seed: int) -> Floats:
+    """Draw scenes around what decides: half of them end in a contact."""
+    draw = np.random.default_rng(seed)
+    rows = np.zeros((SCENES, SCENE_SIZE))
+    rows[:, [S_EGO_LENGTH, S_OTHER_LENGTH]] = 4.5
+    rows[:, [S_EGO_WIDTH, S_OTHER_WIDTH]] = 1.8
+    rows[:, S_LANE_WIDTH] = 3.5
+    rows[:, S_EGO_SPEED] = draw.uniform(8.0, 36.0, SCENES)
+    rows[:, S_OTHER_SPEED] = rows[:, S_EGO_SPEED]
+    rows[:, S_GAP] = draw.uniform(2.0, 60.0, SCENES)
+    if kind == CUT_IN:
+        rows[:, S_OTHER_SPEED] *= draw.uniform(0.2, 1.0, SCENES)
+        rows[:, S_LATERAL_SPEED] = draw.uniform(0.4, 2.0, SCENES)
+        rows[:, S_LATERAL_OFFSET] = 3.5
+    elif kind == BRAKING_LEAD:
+        rows[:, S_BRAKING] = draw.uniform(3.0, 9.0, SCENES)
+        rows[:, S_BRAKING_JERK] = draw.uniform(5.0, 50.0, SCENES)
+    else:
+        rows[:, S_LATERAL_SPEED] = draw.uniform(1.0, 3.0, SCENES)
+        # The vehicle that cuts out gets past the standing one.
+        clear = rows[:, S_OTHER_SPEED] * 1.8 / rows[:, S_LATERAL_SPEED]
+        rows[:, S_FRONT_GAP] = clear * draw.uniform(1.05, 1.6, SCENES)
+    return rows
+
+
+def expected(rows: Floats, kind: int, model: str) -> Floats:
+    results = np.zeros((len(rows), RESULT_SIZE))
+    numbers = vector(parameters_of(model))
+    scratch = np.zeros(SCRATCH_SIZE)
+    drive_scenes(rows, kind, MODELS[model], numbers, STEP, EXACT, math.inf, scratch, results)
+    # The fuzzy model comes to a standing vehicle for ever closer, and its gap ends in rounding.
+    results[(results[:, 0] == 0.0) & (results[:, R_MIN_GAP] < 1e-3), 0] = np.nan
+    return results[:, 0]
+
+
+def closed_loop(rows: Floats, kind: int, model: str, seconds: float = 25.0) -> Floats:
+    """Let the channel drive every scene: one object, or two where one cuts out.
+
+    The ego follows its command at once, and the channel sees nothing but a sample of truth.
+    """
+    runs = len(rows)
+    road = straight_road(runs)
+    channel = ReferenceChannel()
+    context = channel_context(
+        # In the scenes nobody drives faster or eases off where the model asks for nothing.
+        ReferenceParameters.model_validate(
+            {"model": model, "max_acceleration": "1e-6 m/s^2", "comfort_deceleration": "1e-6 m/s^2"}
+        ),
+        links=LINKS,
+        sensors=SENSORS,
+        runs=runs,
+        road=road,
+        desired_speed=rows[:, S_EGO_SPEED].copy(),
+    )
+    channel.reset(context)
+    ego = np.zeros((runs, 7))
+    ego[:, 0], ego[:, 1], ego[:, 3] = 500.0, LANE, rows[:, S_EGO_SPEED]
+    count = 2 if kind == CUT_OUT else 1
+    objects = np.zeros((runs, count, 5))
+    objects[:, 0, 0] = 504.5 + rows[:, S_GAP]
+    objects[:, 0, 1] = LANE + rows[:, S_LATERAL_OFFSET]
+    objects[:, 0, 3] = rows[:, S_OTHER_SPEED]
+    if kind == CUT_OUT:
+        objects[:, 1, 0] = objects[:, 0, 0] + 4.5 + rows[:, S_FRONT_GAP]
+        objects[:, 1, 1] = LANE
+    touched = np.zeros(runs)
+    running = np.ones(runs, dtype=np.bool_)
+    for tick in range(round(seconds / STEP)):
+        time = tick * STEP
+        lateral = np.abs(objects[:, :, 1] - LANE) < 1.8
+        ahead = np.abs(objects[:, :, 0] - ego[:, None, 0]) <= 4.5
+        touched[(lateral & ahead).any(axis=1)] = 1.0
+        truth = object_measurement(ego.copy(), objects.copy(), time, road=road)
+        command = channel.act(
+            observe(LINKS, time, {"truth": truth}, {}, None, running, protect=False)
+        )
+        assert (command.status == OK).all()
+        ahead_of = np.where(touched > 0.0, 0.0, command.acceleration)
+        _advance(ego, ahead_of)
+        _advance(objects[:, 0], -_braking(rows, kind, tick))
+        if kind == CUT_IN:
+            offset = rows[:, S_LATERAL_OFFSET] - rows[:, S_LATERAL_SPEED] * (tick + 1) * STEP
+            objects[:, 0, 1] = LANE + np.maximum(offset, 0.0)
+        elif kind == CUT_OUT:
+            objects[:, 0, 1] = LANE + rows[:, S_LATERAL_SPEED] * (tick + 1) * STEP
+    return touched
+
+
+def _braking(rows: Floats, kind: int, tick: int) -> Floats:
+    if kind != BRAKING_LEAD:
+        return np.zeros(len(rows))
+    return np.minimum(rows[:, S_BRAKING_JERK] * (tick + 0.5) * STEP, rows[:, S_BRAKING])
+
+
+def _advance(states: Floats, acceleration: Floats) -> None:
+    """Move at constant acceleration, to a standstill within the step if it comes."""
+    speed = states[:, 3]
+    later = np.maximum(speed + acceleration * STEP, 0.0)
+    stops = speed + acceleration * STEP < 0.0
+    way = np.where(
+        stops,
+        speed**2 / (-2.0 * np.where(stops, acceleration, -1.0)),
+        STEP * 0.5 * (speed + later),
+    )
+    states[:, 0] += way
+    states[:, 3], states[:, 4] = later, acceleration
+
+
+def near_boundary(rows: Floats, kind: int, model: str, verdict: Floats) -> Any:
+    """Tell of which scenes the verdict changes if the gap does by what one step drives."""
+    way = STEP * rows[:, S_EGO_SPEED]
+    near = np.zeros(len(rows), dtype=np.bool_)
+    for share in (-1.0, 1.0):
+        moved = rows.copy()
+        moved[:, S_GAP] = np.maximum(moved[:, S_GAP] + share * way, 0.1)
+        near |= expected(moved, kind, model) != verdict
+    return near
+
+
+@pytest.mark.parametrize("model", list(MODELS))
+@pytest.mark.parametrize("kind", [CUT_IN, BRAKING_LEAD, CUT_OUT])
+def test_contacts_are_those_of_the_scenes(kind: int, model: str) -> None:
+    rows = scenes(kind, seed=11)
+    verdict = expected(rows, kind, model)
+    decided = ~np.isnan(verdict)
+    assert decided.sum() > 0.8 * SCENES
+    assert 0.1 * SCENES < (verdict == 1.0).sum() < 0.9 * SCENES
+    driven = closed_loop(rows, kind, model)
+    differs = decided & (driven != verdict)
+    near = near_boundary(rows, kind, model, verdict)
+    assert not (differs & ~near).any(), rows[differs & ~near]
+    assert differs.sum() <= 0.02 * SCENES
+
+
+@pytest.mark.parametrize("model", list(MODELS))
+def test_conforms(model: str) -> None:
+    parameters = ReferenceParameters.model_validate({"model": model})
+    check_channel(ReferenceChannel, parameters, links=LINKS, sensors=SENSORS)
+
+
+@pytest.mark.parametrize("model", list(MODELS))
+def test_follows_at_its_own_distance(model: str) -> None:
+    runs, speed = 1, 20.0
+    road = straight_road(runs)
+    channel = ReferenceChannel()
+    channel.reset(
+        channel_context(
+            ReferenceParameters.model_validate({"model": model}),
+            links=LINKS,
+            sensors=SENSORS,
+            road=road,
+            desired_speed=30.0,
+        )
+    )
+    ego = np.array([[500.0, LANE, 0.0, 20.0, 0.0, 0.0, 0.0]])
+    wanted = following_distance(MODELS[model], vector(parameters_of(model)), speed)
+    objects = np.array([[[504.5 + 1.5 * wanted, LANE, 0.0, speed, 0.0]]])
+    for tick in range(1600):
+        truth = object_measurement(ego.copy(), objects.copy(), tick * STEP, road=road)
+        shown = observe(
+            LINKS, tick * STEP, {"truth": truth}, {}, None, np.ones(1, bool), protect=False
+        )
+        _advance(ego, channel.act(shown).acceleration)
+        _advance(objects[:, 0], np.zeros(1))
+    gap = objects[0, 0, 0] - ego[0, 0] - 4.5
+    assert ego[0, 3] == pytest.approx(speed, abs=0.1)
+    assert wanted <= gap <= 1.2 * wanted
+
+
+def test_without_a_sample_of_the_tick_it_is_faulty() -> None:
+    road = straight_road()
+    channel = ReferenceChannel()
+    channel.reset(channel_context(ReferenceParameters(), links=LINKS, sensors=SENSORS, road=road))
+    ego = np.array([[500.0, LANE, 0.0, 20.0, 0.0, 0.0, 0.0]])
+    truth = object_measurement(ego, np.zeros((1, 0, 5)), 0.0, road=road)
+    status = [
+        channel.act(
+            observe(LINKS, time, {"truth": truth}, {}, None, np.ones(1, bool), protect=False)
+        ).status[0]
+        for time in (0.0, STEP)
+    ]
+    assert status == [OK, FAULT]
+
+
+REFERENCE: dict[str, Any] = {
+    "architecture": "reference_cc",
+    "title": "Careful and competent driver",
+    "vehicle": {
+        "length": 4.5,
+        "width": 1.8,
+        "height": 1.5,
+        "wheelbase": 2.7,
+        "max_acceleration": 3.0,
+        "max_deceleration": 9.0,
+        "max_steering_angle": 0.6,
+        "max_steering_rate": 0.7,
+        "acceleration_lag": 0.15,
+        "steering_lag": 0.1,
+    },
+    "sensors": {"truth": {"kind": "ground_truth", "rate": 20.0}},
+    "channels": {"driver": {"kind": "reference", "links": ["truth"], "rate": 20.0}},
+    "switch": {"policy": "fixed_priority", "priority": ["driver"], "default": "driver"},
+}
+
+
+def test_an_architecture_may_have_a_reference_driver() -> None:
+    architecture = Architecture.model_validate(REFERENCE, context=SI)
+    assert architecture.channels["driver"].parameters == ReferenceParameters()
+
+
+@pytest.mark.parametrize(
+    ("sensor", "links"),
+    [
+        ({"kind": "localisation", "rate": 20.0}, ["truth"]),
+        ({"kind": "ground_truth", "rate": 20.0, "latency": 0.1}, ["truth"]),
+        ({"kind": "ground_truth", "rate": 10.0}, ["truth"]),
+        ({"kind": "ground_truth", "rate": 20.0}, ["truth", "switch"]),
+        ({"kind": "ground_truth", "rate": 20.0}, []),
+    ],
+)
+def test_a_reference_driver_sees_ground_truth_or_nothing(sensor: Any, links: Any) -> None:
+    channels = {"driver": {**REFERENCE["channels"]["driver"], "links": links}}
+    content = {**REFERENCE, "sensors": {"truth": sensor}, "channels": channels}
+    with pytest.raises(ValueError, match="of kind ground_truth"):
+        Architecture.model_validate(content, context=SI)

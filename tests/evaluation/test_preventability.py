@@ -1,0 +1,105 @@
+"""Cells, conflicts and what a gate makes of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.evaluation.preventability import (
+    CELLS,
+    Comparison,
+    cell_of,
+    gate_verdict,
+    is_conflict,
+    tabulate_cells,
+)
+from adeye.evaluation.verdict import Verdict
+
+if TYPE_CHECKING:
+    from adeye.evaluation.preventability import Cell
+
+FAIL, PASS, INCONCLUSIVE = Verdict.FAIL, Verdict.PASS, Verdict.INCONCLUSIVE
+NEITHER: dict[str, Cell] = {"cc": "neither"}
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "cell"),
+    [
+        (False, False, "both_avoid"),
+        (False, True, "only_ours"),
+        (True, False, "only_model"),
+        (True, True, "neither"),
+        (None, True, "unknown"),
+        (True, None, "unknown"),
+        (None, None, "unknown"),
+    ],
+)
+def test_cells(*, ours: bool | None, theirs: bool | None, cell: Cell) -> None:
+    assert cell_of(ours, theirs) == cell
+
+
+@pytest.mark.parametrize(
+    ("contact", "required", "expected"),
+    [
+        (True, None, True),
+        (None, None, True),
+        (False, None, False),
+        (False, 6.0, False),
+        (False, 6.1, True),
+    ],
+)
+def test_conflicts(*, contact: bool | None, required: float | None, expected: bool) -> None:
+    assert is_conflict(contact, required, 6.0) is expected
+
+
+def test_cells_are_counted_by_scenario_architecture_and_model() -> None:
+    def made(architecture: str, cell: Any) -> Comparison:
+        return Comparison("r", "s", architecture, "none", "cc", "r157-01", "d", cell, None, None)
+
+    rows = tabulate_cells([made("b", "neither"), made("a", "unknown"), made("b", "neither")])
+    assert [(row.architecture, row.counts["neither"]) for row in rows] == [("a", 0), ("b", 2)]
+    assert all(tuple(row.counts) == CELLS for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("counts", "failures", "models", "expected"),
+    [
+        # Set aside, and something passes.
+        ({FAIL: 1, PASS: 3}, [NEITHER], ["cc"], (PASS, 1, 0)),
+        # Nothing passes but what is set aside.
+        ({FAIL: 1}, [NEITHER], ["cc"], (Verdict.VACUOUS, 1, 0)),
+        # What else is open stays open.
+        ({FAIL: 1, PASS: 3, INCONCLUSIVE: 1}, [NEITHER], ["cc"], (INCONCLUSIVE, 1, 0)),
+        # One that the model avoids.
+        ({FAIL: 2, PASS: 3}, [NEITHER, {"cc": "only_model"}], ["cc"], (FAIL, 1, 0)),
+        # One of another model.
+        ({FAIL: 1, PASS: 3}, [{"fsm": "neither"}], ["cc"], (FAIL, 0, 1)),
+        # One of two models avoids it.
+        ({FAIL: 1, PASS: 3}, [{**NEITHER, "fsm": "only_model"}], ["cc", "fsm"], (FAIL, 0, 0)),
+        # Not known.
+        ({FAIL: 1, PASS: 3}, [{"cc": "unknown"}], ["cc"], (FAIL, 0, 1)),
+        ({FAIL: 1, PASS: 3}, [{"": "unknown"}], ["cc"], (FAIL, 0, 1)),
+        # No contact.
+        ({FAIL: 1, PASS: 3}, [{}], ["cc"], (FAIL, 0, 0)),
+        # Nobody is asked.
+        ({FAIL: 1, PASS: 3}, [NEITHER], [], (FAIL, 0, 0)),
+        # Not the failures that were counted.
+        ({FAIL: 2, PASS: 3}, [NEITHER], ["cc"], (FAIL, 0, 0)),
+        ({FAIL: 1, PASS: 3}, [NEITHER, NEITHER], ["cc"], (FAIL, 0, 0)),
+    ],
+)
+def test_gate(
+    counts: dict[Verdict, int],
+    failures: list[dict[str, Cell]],
+    models: list[str],
+    expected: tuple[Verdict, int, int],
+) -> None:
+    assert gate_verdict(counts, failures, models) == expected
+
+
+def test_gate_keeps_the_least_number_of_exercised_runs_and_waivers() -> None:
+    counts = {FAIL: 1, PASS: 3, INCONCLUSIVE: 1}
+    assert gate_verdict(counts, [NEITHER], ["cc"], is_waived=True)[0] is PASS
+    few = gate_verdict({FAIL: 1, PASS: 3}, [NEITHER], ["cc"], min_exercised=4)
+    assert few[0] is Verdict.VACUOUS
