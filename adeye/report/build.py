@@ -186,11 +186,7 @@ class ReportBuilder:
             waivers=tuple(waivers_of(content, cells)),
             dependencies=tuple(dependencies_of(content)),
             suites=tuple(suites_of(content)),
-            self_test=read_result(
-                self.repository.path.parent,
-                str(provenance.get("adeye", "")),
-                str(provenance.get("numerics_version", "")),
-            ),
+            self_test=read_result(self.repository.path.parent, provenance),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
         )
 

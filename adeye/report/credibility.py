@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
 from adeye.report.files import write_atomically
 from adeye.report.parts import Count, Part
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
 
 RESULT: Final = "selftest.json"
 """Name of the file, in the folder of the database."""
@@ -64,17 +67,16 @@ def write_result(result: SelfTestResult, folder: Path) -> Path:
     return path
 
 
-def read_result(folder: Path, version: str, numerics_version: str) -> SelfTestResult | None:
-    """Read the result of a self-test; None if there is none of this version that can be read.
+def read_result(folder: Path, provenance: Mapping[str, Any]) -> SelfTestResult | None:
+    """Read the result of a self-test; None if there is none that can be read, or of other code.
 
     Args:
         folder: Of the database.
-        version: Of adeye.
-        numerics_version: Of its numerics.
+        provenance: Of a campaign: the self-test must be of its version of adeye and of numerics.
     """
     try:
         found = SelfTestResult.model_validate_json((folder / RESULT).read_bytes())
     except (OSError, ValidationError):
         return None
-    is_same = (found.version, str(found.numerics_version)) == (version, numerics_version)
-    return found if is_same else None
+    wanted = (provenance.get("adeye"), provenance.get("numerics_version"))
+    return found if (found.version, found.numerics_version) == wanted else None

@@ -270,7 +270,7 @@ class Report(Part):
     suites: tuple[Suite, ...] = ()
     """What the sensors of each architecture see, without a simulation."""
     self_test: SelfTestResult | None = None
-    """Which known-bad masters the version that ran the campaign detects; None if it was not tried."""
+    """Which known-bad masters the version of the campaign detects; None if it was not tried."""
     replays: tuple[Replay, ...] = ()
     """The most important first; a page that grows too large leaves out the last."""
 

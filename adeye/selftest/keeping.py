@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sqlite3
 from contextlib import closing
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye import api
@@ -19,6 +18,7 @@ from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
 _BAD: Final = (Edit(BARE, "flaw: none", "flaw: never_brakes"),)
 """What is altered: a campaign in which FSR-01 fails."""
@@ -88,7 +88,7 @@ DATABASE: Final = (
     _database(
         "verdict_edited",
         "a verdict is changed from FAIL to PASS",
-        "verdict",
+        ": altered",
         "UPDATE verdict SET verdict = 'PASS' WHERE run_number = 1 AND fsr_id = 'FSR-01'",
     ),
     _database(
@@ -100,25 +100,25 @@ DATABASE: Final = (
     _database(
         "tally_edited",
         "a tally counts one failed run more",
-        "tally",
+        "is not what its block counts to",
         "UPDATE tally SET runs = runs + 1 WHERE fsr_id = 'FSR-01'",
     ),
     _database(
         "metric_edited",
         "a metric is changed",
-        "metric",
+        "metrics, events or trace digest are not its own",
         "UPDATE metric SET min_distance_m = 5.0 WHERE run_number = 1",
     ),
     _database(
-        "threshold_edited",
-        "the text of an FSR is changed after it judged",
-        "fsr",
+        "gate_edited",
+        "an FSR is made optional after it judged",
+        "campaign_fsr",
         "UPDATE campaign_fsr SET mandatory = 0 WHERE fsr_id = 'FSR-01'",
     ),
     _database(
         "trigger_dropped",
         "rows can be updated again",
-        "verdict_no_update",
+        "verdict_no_update: is missing",
         "DROP TRIGGER verdict_no_update",
     ),
     Master(

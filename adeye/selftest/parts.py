@@ -1,8 +1,8 @@
 """The parts of the bench: a car that drives well, a sensor, metrics; each with flaws on demand.
 
 This file is copied beside the files of the bench and named in them, as a user's plug-ins are. Every
-flaw is small and deliberate; ``none`` has none. The metrics are written anew from the definitions,
-sharing no code with those of adeye, so that the good ones are a second opinion on the built-in ones.
+flaw is small and deliberate; ``none`` has none. The metrics are written anew from the definitions
+and share no code with those of adeye: the good ones are a second opinion on the built-in ones.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class Front:
     def __init__(self, context: ports.SensorContext) -> None:
         self.scene = context.scene
         self.objects = len(context.scene.object_ids)
-        parameters = [self.Parameters(**spec.parameters) for spec in context.specs]
+        parameters = [self.Parameters(**getattr(spec, "parameters", {})) for spec in context.specs]
         self.sides = [-1.0 if item.flaw == "mirrored" else 1.0 for item in parameters]
         first = no_measurement(self.scene.runs, self.objects, with_estimate=False)
         self.delivery = Delivery.of(context, first)

@@ -1,7 +1,7 @@
 """The files of the bench: a lead that brakes, two architectures, their concepts and ODDs.
 
-Everything is good as it is written here: both campaigns end with exit code 0. A master is an edit of
-these texts.
+Everything is good as it is written here: both campaigns end with exit code 0. A master is an edit
+of these texts.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ GUARDED: Final = "odd/architectures/guarded.yaml"
 DRIVING_CONCEPT: Final = "odd/concepts/driving.yaml"
 HANDOVER_CONCEPT: Final = "odd/concepts/handover.yaml"
 PARTS: Final = ("odd/parts.py", "odd/architectures/parts.py")
-"""Where the plug-ins are put: metrics beside the ODD, channel and sensor beside the architectures."""
+"""Where the plug-ins are put: metrics beside the ODD, the others beside the architectures."""
 
 _SCENARIO: Final = """\
 scenario: closing
@@ -146,7 +146,8 @@ elements:
 def _requirement(fsr: str, text: str, rule: str, more: str = "") -> str:
     return (
         f"  - id: {fsr}\n    goals: [SG-01]\n    text: {text}\n    {rule}\n"
-        f"    threshold_source: written for the self-test\n    asil: D\n    allocation: [car]\n{more}"
+        "    threshold_source: written for the self-test\n    asil: D\n    allocation: [car]\n"
+        f"{more}"
     )
 
 

@@ -22,9 +22,7 @@ def _odd_of(file: str) -> str:
     return HANDOVER if file in {HANDOVER, HANDOVER_CONCEPT} else DRIVING
 
 
-def _threshold(  # noqa: PLR0913, PLR0917 - a row of a table
-    name: str, wrong: str, code: int, words: str, bad: Edit, good: str
-) -> Master:
+def _threshold(name: str, wrong: str, code: int, words: str, bad: Edit, good: str) -> Master:
     """A threshold that is wrong; its twin has another that is right."""
     twin = Edit(bad.file, bad.old, good)
     finder = "judging, on runs that are known to be good" if code != 2 else _CHECK
