@@ -51,7 +51,7 @@ class SelfTestResult(Part):
             f"Known-bad masters: {self.detected} of {self.masters} detected "
             f"({100.0 * self.confidence:g} % \N{GREATER-THAN OR EQUAL TO} "
             f"{100.0 * self.low:.1f} % of masters of this kind){bad}; "
-            f"version {self.version}, {self.created[:10]}."
+            f"version {self.version}, {self.created} UTC."
         )
 
 
