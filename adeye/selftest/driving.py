@@ -159,7 +159,7 @@ SWITCHES: Final = (
     _guarded(
         "switch",
         "switch_chatter",
-        "authority passes to and fro",
+        "authority passes back and forth",
         "FSR-13: authority is kept",
         _handover(
             "target: channels.safety, model: silent, onset: {at: 4 s}, duration: 0.5 s, every: 1 s",

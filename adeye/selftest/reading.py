@@ -127,7 +127,7 @@ FILES: Final = (
         "key_unknown",
         "a misspelt key",
         "Did you mean 'range'?",
-        Edit(BARE, "range: 150 m", "range: 150 m\n    rnage: 150 m"),
+        Edit(BARE, "range: 150 m", "range: 150 m\n    rang: 150 m"),
     ),
     _file(
         "key_twice",
