@@ -49,8 +49,8 @@ class SelfTestResult(Part):
             bad += f"; good twins rejected: {', '.join(self.rejected_twins)}"
         return (
             f"Known-bad masters: {self.detected} of {self.masters} detected "
-            f"({100.0 * self.confidence:g} % \N{GREATER-THAN OR EQUAL TO} "
-            f"{100.0 * self.low:.1f} % of masters of this kind){bad}; "
+            f"(exact {100.0 * self.confidence:g} % interval: at least {100.0 * self.low:.1f} % of "
+            f"masters of this kind){bad}; "
             f"version {self.version}, {self.created} UTC."
         )
 

@@ -53,8 +53,8 @@ def test_result_is_good_only_if_all_is() -> None:
 
 def test_text_names_what_was_not_detected() -> None:
     assert GOOD.text == (
-        "Known-bad masters: 34 of 34 detected (95 % ≥ 89.7 % of masters of this kind); "
-        "version 1.2.3, 2026-01-02T03:04:05 UTC."
+        "Known-bad masters: 34 of 34 detected (exact 95 % interval: at least 89.7 % of masters of "
+        "this kind); version 1.2.3, 2026-01-02T03:04:05 UTC."
     )
     bad = GOOD.model_copy(
         update={"detected": 33, "undetected": ("ghost",), "rejected_twins": ("late",)}
