@@ -27,6 +27,7 @@ from adeye.cli.read import replay, show
 from adeye.cli.reference import reference
 from adeye.cli.run import report, run
 from adeye.cli.scenario import scenario_app
+from adeye.cli.selftest import selftest
 from adeye.cli.sensors import sensors
 from adeye.cli.stale import stale
 from adeye.cli.starter import init
@@ -248,4 +249,11 @@ app.add_typer(new_app, name="new", rich_help_panel=WRITE)
 app.add_typer(scenario_app, name="scenario", rich_help_panel=WRITE)
 app.add_typer(database_app, name="db", rich_help_panel=KEEP)
 add(app, warmup, "adeye warmup", "adeye warmup odd/first.yaml", panel=KEEP)
+add(
+    app,
+    selftest,
+    "adeye selftest",
+    "adeye selftest --only never_brakes --only verdict_edited",
+    panel=KEEP,
+)
 add(app, doctor, "adeye doctor", "adeye doctor --requirements", panel=KEEP)

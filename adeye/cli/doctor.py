@@ -58,7 +58,9 @@ class Check:
 
 
 def doctor(requirements: RequirementsFlag = False, db: Db = None, json: Json = False) -> None:
-    """Check the installation: versions, database, compiled code, processors, terminal.
+    """Check the installation: versions, database, compiled code, self-test, processors, terminal.
+
+    Whether it finds what is known to be bad is for adeye selftest to try; here is what that told.
 
     Exit codes: 0 everything can be worked with, 5 something cannot.
     """
@@ -69,6 +71,7 @@ def doctor(requirements: RequirementsFlag = False, db: Db = None, json: Json = F
         *check_versions(),
         check_database(db),
         check_compiled_code(),
+        check_self_test(db),
         _processors(),
         _terminal(),
     ]
@@ -131,6 +134,25 @@ def check_compiled_code() -> Check:
         return Check("compiled code", False, f"{folder} cannot be written to")
     state = "warm" if is_cache_warm() else "cold: the first run compiles for some seconds"
     return Check("compiled code", True, f"{folder}, {state}")
+
+
+def check_self_test(db: str | None) -> Check:
+    """Look up whether this version was seen to detect the known-bad masters."""
+    from adeye.engine import NUMERICS_VERSION
+    from adeye.errors import AdeyeError
+    from adeye.report.credibility import NOT_RUN, read_result
+    from adeye.store.database import database_path
+    from adeye.version import __version__
+
+    try:
+        folder = database_path(db).parent
+    except AdeyeError as error:
+        return Check("self-test", False, str(error))
+    this = {"adeye": __version__, "numerics_version": NUMERICS_VERSION}
+    found = read_result(folder, this)
+    if found is None:
+        return Check("self-test", True, NOT_RUN)
+    return Check("self-test", found.is_good, found.text)
 
 
 def _processors() -> Check:

@@ -26,6 +26,7 @@ from adeye.report.contents import (
     suites_of,
     waivers_of,
 )
+from adeye.report.credibility import read_result
 from adeye.report.dead import dead_axes
 from adeye.report.designs import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
 from adeye.report.faults import fault_evidence
@@ -186,6 +187,7 @@ class ReportBuilder:
             waivers=tuple(waivers_of(content, cells)),
             dependencies=tuple(dependencies_of(content)),
             suites=tuple(suites_of(content)),
+            self_test=read_result(self.repository.path.parent, provenance),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
         )
 

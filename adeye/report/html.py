@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.evaluation.dependence import WORDS
 from adeye.evaluation.verdict import Verdict
+from adeye.report.credibility import NOT_RUN
 from adeye.report.embed import pack_replay, script_text
 from adeye.report.fault_drawing import draw_bars, draw_trade
 from adeye.report.files import write_atomically
@@ -128,6 +129,7 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
             trades=[]
             if report.faults is None
             else [(c, draw_trade(c)) for c in report.faults.curves],
+            self_test=NOT_RUN if report.self_test is None else report.self_test.text,
             replays=list(zip(shown, packed, strict=True)),
             left_out=report.replays[len(packed) :],
         )

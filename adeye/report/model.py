@@ -14,6 +14,7 @@ from adeye.evaluation.dependence import Dependencies
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
 from adeye.report.comparison import Comparison
+from adeye.report.credibility import SelfTestResult
 from adeye.report.fault_parts import FaultEvidence
 from adeye.report.parts import Asil, Binding, Command, Count, Id, Label, Margin, Part
 from adeye.report.replay import Replay
@@ -269,6 +270,8 @@ class Report(Part):
     """What the channels of each architecture share, read from the files."""
     suites: tuple[Suite, ...] = ()
     """What the sensors of each architecture see, without a simulation."""
+    self_test: SelfTestResult | None = None
+    """Which known-bad masters the version of the campaign detects; None if it was not tried."""
     replays: tuple[Replay, ...] = ()
     """The most important first; a page that grows too large leaves out the last."""
 

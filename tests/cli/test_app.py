@@ -77,6 +77,7 @@ def test_the_verbs_are_these() -> None:
         "scenario lint",
         "scenario list",
         "scenario show",
+        "selftest",
         "sensors",
         "show",
         "signals",

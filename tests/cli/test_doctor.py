@@ -9,6 +9,8 @@ import pytest
 import adeye.kernel.jit
 from adeye import __version__
 from adeye.cli import doctor
+from adeye.engine import NUMERICS_VERSION
+from adeye.report.credibility import SelfTestResult, write_result
 from adeye.store import schema
 
 ROOT = Path(__file__).parents[2]
@@ -51,6 +53,33 @@ def test_database_of_this_release_is_fine(folder: Path) -> None:
     check = doctor.check_database(str(folder / "x.db"))
     assert check.is_ok
     assert schema.head() in check.text
+
+
+def test_self_test_that_was_not_run_is_named(adeye: Any) -> None:
+    checks = {check["name"]: check for check in adeye("doctor", "--json").document["checks"]}
+    assert checks["self-test"]["is_ok"]
+    assert "adeye selftest" in checks["self-test"]["text"]
+
+
+def test_self_test_that_was_not_passed_is_not_fine(folder: Path) -> None:
+    bad = SelfTestResult(
+        version=__version__,
+        numerics_version=NUMERICS_VERSION,
+        created="2026-01-02T03:04:05",
+        masters=2,
+        detected=1,
+        low=0.1,
+        confidence=0.95,
+        undetected=("ghost",),
+    )
+    write_result(bad, folder / ".adeye")
+    check = doctor.check_self_test(None)
+    assert not check.is_ok
+    assert "ghost" in check.text
+    good = bad.model_copy(update={"detected": 2, "undetected": ()})
+    write_result(good, folder)
+    assert doctor.check_self_test(str(folder / "x.db")).is_ok
+    assert not doctor.check_self_test("postgresql://x").is_ok
 
 
 @pytest.mark.parametrize("content", ["", "not a database, but long enough to be one\n" * 99])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from adeye.engine import NUMERICS_VERSION
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.report.build import (
     MAX_REPLAYS,
@@ -18,8 +19,10 @@ from adeye.report.build import (
     determinism,
     margin_of,
 )
+from adeye.report.credibility import SelfTestResult, write_result
 from adeye.store.repository import Repository
 from adeye.store.rows import VerdictRecord
+from adeye.version import __version__
 from tests.project import CONCEPT, Executed, Project, rows_of
 
 if TYPE_CHECKING:
@@ -60,6 +63,26 @@ def total(report: Report, fsr: str, architecture: str) -> Cell:
         for cell in report.cells
         if (cell.fsr, cell.architecture, cell.scenario) == (fsr, architecture, None)
     )
+
+
+def test_report_tells_of_the_self_test_of_the_same_code_only(
+    builder: ReportBuilder, built: Report, mini: Executed
+) -> None:
+    assert built.self_test is None
+    made = SelfTestResult(
+        version=__version__,
+        numerics_version=NUMERICS_VERSION,
+        created="2026-01-02T03:04:05",
+        masters=34,
+        detected=34,
+        low=0.897,
+        confidence=0.95,
+    )
+    kept = write_result(made, mini.db.parent)
+    assert builder.build(no_replays).self_test == made
+    write_result(made.model_copy(update={"version": "0.0.0"}), mini.db.parent)
+    assert builder.build(no_replays).self_test is None
+    kept.unlink()
 
 
 def test_report_says_which_determinism_is_promised(built: Report) -> None:

@@ -1,0 +1,82 @@
+"""What is known of the tool itself: the result of its last self-test, beside the database."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import ValidationError
+
+from adeye.report.files import write_atomically
+from adeye.report.parts import Count, Part
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+RESULT: Final = "selftest.json"
+"""Name of the file, in the folder of the database."""
+NOT_RUN: Final = "Known-bad masters: not run with this version; adeye selftest does it."
+
+
+class SelfTestResult(Part):
+    """What a complete self-test came to."""
+
+    version: str
+    """Of adeye."""
+    numerics_version: int
+    created: str
+    """UTC, ``YYYY-MM-DDTHH:MM:SS``."""
+    masters: Count
+    detected: Count
+    low: float
+    """Lower end of the exact interval of the share of masters that are detected."""
+    confidence: float
+    undetected: tuple[str, ...] = ()
+    rejected_twins: tuple[str, ...] = ()
+    """Masters whose good twin was taken for bad."""
+
+    @property
+    def is_good(self) -> bool:
+        """Whether every master was detected and no twin was rejected."""
+        return 0 < self.masters == self.detected and not (self.undetected or self.rejected_twins)
+
+    @property
+    def text(self) -> str:
+        """The result in one sentence."""
+        bad = f"; not detected: {', '.join(self.undetected)}" if self.undetected else ""
+        if self.rejected_twins:
+            bad += f"; good twins rejected: {', '.join(self.rejected_twins)}"
+        return (
+            f"Known-bad masters: {self.detected} of {self.masters} detected "
+            f"(exact {100.0 * self.confidence:g} % interval: at least {100.0 * self.low:.1f} % of "
+            f"masters of this kind){bad}; "
+            f"version {self.version}, {self.created} UTC."
+        )
+
+
+def write_result(result: SelfTestResult, folder: Path) -> Path:
+    """Keep the result of a self-test in the folder of a database.
+
+    Raises:
+        PlatformError: The file cannot be written.
+    """
+    path = folder / RESULT
+    text = json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False)
+    write_atomically(f"{text}\n".encode(), path)
+    return path
+
+
+def read_result(folder: Path, provenance: Mapping[str, Any]) -> SelfTestResult | None:
+    """Read the result of a self-test; None if there is none that can be read, or of other code.
+
+    Args:
+        folder: Of the database.
+        provenance: Of a campaign: the self-test must be of its version of adeye and of numerics.
+    """
+    try:
+        found = SelfTestResult.model_validate_json((folder / RESULT).read_bytes())
+    except (OSError, ValidationError):
+        return None
+    wanted = (provenance.get("adeye"), provenance.get("numerics_version"))
+    return found if (found.version, found.numerics_version) == wanted else None

@@ -1,0 +1,71 @@
+"""The self-test beside a database: read back only if it is of the same code, and never made up."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.report.credibility import NOT_RUN, RESULT, SelfTestResult, read_result, write_result
+from adeye.report.html import render
+from adeye.report.json_report import parse_json, render_json
+from adeye.report.model import Report
+
+GOOD = SelfTestResult(
+    version="1.2.3",
+    numerics_version=3,
+    created="2026-01-02T03:04:05",
+    masters=34,
+    detected=34,
+    low=0.897,
+    confidence=0.95,
+)
+SAME: dict[str, Any] = {"adeye": "1.2.3", "numerics_version": 3}
+
+
+def test_result_is_read_back(tmp_path: Path) -> None:
+    assert write_result(GOOD, tmp_path / "new").name == RESULT
+    assert read_result(tmp_path / "new", SAME) == GOOD
+
+
+@pytest.mark.parametrize("change", [{"adeye": "1.2.4"}, {"numerics_version": 4}, {"adeye": None}])
+def test_result_of_other_code_does_not_count(tmp_path: Path, change: dict[str, Any]) -> None:
+    write_result(GOOD, tmp_path)
+    assert read_result(tmp_path, {**SAME, **change}) is None
+
+
+@pytest.mark.parametrize("content", [None, "", "{}", '{"version": "1.2.3"}', "\0"])
+def test_what_cannot_be_read_does_not_count(tmp_path: Path, content: str | None) -> None:
+    if content is not None:
+        (tmp_path / RESULT).write_text(content)
+    assert read_result(tmp_path, SAME) is None
+
+
+def test_result_is_good_only_if_all_is() -> None:
+    assert GOOD.is_good
+    for change in (
+        {"detected": 33},
+        {"masters": 0, "detected": 0},
+        {"undetected": ("never_brakes",)},
+        {"rejected_twins": ("never_brakes",)},
+    ):
+        assert not GOOD.model_copy(update=change).is_good
+
+
+def test_text_names_what_was_not_detected() -> None:
+    assert GOOD.text == (
+        "Known-bad masters: 34 of 34 detected (exact 95 % interval: at least 89.7 % of masters of "
+        "this kind); version 1.2.3, 2026-01-02T03:04:05 UTC."
+    )
+    bad = GOOD.model_copy(
+        update={"detected": 33, "undetected": ("ghost",), "rejected_twins": ("late",)}
+    )
+    assert "33 of 34" in bad.text
+    assert "not detected: ghost; good twins rejected: late" in bad.text
+
+
+def test_page_and_json_say_it_or_that_it_was_not_run(report: Report) -> None:
+    assert report.self_test is None
+    assert NOT_RUN in render(report)
+    tested = report.model_copy(update={"self_test": GOOD})
+    assert "34 of 34 detected" in render(tested)
+    assert parse_json(render_json(tested)).self_test == GOOD

@@ -1,0 +1,36 @@
+"""Databases and reports: every alteration is found, an unaltered copy is accepted."""
+
+from pathlib import Path
+
+import pytest
+
+from adeye.cli.entry import main
+from adeye.selftest.bench import Bench
+from adeye.selftest.keeping import DATABASE, REPORT
+from adeye.selftest.masters import Master, is_good
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("master", [*DATABASE, *REPORT], ids=lambda item: item.name)
+def test_alteration_is_found(bench: Bench, master: Master) -> None:
+    seen = master.examine(bench)
+    assert master.is_detected(seen), seen.text
+    twin = master.twin(bench)
+    assert is_good(twin), twin.text
+
+
+def test_command_says_what_the_master_sees(
+    bench: Bench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    edited = DATABASE[0]
+    seen = edited.examine(bench)
+    assert main(["db", "verify", "--db", str(tmp_path / "altered.db")]) == seen.exit_code == 4
+    assert capfd.readouterr().out.splitlines() == seen.text.splitlines()
+    assert edited.twin(bench).exit_code == 0
+    assert main(["db", "verify", "--db", str(tmp_path / "altered.db")]) == 0
+
+
+@pytest.mark.parametrize("master", REPORT[:2], ids=lambda item: item.name)
+def test_flipped_report_is_found(bench: Bench, master: Master) -> None:
+    assert master.is_detected(master.examine(bench))
+    assert is_good(master.twin(bench))
