@@ -6,15 +6,17 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.verdict import ExitCode, exit_code
+from adeye.evaluation.verdict import ExitCode, Verdict, exit_code
 from adeye.report.baseline import Baseline, read_baseline, write_baseline
 from adeye.report.findings import Finding, Kind, deciding, gate_code_of
 from adeye.report.gate import Snapshot, changes, check_same_odd, state_of
 from adeye.report.snapshot import MAX_CASES, case_keys, take_down
 from adeye.report.words import counted
+from adeye.store.blocking import preventable_by, without_unpreventable
 from adeye.store.totals import gate_code, totals
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from adeye.report.margins import Tolerances
@@ -101,13 +103,14 @@ def judge_campaign(
         left = f"{counted(now.accounted)} of {counted(now.planned)} test cases are accounted for"
         text = f"{left}; the campaign is {campaign.state}. Run it again, it goes on"
         own.append(Finding(Kind.MISSING, text))
-    own += state_of(now)
+    set_aside = _set_aside(repository, campaign)
+    own += map(set_aside, state_of(now))
     changed: list[Finding] = []
     if then is not None:
         check_same_odd(then, now, str(path))
         units = [cell.margin.unit for cell in (*then.cells, *now.cells) if cell.margin]
         tolerances.check([*then.fsrs, *now.fsrs], units)
-        changed = changes(then, snapshot, tolerances)
+        changed = list(map(set_aside, changes(then, snapshot, tolerances)))
     decided = gate_code_of([*own, *changed], code)
     return GateResult(
         campaign=campaign.id,
@@ -120,6 +123,26 @@ def judge_campaign(
         exit_code=decided,
         message=_message(decided, code, message, [*own, *changed]),
     )
+
+
+def _set_aside(repository: Repository, campaign: CampaignInfo) -> Callable[[Finding], Finding]:
+    """Let contacts that no reference driver of the ODD's gate avoids not decide."""
+    models = preventable_by(repository, campaign)
+    judged = {(item.fsr, item.architecture) for item in repository.gate(campaign.id)}
+    known: dict[tuple[str, str], tuple[Verdict, str]] = {}
+
+    def set_aside(item: Finding) -> Finding:
+        key = item.fsr, item.architecture
+        is_failure = item.decides and item.kind in {Kind.FAILING, Kind.NEWLY_FAILING}
+        if not (models and is_failure and key in judged):
+            return item
+        if key not in known:
+            known[key] = without_unpreventable(repository, campaign, *key, models)
+        verdict, note = known[key]
+        text = f"{item.text}; {note}" if note else item.text
+        return replace(item, text=text, decides=verdict is not Verdict.PASS)
+
+    return set_aside
 
 
 def _snapshot(repository: Repository, campaign: CampaignInfo, code: ExitCode) -> Snapshot:

@@ -15,7 +15,7 @@ from adeye.selftest.project import DRIVING, FILES, PARTS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adeye.campaign.runner import CampaignSummary
+    from adeye.campaign.summary import CampaignSummary
 
 DB: Final = "selftest.db"
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.engine import NUMERICS_VERSION
 from adeye.errors import ASKED_TO_END, AdeyeError, UsageError, suggest
-from adeye.evaluation.exact import clopper_pearson
+from adeye.evaluation.statistics import clopper_pearson
 from adeye.report.credibility import SelfTestResult
 from adeye.selftest.bench import Bench, Seen
 from adeye.selftest.driving import CHANNELS, MONITORS, SENSORS, SWITCHES

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import SpecError, UsageError
-from adeye.evaluation.verdict import ExitCode
+from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.report import gating
 from adeye.report.baseline import read_baseline
 from adeye.report.findings import Finding, Kind
 from adeye.report.gating import GateResult, judge_campaign, update_baseline
@@ -92,3 +93,36 @@ def test_tolerance_for_nothing_is_refused(
     update_baseline(result, tmp_path / "b.json", accepts_incomplete=False)
     with pytest.raises(UsageError, match="'km' is neither"):
         judged(mini, tmp_path / "b.json", tolerances=Tolerances({"km": 1.0}))
+
+
+@pytest.mark.parametrize(
+    ("verdict", "models", "decides"),
+    [
+        (Verdict.PASS, ("cc",), False),
+        (Verdict.FAIL, ("cc",), True),
+        (Verdict.INCONCLUSIVE, ("cc",), True),
+        (Verdict.PASS, (), True),
+    ],
+)
+def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
+    suites: Executed,
+    monkeypatch: pytest.MonkeyPatch,
+    verdict: Verdict,
+    models: tuple[str, ...],
+    decides: bool,
+) -> None:
+    monkeypatch.setattr(gating, "preventable_by", lambda *_: models)
+    monkeypatch.setattr(gating, "without_unpreventable", lambda *_: (verdict, "by cc"))
+    with Repository.open(suites.db, create=False) as repository:
+        campaign = repository.find_campaign(suites.summary.campaign)
+        set_aside = gating._set_aside(repository, campaign)
+        failing = Finding(Kind.FAILING, "FAIL", fsr="FSR-01", architecture="camera_radar")
+        told = set_aside(failing)
+        assert told.decides is decides
+        assert told.text == ("FAIL; by cc" if models else "FAIL")
+        for other in (
+            replace(failing, kind=Kind.UNDECIDED),
+            replace(failing, fsr="FSR-99"),
+            replace(failing, decides=False),
+        ):
+            assert set_aside(other) == other
