@@ -109,7 +109,7 @@ def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
     monkeypatch: pytest.MonkeyPatch,
     verdict: Verdict,
     models: tuple[str, ...],
-    decides: bool,
+    decides: bool,  # noqa: FBT001 - a parameter of pytest
 ) -> None:
     monkeypatch.setattr(gating, "preventable_by", lambda *_: models)
     monkeypatch.setattr(gating, "without_unpreventable", lambda *_: (verdict, "by cc"))
