@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING
 from adeye.campaign.reproduce import Execution, rerun
 from adeye.campaign.runner import Progress
 from adeye.errors import UsageError
-from adeye.report.build import (
-    MAX_REPLAYS,
-    ReplayRequest,
-    ReportBuilder,
-    replay_events,
-    run_verdicts,
-)
+from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder
 from adeye.report.compare import compare
 from adeye.report.drive import replay_of
 from adeye.report.files import write_atomically
@@ -24,6 +18,7 @@ from adeye.report.json_report import render_json
 from adeye.report.junit import render_junit
 from adeye.report.parts import Label
 from adeye.report.plots import plots_of
+from adeye.report.recorded import replay_events, run_verdicts
 from adeye.spec.load import load_odd
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values

@@ -9,21 +9,17 @@ from adeye.evaluation.dependence import ChannelPair, Dependencies, Shared
 from adeye.evaluation.suite.analysis import analyse
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_runs
+from adeye.report.concept_parts import Assumption, Element, Hazard, SafetyGoal, Waiver
 from adeye.report.model import (
     Architecture,
-    Assumption,
     Cell,
     DeadAxis,
-    Element,
     Extreme,
     Factors,
     Fsr,
-    Hazard,
     MetricSummary,
     Report,
-    SafetyGoal,
     Scenario,
-    Waiver,
     WorstCase,
 )
 from adeye.report.parts import Binding, Command, Label, Margin, RunVerdict

@@ -14,10 +14,9 @@ from adeye.report.build import (
     WORST_PER_FSR,
     ReplayRequest,
     ReportBuilder,
-    binding_of,
     determinism,
-    margin_of,
 )
+from adeye.report.recorded import binding_of, margin_of
 from adeye.store.repository import Repository
 from adeye.store.rows import VerdictRecord
 from tests.project import CONCEPT, Executed, Project, rows_of

@@ -123,7 +123,7 @@ def test_assumption_expires_the_day_after(
     content: CampaignContent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for day, expired in ((date(2027, 12, 31), False), (date(2028, 1, 1), True)):
-        monkeypatch.setattr(contents, "_today", lambda day=day: day)
+        monkeypatch.setattr(contents, "today", lambda day=day: day)
         found = {item.is_expired for item in assumptions_of(content)}
         assert found == {expired}
 
@@ -146,7 +146,7 @@ def test_waiver_counts_the_runs_without_evidence_and_never_failures(
     part = whole.model_copy(update={"scenario": "cut_in"})
     waived = replace(content, concept=concept)
     for day, expired in ((date(2030, 6, 1), False), (date(2030, 6, 2), True)):
-        monkeypatch.setattr(contents, "_today", lambda day=day: day)
+        monkeypatch.setattr(contents, "today", lambda day=day: day)
         found = list(waivers_of(waived, [whole, part]))
         assert [(item.fsr, item.runs, item.is_expired) for item in found] == [
             ("FSR-03", 2, expired)
