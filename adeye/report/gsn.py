@@ -132,9 +132,8 @@ class _Builder:
     def build(self) -> Argument:
         report = self._report
         states = [self._goal_state(goal) for goal in report.goals]
-        for finding in report.findings[:1]:
-            del finding
-            states.append("undeveloped")
+        # Nothing is wholly argued for on files that do not fit together.
+        states += ["undeveloped"] if report.findings else []
         gate = ", ".join(self._gate) or "no architecture"
         self._add(
             GsnNode(

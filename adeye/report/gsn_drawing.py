@@ -146,7 +146,7 @@ def _box(node: GsnNode, column: int) -> Box:
     sign = f"{SIGNS[node.state]} " if node.state else ""
     inset = 26.0 if node.kind in {"strategy", "solution", "assumption"} else 2.0 * _PAD
     letters = int((WIDTHS[at] - inset) / _CHARACTER)
-    title = textwrap.wrap(printable(f"{sign}{node.title}"), letters) or [""]
+    title = textwrap.wrap(printable(f"{sign}{node.title}"), letters - letters // 10) or [""]
     text = textwrap.wrap(printable(node.text), letters)
     return Box(node, (f"\0{title[0]}", *(f"\0{part}" for part in title[1:]), *text), x, WIDTHS[at])
 

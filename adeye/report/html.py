@@ -51,6 +51,7 @@ STYLES: Final = (
     "player.css",
     "suites.css",
     "faults.css",
+    "verification.css",
 )
 
 

@@ -10,7 +10,7 @@ from adeye.evaluation.verdict import Outcome
 from adeye.report.contents import measure_text
 from adeye.report.designs import is_sample
 from adeye.report.verification_parts import Realisation, VerificationRow
-from adeye.report.words import unit_text, value_text
+from adeye.report.words import margin_text, unit_text, value_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -55,7 +55,7 @@ def verification_of(
                 threshold=fsr.formula if item is None else measure_text(item),
                 threshold_source=fsr.threshold_source,
                 value=_value(cell),
-                margin=None if cell is None else cell.margin,
+                margin=cell.margin if cell is not None and margin_text(cell) else None,
                 verdict=None if cell is None else cell.verdict,
                 runs=0 if cell is None else cell.runs,
                 exercised=0 if cell is None else cell.exercised,
@@ -90,7 +90,7 @@ def _metric(cell: Cell | None, item: Requirement | None) -> str:
 
 def _value(cell: Cell | None) -> str:
     # Without a margin the value is a truth or a word, and says nothing beside a threshold.
-    if cell is None or cell.margin is None or cell.binding is None or cell.binding.value is None:
+    if cell is None or not margin_text(cell) or cell.binding is None or cell.binding.value is None:
         return ""
     return value_text(cell.binding.value, unit_text(cell.binding.unit))
 
