@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import date
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -14,6 +15,7 @@ from adeye.report.contents import (
     CampaignContent,
     architectures_of,
     assumptions_of,
+    attributes_of,
     dependencies_of,
     elements_of,
     factors_of,
@@ -189,3 +191,23 @@ def test_what_channels_share_is_that_of_the_stored_files(content: CampaignConten
         "nominal → safety",
         "switch → safety",
     ]
+
+
+def test_bounds_of_the_odd_are_written_in_their_units() -> None:
+    odd = {
+        "odd": {
+            "attributes": {
+                "scenery": {"road_type": ["motorway"], "lanes": {"min": 2, "max": 4}},
+                "environment": {"rain": {"max": 7.5 / 3.6e6}, "fog": {"min_visibility": 80.0}},
+                "dynamic_elements": {"ego_speed": {"max": 130.0 / 3.6}, "actors": []},
+            }
+        }
+    }
+    found = {item.label: item.value for item in attributes_of(SimpleNamespace(odd=odd))}  # type: ignore[arg-type]
+    assert found == {
+        "road type": "motorway",
+        "lanes": "at least 2, at most 4",
+        "rain": "at most 7.5 mm/h",
+        "fog": "at least 80 m",
+        "ego speed": "at most 130 km/h",
+    }

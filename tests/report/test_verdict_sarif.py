@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adeye.evaluation.verdict import Verdict
-from adeye.report.model import Report
 from adeye.report.verdict_sarif import judged_in, render_sarif, verdict_sarif
 from tests.report.test_sarif import require_sarif
+
+if TYPE_CHECKING:
+    from adeye.report.model import Report
 
 
 def results(report: Report) -> list[dict[str, Any]]:
