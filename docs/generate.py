@@ -1,11 +1,12 @@
-"""Write ``docs/reference`` and the README's status table; ``--check`` fails when one is stale.
+"""Write ``docs/reference``, the report's schema and the README's status table.
 
 python docs/generate.py            write
-python docs/generate.py --check    compare
+python docs/generate.py --check    compare; fails when one is stale
 """
 
 from __future__ import annotations
 
+import json
 import sqlite3
 import sys
 import tempfile
@@ -246,6 +247,13 @@ def _columns(found: Sequence[Sequence[Any]]) -> str:
     )
 
 
+def report_schema() -> str:
+    """Write the JSON Schema of a report."""
+    from adeye.report.json_report import json_schema
+
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
 PAGES: Final[Mapping[str, Callable[[], str]]] = {
     "cli.md": cli_page,
     "metrics.md": metrics_page,
@@ -258,6 +266,7 @@ PAGES: Final[Mapping[str, Callable[[], str]]] = {
 # --- status of the capabilities -------------------------------------------------------------------
 
 README: Final = ROOT / "README.md"
+REPORT_SCHEMA: Final = ROOT / "docs" / "schema" / "report.schema.json"
 NOTES: Final = {
     "R1": "worlds and scenarios from YAML; no OpenSCENARIO, OpenDRIVE, OpenStreetMap, CommonRoad",
     "R2": "one command runs every scenario of an ODD and resumes; parametric roads, no maps",
@@ -313,7 +322,8 @@ def _proof(path: str) -> str:
 
 def pages() -> dict[Path, str]:
     """Make every generated page, by file."""
-    return {REFERENCE / name: page() for name, page in PAGES.items()} | {README: readme()}
+    made = {REFERENCE / name: page() for name, page in PAGES.items()}
+    return made | {README: readme(), REPORT_SCHEMA: report_schema()}
 
 
 def stale() -> list[str]:

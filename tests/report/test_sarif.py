@@ -127,7 +127,8 @@ def require_sarif(log: dict[str, Any]) -> None:
 
 
 def result(**changes: Any) -> SarifResult:
-    return SarifResult(**({"rule": "R1", "text": "x", "name": "a/b", "where": PLACE} | changes))
+    fields: dict[str, Any] = {"rule": "R1", "text": "x", "name": "a/b", "where": PLACE}
+    return SarifResult(**(fields | changes))
 
 
 def test_log_has_the_shape_of_the_format() -> None:
