@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, Literal
+from urllib.parse import quote
 
 from adeye.identity import digest
 from adeye.version import __version__
@@ -124,7 +125,7 @@ def _result(number: int, item: SarifResult) -> dict[str, Any]:
 
 def _physical(where: SourceLocation | Place) -> dict[str, Any]:
     return {
-        "artifactLocation": {"uri": PurePath(where.path).as_posix()},
+        "artifactLocation": {"uri": quote(PurePath(where.path).as_posix())},
         "region": {"startLine": where.line, "startColumn": where.column},
     }
 

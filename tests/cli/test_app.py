@@ -61,6 +61,7 @@ def test_the_verbs_are_these() -> None:
         "fork",
         "forks",
         "init",
+        "matrix",
         "new channel",
         "new metric",
         "new sensor",

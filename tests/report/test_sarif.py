@@ -146,3 +146,10 @@ def test_same_key_has_the_same_fingerprint_and_another_another() -> None:
 def test_result_without_a_key_has_no_fingerprint() -> None:
     (only,) = sarif_log([RULE], [result()])["runs"][0]["results"]
     assert "partialFingerprints" not in only
+
+
+def test_path_is_written_as_a_uri() -> None:
+    spaced = SourceLocation("my odd/ä#1.yaml", 1, 1)
+    (only,) = sarif_log([RULE], [result(where=spaced)])["runs"][0]["results"]
+    uri = only["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]
+    assert uri == "my%20odd/%C3%A4%231.yaml"
