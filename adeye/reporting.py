@@ -9,16 +9,11 @@ from typing import TYPE_CHECKING
 from adeye.campaign.reproduce import Execution, rerun
 from adeye.campaign.runner import Progress
 from adeye.errors import UsageError
-from adeye.report.build import (
-    MAX_REPLAYS,
-    ReplayRequest,
-    ReportBuilder,
-    replay_events,
-    run_verdicts,
-)
+from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder
 from adeye.report.claims import claims_of
 from adeye.report.compare import compare
 from adeye.report.drive import replay_of
+from adeye.report.exports import check_exports, render_export
 from adeye.report.files import write_atomically
 from adeye.report.gating import GateResult, judge_campaign, update_baseline
 from adeye.report.html import render_comparison, write_html
@@ -27,12 +22,13 @@ from adeye.report.junit import render_gate, render_junit
 from adeye.report.margins import Tolerances
 from adeye.report.parts import Label
 from adeye.report.plots import plots_of
+from adeye.report.recorded import replay_events, run_verdicts
 from adeye.spec.load import load_odd
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from adeye.report.claims import ClaimOptions, Claims
     from adeye.report.comparison import Comparison
@@ -45,13 +41,14 @@ if TYPE_CHECKING:
 SECOND = len("YYYY-MM-DDTHH:MM:SS")
 
 
-def write_reports(
+def write_reports(  # noqa: PLR0913 - one parameter a file
     db: str | Path | None,
     campaign: str | None,
     *,
     html: Path | None = None,
     junit: Path | None = None,
     json: Path | None = None,
+    exports: Mapping[str, Path] | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Report:
     """Build the report of a campaign and write it in the forms asked for.
@@ -64,12 +61,14 @@ def write_reports(
         html: Page to write.
         junit: JUnit XML to write.
         json: Machine-readable report to write.
+        exports: Files for other tools by form: ``sarif``, ``gsn`` and ``reqif``.
         progress: Called for each run that is drawn.
 
     Raises:
-        InputError: There is no such campaign.
+        InputError: There is no such campaign, or a file's name tells no form.
         PlatformError: A file cannot be written.
     """
+    check_exports(exports or {})
     with Repository.open(db, create=False) as repository:
         found = find_campaign(repository, campaign)
         builder = ReportBuilder(
@@ -86,7 +85,25 @@ def write_reports(
         write_atomically(render_junit(report), junit)
     if json is not None:
         write_atomically(render_json(report).encode(), json)
+    for form, path in (exports or {}).items():
+        write_atomically(render_export(report, form, path), path)
     return report
+
+
+def read_report(db: str | Path | None, campaign: str | None) -> Report:
+    """Build the report of a campaign without a run to draw.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        campaign: Id, its beginning, its number, the ODD's id or file; None for the newest.
+
+    Raises:
+        InputError: There is no such campaign.
+    """
+    with Repository.open(db, create=False) as repository:
+        found = find_compared(repository, campaign)
+        builder = ReportBuilder(repository, found, database=str(db) if db is not None else "")
+        return builder.build(lambda _: (), replays=0)
 
 
 def write_replay(db: str | Path | None, run: str, path: Path) -> None:

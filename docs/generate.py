@@ -1,7 +1,7 @@
-"""Write ``docs/reference`` and the README's status table; ``--check`` fails when one is stale.
+"""Write ``docs/reference``, the report's schema and the README's status table.
 
 python docs/generate.py            write
-python docs/generate.py --check    compare
+python docs/generate.py --check    compare; fails when one is stale
 """
 
 from __future__ import annotations
@@ -248,6 +248,13 @@ def _columns(found: Sequence[Sequence[Any]]) -> str:
     )
 
 
+def report_schema() -> str:
+    """Write the JSON Schema of a report."""
+    from adeye.report.json_report import json_schema
+
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
 PAGES: Final[Mapping[str, Callable[[], str]]] = {
     "cli.md": cli_page,
     "metrics.md": metrics_page,
@@ -260,6 +267,7 @@ PAGES: Final[Mapping[str, Callable[[], str]]] = {
 # --- status of the capabilities -------------------------------------------------------------------
 
 README: Final = ROOT / "README.md"
+REPORT_SCHEMA: Final = ROOT / "docs" / "schema" / "report.schema.json"
 NOTES: Final = {
     "R1": "worlds and scenarios from YAML; no OpenSCENARIO, OpenDRIVE, OpenStreetMap, CommonRoad",
     "R2": "one command runs every scenario of an ODD and resumes; parametric roads, no maps",
@@ -323,7 +331,8 @@ def baseline_schema() -> str:
 def pages() -> dict[Path, str]:
     """Make every generated page, by file."""
     own = {REFERENCE / name: page() for name, page in PAGES.items()}
-    return own | {README: readme(), BASELINE: baseline_schema()}
+    schemas = {BASELINE: baseline_schema(), REPORT_SCHEMA: report_schema()}
+    return own | {README: readme()} | schemas
 
 
 def stale() -> list[str]:

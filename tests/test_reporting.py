@@ -10,7 +10,7 @@ import pytest
 
 from adeye.errors import InputError, UsageError
 from adeye.evaluation.verdict import ExitCode
-from adeye.reporting import find_campaign, write_replay, write_reports
+from adeye.reporting import find_campaign, read_report, write_replay, write_reports
 from adeye.store.repository import Repository
 from tests.project import Executed, count_rows, table_hash
 
@@ -132,3 +132,23 @@ def test_campaign_is_found_by_its_beginning_or_as_the_newest(mini: Executed) -> 
     with Repository.open(mini.db, create=False) as repository:
         assert find_campaign(repository, None).id == mini.summary.campaign
         assert find_campaign(repository, mini.summary.campaign[:10]).id == mini.summary.campaign
+
+
+def test_exports_are_written_without_a_page(mini: Executed, tmp_path: Path) -> None:
+    files = {"sarif": tmp_path / "v.sarif", "gsn": tmp_path / "a.svg", "reqif": tmp_path / "r.xml"}
+    report = write_reports(mini.db, None, exports=files)
+    assert set(tmp_path.iterdir()) == set(files.values())
+    log = json.loads(files["sarif"].read_text("utf-8"))
+    (rules,) = [run["tool"]["driver"]["rules"] for run in log["runs"]]
+    assert [rule["id"] for rule in rules] == [item.id for item in report.fsrs]
+
+
+def test_form_that_is_none_is_refused_before_anything_is_read(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no form"):
+        write_reports(tmp_path / "missing.db", None, exports={"gsn": tmp_path / "a.png"})
+
+
+def test_report_is_read_by_the_id_of_its_odd(mini: Executed) -> None:
+    found = read_report(mini.db, "mini")
+    assert found.campaign == mini.summary.campaign
+    assert found.replays == ()

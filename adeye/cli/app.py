@@ -17,6 +17,7 @@ from adeye.cli.doctor import doctor
 from adeye.cli.forks import fork, forks
 from adeye.cli.gate import gate
 from adeye.cli.judge import judge
+from adeye.cli.matrix import matrix
 from adeye.cli.new import new_app
 from adeye.cli.options import add, examples
 from adeye.cli.output import emit
@@ -242,6 +243,15 @@ add(
     report,
     "adeye report",
     "adeye report 3 -o report.html --junit junit.xml",
+    "adeye report --gsn argument.svg --reqif requirements.reqif --sarif verdicts.sarif",
+    panel=RESULTS,
+)
+add(
+    app,
+    matrix,
+    "adeye matrix",
+    "adeye matrix --by scenario",
+    "adeye matrix 3 --csv > matrix.csv",
     panel=RESULTS,
 )
 add(app, init, "adeye init", "adeye init my_project", panel=WRITE)

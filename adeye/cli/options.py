@@ -120,6 +120,15 @@ ReportJsonFile = Annotated[
         help="Write the report as JSON.",
     ),
 ]
+SarifReport = Annotated[
+    Path | None,
+    typer.Option(
+        "--sarif",
+        metavar="FILE",
+        envvar="ADEYE_REPORT_SARIF",
+        help="Write what does not pass as SARIF, which code hosts show beside the lines.",
+    ),
+]
 Quiet = Annotated[
     bool,
     typer.Option(

@@ -21,6 +21,7 @@ from adeye.cli.options import (
     Quiet,
     ReportFile,
     ReportJsonFile,
+    SarifReport,
     Threads,
     Variant,
     Workers,
@@ -37,8 +38,28 @@ if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.summary import CampaignSummary
 
-Files = tuple[Path | None, Path | None, Path | None]
-"""Where the HTML page, the JUnit XML and the JSON go."""
+Files = dict[str, Path | None]
+"""Where the HTML page, the JUnit XML, the JSON and what is for other tools go, by form."""
+_OWN: Final = ("html", "junit", "json")
+
+GsnFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--gsn",
+        metavar="FILE",
+        envvar="ADEYE_REPORT_GSN",
+        help="Write the argument from goals to evidence: .svg a drawing, .mmd Mermaid, .json.",
+    ),
+]
+ReqifFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--reqif",
+        metavar="FILE",
+        envvar="ADEYE_REPORT_REQIF",
+        help="Write goals and FSRs with their verdicts as ReqIF, for requirement tools.",
+    ),
+]
 
 ReportJson = Annotated[
     Path | None,
@@ -85,6 +106,7 @@ def run(
     junit: JunitFile = None,
     report_json: ReportJsonFile = None,
     traces: Traces = "none",
+    sarif: SarifReport = None,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -115,6 +137,7 @@ def run(
             "--junit": junit,
             "--report-json": report_json,
             "--traces": None if traces == "none" else traces,
+            "--sarif": sarif,
         },
     )
     wanted = _wanted(traces)
@@ -138,25 +161,32 @@ def run(
     if code in {130, 143}:
         talk(hint)
     else:
-        code = _write_after_run((report, junit, report_json), db, summary, quiet=quiet)
+        files = {"html": report, "junit": junit, "json": report_json, "sarif": sarif}
+        code = _write_after_run(files, db, summary, quiet=quiet)
     raise typer.Exit(code)
 
 
 def report(
     campaign: CampaignId = None,
+    *,
     output: OutputFile = None,
     junit: JunitFile = None,
     report_json: ReportJson = None,
+    sarif: SarifReport = None,
+    gsn: GsnFile = None,
+    reqif: ReqifFile = None,
     db: Db = None,
     quiet: Quiet = False,
 ) -> None:
-    """Write the report of a campaign that has been run: HTML, JUnit XML or JSON.
+    """Write the report of a campaign that has been run: HTML, JUnit XML, JSON, SARIF, GSN, ReqIF.
 
     The runs that the page replays are executed again for it, to the same bits; nothing is stored.
     """
-    if output is None and junit is None and report_json is None:
-        output = Path("report.html")
-    _write((output, junit, report_json), db, campaign, quiet=quiet)
+    files: Files = {"html": output, "junit": junit, "json": report_json}
+    files |= {"sarif": sarif, "gsn": gsn, "reqif": reqif}
+    if not any(files.values()):
+        files["html"] = Path("report.html")
+    _write(files, db, campaign, quiet=quiet)
 
 
 def usable_processors() -> int:
@@ -271,7 +301,7 @@ def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, 
     from adeye.errors import AdeyeError
     from adeye.evaluation.verdict import ExitCode, exit_code
 
-    if files == (None, None, None):
+    if not any(files.values()):
         return int(summary.exit_code)
     try:
         _write(files, db, summary.campaign, quiet=quiet)
@@ -284,12 +314,13 @@ def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, 
 def _write(files: Files, db: str | None, campaign: str | None, *, quiet: bool) -> None:
     from adeye.reporting import write_reports
 
-    html, junit, json = files
+    asked = {form: path for form, path in files.items() if path is not None}
+    own = {form: path for form, path in asked.items() if form in _OWN}
+    exports = {form: path for form, path in asked.items() if form not in _OWN} or None
     with reporting("report", quiet=quiet) as progress:
-        write_reports(db, campaign, html=html, junit=junit, json=json, progress=progress)
-    for path in files:
-        if path is not None:
-            wrote(path)
+        write_reports(db, campaign, **own, exports=exports, progress=progress)
+    for path in asked.values():
+        wrote(path)
 
 
 def _resume_hint(odd: Path, options: Mapping[str, object]) -> str:

@@ -16,6 +16,7 @@ from adeye.report.contents import (
     CampaignContent,
     architectures_of,
     assumptions_of,
+    attributes_of,
     dependencies_of,
     elements_of,
     factors_of,
@@ -24,23 +25,31 @@ from adeye.report.contents import (
     hazards_of,
     scenarios_of,
     suites_of,
+    today,
     waivers_of,
 )
 from adeye.report.credibility import read_result
 from adeye.report.dead import dead_axes
 from adeye.report.designs import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
 from adeye.report.faults import fault_evidence
+from adeye.report.integrity import decompositions_of, dependent_failures_of, findings_of
 from adeye.report.model import (
     Cell,
     Report,
     WorstCase,
 )
-from adeye.report.parts import Binding, Label, Margin, RunVerdict
-from adeye.report.replay import Event, Replay
+from adeye.report.open_points import open_points_of
+from adeye.report.parts import Label
+from adeye.report.places import places_of
+from adeye.report.recorded import binding_of, margin_of
+from adeye.report.replay import Replay
 from adeye.report.spread import summarise
 from adeye.report.step import step_statements
+from adeye.report.verification import realisations_of, verification_of
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.quantity import SI
+from adeye.store.check_views import RULES
+from adeye.store.checking import PLAN_RULES, check_campaign
 from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
 
@@ -48,7 +57,7 @@ if TYPE_CHECKING:
     from adeye.report.fault_parts import FaultEvidence
     from adeye.store.figures import Figures
     from adeye.store.repository import Repository
-    from adeye.store.rows import EventRecord, VerdictRecord
+    from adeye.store.rows import VerdictRecord
     from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
 
 SHORT = 12
@@ -56,6 +65,8 @@ SHORT = 12
 WORST_PER_FSR = 3
 MAX_WORST = 40
 MAX_REPLAYS = 16
+MAX_READ = 10_000
+"""Test cases up to which a report hashes every row (5 s) and asks every integrity rule."""
 _LOOKED_AT = 500
 """Runs whose verdicts are read at once."""
 
@@ -144,13 +155,22 @@ class ReportBuilder:
             draw: Re-executes runs and draws them.
             replays: Most runs to embed.
         """
-        content = CampaignContent(self.campaign, self.concept, self.odd)
+        provenance = self.campaign.provenance
+        odd_path = str(provenance.get("odd_path", ""))
+        # What the files say now has lines; what was stored has none.
+        places = places_of(odd_path, self.odd, self.concept)
+        rules = RULES if self.is_read_whole else PLAN_RULES
+        checked = check_campaign(self.repository.path, self.campaign.id, rules=rules)
+        assert checked is not None
+        content = CampaignContent(
+            self.campaign, self.concept, self.odd, places, checked.fsr_digests
+        )
         cells = tuple(self._cells())
+        factors = tuple(factors_of(content))
         code, message = gate_code(self.repository, self.campaign)
         worst = self._worst_cases()
         progress = self.repository.progress(self.campaign.id)
-        provenance = self.campaign.provenance
-        return Report(
+        report = Report(
             title=self.campaign.title or self.campaign.odd,
             odd=self.campaign.odd,
             odd_digest=self.campaign.odd_digest,
@@ -159,6 +179,10 @@ class ReportBuilder:
             created=self.created,
             campaign=self.campaign.id,
             database=self.repository.path.name,
+            concept=self.concept.concept,
+            concept_title=self.concept.title,
+            concept_digest=self.campaign.concept_digest,
+            evidence_digest=self._evidence(),
             exit_code=code,
             message=message,
             determinism=determinism(
@@ -172,7 +196,7 @@ class ReportBuilder:
             command=self._command(f"adeye run {provenance.get('odd_path', self.campaign.odd)}"),
             architectures=tuple(architectures_of(content)),
             scenarios=tuple(scenarios_of(content)),
-            factors=tuple(factors_of(content)),
+            factors=factors,
             fsrs=tuple(fsr_of(content, item) for item in self.concept.requirements),
             cells=cells,
             comparison=overview(self.repository, self.campaign, self.odd),
@@ -185,11 +209,28 @@ class ReportBuilder:
             elements=tuple(elements_of(content)),
             assumptions=tuple(assumptions_of(content)),
             waivers=tuple(waivers_of(content, cells)),
+            decompositions=tuple(decompositions_of(self.concept)),
+            dependent_failures=tuple(dependent_failures_of(self.concept, today())),
+            integrity_rules=len(rules),
+            findings=tuple(findings_of(checked.violations)),
+            odd_attributes=tuple(attributes_of(content)),
+            realisations=tuple(realisations_of(factors, designs_of(self.odd), self.figures)),
             dependencies=tuple(dependencies_of(content)),
             suites=tuple(suites_of(content)),
             self_test=read_result(self.repository.path.parent, provenance),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
         )
+        rows = verification_of(report, self.requirements, designs_of(self.odd))
+        told = {"verification": tuple(rows), "open_points": open_points_of(report)}
+        return report.model_copy(update=told)
+
+    @property
+    def is_read_whole(self) -> bool:
+        """Whether the campaign is small enough to read every row of it."""
+        return self.campaign.planned <= MAX_READ
+
+    def _evidence(self) -> str:
+        return self.repository.result_table_hash(self.campaign.id) if self.is_read_whole else ""
 
     def _statements(self) -> tuple[str, ...]:
         designs = designs_of(self.odd)
@@ -348,52 +389,6 @@ class ReportBuilder:
                 if ordinal not in failed:
                     return self.repository.find_run(str(ordinal), campaign=self.campaign.id)
         return None
-
-
-def margin_of(record: VerdictRecord) -> Margin | None:
-    """Margin of a verdict, None where there is no number."""
-    if record.margin is None:
-        return None
-    return Margin(value=record.margin, unit=record.unit or "", robustness=record.robustness_low)
-
-
-def binding_of(record: VerdictRecord) -> Binding | None:
-    """Binding predicate of a verdict, None where there is none."""
-    if record.predicate is None:
-        return None
-    return Binding(
-        predicate=record.predicate,
-        signal=record.signal or "",
-        time_s=record.time_s,
-        actor=record.actor,
-        value=record.value,
-        threshold=record.threshold,
-        difference=record.margin,
-        unit=record.unit or "",
-        note=record.detail or "",
-    )
-
-
-def run_verdicts(records: Iterable[VerdictRecord]) -> tuple[RunVerdict, ...]:
-    """Verdicts of one run for its replay."""
-    return tuple(
-        RunVerdict(
-            fsr=record.fsr_id,
-            verdict=record.verdict,
-            margin=margin_of(record),
-            binding=binding_of(record),
-            note=record.detail or "",
-        )
-        for record in records
-    )
-
-
-def replay_events(records: Iterable[EventRecord]) -> tuple[Event, ...]:
-    """Events of one run for its replay."""
-    return tuple(
-        Event.model_validate({"time_s": item.time_s, "kind": item.kind, "text": item.text})
-        for item in records
-    )
 
 
 def _badness(robustness: float | None) -> float:

@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, date, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.evaluation.dependence import dependencies
 from adeye.evaluation.suite.analysis import analyse
 from adeye.evaluation.suite.conditions import conditions_of
 from adeye.evaluation.verdict import Verdict
-from adeye.report.model import (
-    Architecture,
-    Assumption,
-    Element,
-    Factors,
-    Fsr,
-    Hazard,
-    SafetyGoal,
-    Scenario,
-    Waiver,
-)
+from adeye.report.concept_parts import Assumption, Element, Hazard, SafetyGoal, Waiver
+from adeye.report.model import Architecture, Factors, Fsr, Scenario
 from adeye.report.parts import Label
+from adeye.report.places import Places
 from adeye.spec import architecture
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from adeye.evaluation.dependence import Dependencies
     from adeye.evaluation.suite.results import Suite
@@ -45,11 +38,48 @@ class CampaignContent:
         campaign: The campaign.
         concept: The concept that judged it.
         odd: Stored content of the ODD and everything that it names.
+        places: Lines of the files.
+        fsr_digests: Digest by which each FSR is judged, by id.
     """
 
     campaign: CampaignInfo
     concept: Concept
     odd: Mapping[str, Any]
+    places: Places = field(default_factory=Places)
+    fsr_digests: Mapping[str, str] = field(default_factory=dict)
+
+
+_UNITS: Final[Mapping[str, tuple[float, str]]] = {
+    "ego_speed": (3.6, " km/h"),
+    "rain": (3.6e6, " mm/h"),
+    "sun_elevation": (180.0 / math.pi, " deg"),
+    "fog": (1.0, " m"),
+    "min_radius": (1.0, " m"),
+}
+"""What the bounds of an ODD are written in, by attribute: factor and unit."""
+
+
+def attributes_of(content: CampaignContent) -> Iterator[Label]:
+    """List the bounds of the ODD; what it does not bound is left out."""
+    for group in content.odd["odd"].get("attributes", {}).values():
+        for name, bound in group.items():
+            text = _bound_text(bound, *_UNITS.get(name, (1.0, "")))
+            if text:
+                yield Label(label=name.replace("_", " "), value=text)
+
+
+def _bound_text(bound: Any, factor: float, unit: str) -> str:
+    if isinstance(bound, list):
+        return ", ".join(map(str, bound))
+    if isinstance(bound, dict):
+        low, high = bound.get("min", bound.get("min_visibility")), bound.get("max")
+        ends = [
+            f"{word} {value * factor:.6g}{unit}"
+            for word, value in (("at least", low), ("at most", high))
+            if value is not None
+        ]
+        return ", ".join(ends)
+    return "" if bound is None else f"{bound * factor:.6g}{unit}"
 
 
 def architectures_of(content: CampaignContent) -> Iterable[Architecture]:
@@ -114,6 +144,7 @@ def scenarios_of(content: CampaignContent) -> Iterable[Scenario]:
                 Label(label=key, value=value) for key, value in part_of["tags"].items() if value
             ),
             exposure=f"{exposure * 3600.0:.4g} /h" if exposure else "",
+            where=content.places.scenarios.get(name),
         )
 
 
@@ -156,6 +187,9 @@ def fsr_of(content: CampaignContent, item: Requirement) -> Fsr:
         min_exercised=item.min_exercised,
         on_contact=item.on_contact,
         scenarios=item.scenarios,
+        digest=content.fsr_digests.get(item.id, ""),
+        assumptions=item.assumptions,
+        where=content.places.fsrs.get(item.id),
     )
 
 
@@ -169,6 +203,11 @@ def hazards_of(content: CampaignContent) -> Iterable[Hazard]:
             exposure=event.exposure,
             controllability=event.controllability,
             asil=event.asil,
+            function=event.function,
+            severity_rationale=event.severity_rationale,
+            exposure_rationale=event.exposure_rationale,
+            controllability_rationale=event.controllability_rationale,
+            exposure_method=event.exposure_method or "",
         )
 
 
@@ -182,6 +221,7 @@ def goals_of(content: CampaignContent) -> Iterable[SafetyGoal]:
             hazards=goal.hazardous_events,
             safe_state=goal.safe_state,
             ftti_s=goal.ftti,
+            ftti_rationale=goal.ftti_rationale,
         )
 
 
@@ -202,6 +242,7 @@ def elements_of(content: CampaignContent) -> Iterable[Element]:
             asil_capability=element.asil_capability,
             legacy=element.legacy,
             realised_by=tuple(realised[element.id]),
+            resources=element.resources,
         )
 
 
@@ -213,7 +254,7 @@ def assumptions_of(content: CampaignContent) -> Iterable[Assumption]:
             text=item.text,
             owner=item.owner,
             valid_until=item.valid_until.isoformat(),
-            is_expired=item.valid_until < _today(),
+            is_expired=item.valid_until < today(),
         )
 
 
@@ -233,7 +274,7 @@ def waivers_of(content: CampaignContent, cells: Sequence[Cell]) -> Iterable[Waiv
             author=item.author,
             expires=item.expires.isoformat(),
             runs=missing,
-            is_expired=item.expires < _today(),
+            is_expired=item.expires < today(),
         )
 
 
@@ -242,5 +283,6 @@ def measure_text(item: Requirement) -> str:
     return item.measure
 
 
-def _today() -> date:
+def today() -> date:
+    """Return the date by which validity is judged, in UTC."""
     return datetime.now(UTC).date()

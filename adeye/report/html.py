@@ -52,6 +52,7 @@ STYLES: Final = (
     "player.css",
     "suites.css",
     "faults.css",
+    "verification.css",
 )
 
 

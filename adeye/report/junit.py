@@ -12,14 +12,13 @@
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.report.findings import deciding
-from adeye.report.words import binding_sentence, quantity
+from adeye.report.words import binding_sentence, printable, quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
 
 EPOCH = "1970-01-01T00:00:00"
 """Time stamp of a report that has none; the schema asks for one."""
-
-_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +178,7 @@ def _case(architecture: str, fsr: Fsr, scenario: str | None, cell: Cell | None) 
     if cell is not None and cell.verdict is Verdict.FAIL:
         kind = "failure"
     lines = [fsr.text, fsr.formula]
+    lines += [f"requirement: {fsr.where}"] if fsr.where else []
     if cell is not None:
         lines += [binding_sentence(cell.binding)] if cell.binding else []
         lines += [cell.note] if cell.note else []
@@ -224,10 +222,10 @@ def _write(root: ET.Element, suite: _Suite, number: int, report: Report) -> None
     )
     properties = ET.SubElement(element, "properties")
     for name, value in suite.properties:
-        ET.SubElement(properties, "property", {"name": _token(name), "value": _clean(value)})
+        ET.SubElement(properties, "property", {"name": _token(name), "value": printable(value)})
     for case in suite.cases:
         _write_case(element, case)
-    ET.SubElement(element, "system-out").text = _clean("\n".join(_lines(suite.output)))
+    ET.SubElement(element, "system-out").text = printable("\n".join(_lines(suite.output)))
     ET.SubElement(element, "system-err").text = ""
 
 
@@ -235,19 +233,14 @@ def _write_case(suite: ET.Element, case: _Case) -> None:
     names = {"name": _token(case.name), "classname": _token(case.classname), "time": "0"}
     element = ET.SubElement(suite, "testcase", names)
     if case.kind is not None:
-        details = {"type": _token(case.type), "message": _clean(case.message)}
-        ET.SubElement(element, case.kind, details).text = _clean(case.text)
+        details = {"type": _token(case.type), "message": printable(case.message)}
+        ET.SubElement(element, case.kind, details).text = printable(case.text)
 
 
 def _lines(texts: Iterable[str]) -> list[str]:
     return [text for text in texts if text]
 
 
-def _clean(text: str) -> str:
-    """Leave out the characters that XML 1.0 cannot hold."""
-    return _FORBIDDEN.sub("", text)
-
-
 def _token(text: str) -> str:
     """Make a token of the schema: no control characters, single spaces, not empty."""
-    return " ".join(_clean(text).split()) or "-"
+    return " ".join(printable(text).split()) or "-"

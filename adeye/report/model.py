@@ -14,10 +14,22 @@ from adeye.evaluation.dependence import Dependencies
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
 from adeye.report.comparison import Comparison
+from adeye.report.concept_parts import (
+    Assumption,
+    Decomposition,
+    DependentFailure,
+    Element,
+    Hazard,
+    IntegrityFinding,
+    OpenPoint,
+    SafetyGoal,
+    Waiver,
+)
 from adeye.report.credibility import SelfTestResult
 from adeye.report.fault_parts import FaultEvidence
-from adeye.report.parts import Asil, Binding, Command, Count, Id, Label, Margin, Part
+from adeye.report.parts import Binding, Command, Count, Id, Label, Margin, Part, Place
 from adeye.report.replay import Replay
+from adeye.report.verification_parts import Realisation, VerificationRow
 from adeye.spec.asil import RequirementAsil
 
 SCHEMA = "adeye/report@1"
@@ -43,6 +55,8 @@ class Scenario(Part):
     text: str = ""
     tags: tuple[Label, ...] = ()
     exposure: str = ""
+    where: Place | None = None
+    """Its line in the ODD, where that still says what was run."""
 
 
 class Factors(Part):
@@ -79,6 +93,11 @@ class Fsr(Part):
     on_contact: str = "inconclusive"
     scenarios: tuple[str, ...] = ()
     """Scenarios that it is judged in; empty: all."""
+    digest: str = ""
+    """Of what its verdicts depend on."""
+    assumptions: tuple[str, ...] = ()
+    where: Place | None = None
+    """Its line in the concept, where that still says what was judged."""
 
 
 class Cell(Part):
@@ -167,61 +186,6 @@ class MetricSummary(Part):
     maximum: Extreme | None = None
 
 
-class Hazard(Part):
-    """A hazardous event with its classification."""
-
-    id: Id
-    text: str
-    severity: str
-    exposure: str
-    controllability: str
-    asil: Asil | None = None
-
-
-class SafetyGoal(Part):
-    """A safety goal and the hazardous events behind it."""
-
-    id: Id
-    text: str
-    asil: Asil
-    hazards: tuple[str, ...]
-    safe_state: str
-    ftti_s: float | None = None
-
-
-class Element(Part):
-    """An architectural element that FSRs are allocated to."""
-
-    id: Id
-    kind: str
-    text: str
-    asil_capability: Asil
-    legacy: bool = False
-    realised_by: tuple[str, ...] = ()
-    """Parts as ``architecture.part``."""
-
-
-class Assumption(Part):
-    """Something that the concept relies on."""
-
-    id: Id
-    text: str
-    owner: str
-    valid_until: str
-    is_expired: bool = False
-
-
-class Waiver(Part):
-    """Missing verdicts of an FSR that were accepted until a date."""
-
-    fsr: Id
-    reason: str
-    author: str
-    expires: str
-    runs: Count
-    is_expired: bool = False
-
-
 class Report(Part):
     """Everything that a report says about one campaign."""
 
@@ -235,6 +199,12 @@ class Report(Part):
     campaign: Id
     database: str
     """Without a password."""
+    concept: str = ""
+    """Id of the concept: the item is what its hazards and requirements are about."""
+    concept_title: str = ""
+    concept_digest: str = ""
+    evidence_digest: str = ""
+    """Of plan, runs, metrics, events and verdicts; equal for every execution of the plan."""
     exit_code: ExitCode
     message: str
     determinism: str
@@ -261,11 +231,24 @@ class Report(Part):
     dead_axes: tuple[DeadAxis, ...] = ()
     metrics: tuple[MetricSummary, ...] = ()
     faults: FaultEvidence | None = None
+    verification: tuple[VerificationRow, ...] = ()
+    """Every FSR for every architecture, from goal to evidence."""
+    open_points: tuple[OpenPoint, ...] = ()
+    """What is not shown, and what it rests on; the gate's first."""
+    realisations: tuple[Realisation, ...] = ()
+    odd_attributes: tuple[Label, ...] = ()
+    """Bounds of the ODD, as it states them."""
     hazards: tuple[Hazard, ...] = ()
     goals: tuple[SafetyGoal, ...] = ()
     elements: tuple[Element, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
     waivers: tuple[Waiver, ...] = ()
+    decompositions: tuple[Decomposition, ...] = ()
+    dependent_failures: tuple[DependentFailure, ...] = ()
+    integrity_rules: Count = 0
+    """How many integrity rules were asked; 0 for none."""
+    findings: tuple[IntegrityFinding, ...] = ()
+    """What breaks them."""
     dependencies: tuple[Dependencies, ...] = ()
     """What the channels of each architecture share, read from the files."""
     suites: tuple[Suite, ...] = ()

@@ -26,6 +26,18 @@ class Label(Part):
     value: str
 
 
+class Place(Part):
+    """A place in a file of the user, counted from 1."""
+
+    path: str
+    line: Annotated[int, Field(ge=1)]
+    column: Annotated[int, Field(ge=1)]
+
+    def __str__(self) -> str:
+        """Write it as ``path:line``."""
+        return f"{self.path}:{self.line}"
+
+
 class Command(Part):
     """A command line and what it reproduces."""
 

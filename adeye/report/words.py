@@ -38,8 +38,18 @@ MEANINGS: Final = {
     None: "the architecture lacks a signal that it names",
 }
 
+_FORBIDDEN: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _POWER: Final = re.compile(r"\^(-?)([0-9])")
 _RAISED: Final = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def printable(text: str) -> str:
+    r"""Leave out the characters that XML 1.0 cannot hold.
+
+    >>> printable("a\x00b")
+    'ab'
+    """
+    return _FORBIDDEN.sub("", text)
 
 
 def unit_text(unit: str) -> str:

@@ -210,6 +210,12 @@ def test_reports_are_written_and_named(adeye: Any, campaign: Campaign) -> None:
         assert f"wrote {name}" in ended.err
 
 
+def test_run_writes_sarif(adeye: Any, campaign: Campaign) -> None:
+    ended = adeye("run", "o.yaml", "--sarif", "v.sarif")
+    assert campaign.reports == [(None, "c" * 32, {"exports": str({"sarif": Path("v.sarif")})})]
+    assert "wrote v.sarif" in ended.err
+
+
 def test_without_report_options_nothing_is_written(adeye: Any, campaign: Campaign) -> None:
     adeye("run", "odd.yaml")
     assert campaign.reports == []
@@ -289,6 +295,12 @@ def test_report_without_a_database_is_an_input_error(adeye: Any) -> None:
         (("3", "-o", "r.html"), "3", {"html": "r.html"}),
         (("--junit", "j.xml"), None, {"junit": "j.xml"}),
         (("--json", "r.json"), None, {"json": "r.json"}),
+        (("--sarif", "v.sarif"), None, {"exports": str({"sarif": Path("v.sarif")})}),
+        (
+            ("--gsn", "a.svg", "--reqif", "r.reqif"),
+            None,
+            {"exports": str({"gsn": Path("a.svg"), "reqif": Path("r.reqif")})},
+        ),
     ],
 )
 def test_report_writes_what_is_asked_for(

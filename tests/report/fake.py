@@ -9,24 +9,30 @@ from adeye.evaluation.dependence import ChannelPair, Dependencies, Shared
 from adeye.evaluation.suite.analysis import analyse
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_runs
+from adeye.report.concept_parts import (
+    Assumption,
+    Decomposition,
+    DependentFailure,
+    Element,
+    Hazard,
+    IntegrityFinding,
+    SafetyGoal,
+    Waiver,
+)
 from adeye.report.model import (
     Architecture,
-    Assumption,
     Cell,
     DeadAxis,
-    Element,
     Extreme,
     Factors,
     Fsr,
-    Hazard,
     MetricSummary,
     Report,
-    SafetyGoal,
     Scenario,
-    Waiver,
     WorstCase,
 )
-from adeye.report.parts import Binding, Command, Label, Margin, RunVerdict
+from adeye.report.open_points import open_points_of
+from adeye.report.parts import Binding, Command, Label, Margin, Place, RunVerdict
 from adeye.report.replay import (
     ActorMotion,
     Candidate,
@@ -45,6 +51,8 @@ from adeye.report.replay import (
     ThresholdLine,
     Track,
 )
+from adeye.report.verification import verification_of
+from adeye.report.verification_parts import Realisation
 from adeye.spec.load import load_architecture, shipped
 from tests.report.fake_faults import evidence
 
@@ -562,6 +570,14 @@ def suite_of(text: str) -> Suite:
 
 def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report:
     """Build the report; ``text`` is put into every name and sentence that may hold any."""
+    report = _build(text, rows=rows, replays=replays)
+    designs = dict.fromkeys(SCENARIOS, f"full_factorial{text}")
+    table = tuple(verification_of(report, {}, designs))
+    told = {"verification": table, "open_points": open_points_of(report)}
+    return report.model_copy(update=told)
+
+
+def _build(text: str, *, rows: int, replays: int) -> Report:
     cells = build_cells()
     runs = (
         (run_id("legacy_camera", "cut_in", 1), "legacy_camera", True),
@@ -576,6 +592,50 @@ def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report
         numerics_version="1",
         campaign="c-5e21a07f",
         database=f"sqlite:///.adeye/adeye.db{text}",
+        concept="motorway_chauffeur",
+        concept_title=f"Motorway chauffeur with a safety channel{text}",
+        concept_digest="71b0c5d2",
+        evidence_digest="55e1f0aa",
+        odd_attributes=(Label(label="rain", value=f"at most 7.5 mm/h{text}"),),
+        realisations=tuple(
+            Realisation(
+                scenario=scenario,
+                design=f"full factorial{text}",
+                planned=180,
+                executed=180,
+                outcomes={Outcome.COMPLETED: 179, Outcome.NOT_REALISED: 1},
+            )
+            for scenario in SCENARIOS
+        ),
+        decompositions=(
+            Decomposition(
+                fsr="FSR-01",
+                into=("FSR-02", f"FSR-06{text}"),
+                scheme="D = B(D) + B(D)",
+                independence=f"two suppliers{text}",
+                dfa=(f"DFA-01{text}",),
+            ),
+        ),
+        dependent_failures=(
+            DependentFailure(
+                id="DFA-01",
+                covers=(f"power_a{text}",),
+                argument=f"buffered{text}",
+                owner="safety engineer",
+                valid_until="2027-12-31",
+            ),
+        ),
+        integrity_rules=28,
+        findings=(
+            IntegrityFinding(
+                rule="goal_without_fsr",
+                text=f"A safety goal has no FSR.{text}",
+                part="safety_goal",
+                id="SG-09",
+                detail=f"nothing serves it{text}",
+                remedy=f"Write one.{text}",
+            ),
+        ),
         exit_code=ExitCode.OK,
         message=f"All 6 mandatory FSRs pass for camera_radar.{text}",
         determinism="bit-exact: every run gives the same trace digest again",
@@ -624,6 +684,7 @@ def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report
                 title=f"{title}{text}",
                 tags=(Label(label="r157", value=case),),
                 exposure=exposure,
+                where=Place(path="odd/motorway.yaml", line=9 + SCENARIOS.index(scenario), column=5),
             )
             for scenario, title, case, exposure in zip(
                 SCENARIOS,
@@ -662,6 +723,8 @@ def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report
                 ftti_s=1.5,
                 fdti_s=0.5 if fsr == "FSR-03" else None,
                 min_exercised=30,
+                where=Place(path="odd/concepts/motorway.yaml", line=60, column=5),
+                assumptions=("AS-01",) if fsr == "FSR-01" else (),
             )
             for fsr, sentence, formula, asil, *_ in FSRS
         ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from datetime import date
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -15,13 +16,10 @@ from adeye.report.build import (
     WORST_PER_FSR,
     ReplayRequest,
     ReportBuilder,
-    binding_of,
     determinism,
-    margin_of,
 )
 from adeye.report.credibility import SelfTestResult, write_result
 from adeye.store.repository import Repository
-from adeye.store.rows import VerdictRecord
 from adeye.version import __version__
 from tests.project import CONCEPT, Executed, Project, rows_of
 
@@ -234,22 +232,25 @@ def project_with_waiver(tmp_path: Any) -> Project:
     return project
 
 
-def record(**changes: Any) -> VerdictRecord:
-    fields: dict[str, Any] = {
-        "fsr_id": "FSR-1",
-        "fsr_digest": "a" * 64,
-        "verdict": Verdict.PASS,
-        "is_exercised": True,
-    }
-    return VerdictRecord(**{**fields, **changes})
+def test_report_knows_its_evidence_lines_and_rules(built: Report, repository: Repository) -> None:
+    assert built.evidence_digest == repository.result_table_hash(built.campaign)
+    assert built.integrity_rules > 20
+    assert len(built.verification) == len(built.fsrs) * len(built.architectures)
+    assert all(item.digest for item in built.fsrs)
+    for fsr in built.fsrs:
+        assert fsr.where is not None
+        lines = Path(fsr.where.path).read_text("utf-8").splitlines()
+        assert fsr.id in lines[fsr.where.line - 1]
+    assert sum(item.executed for item in built.realisations) == built.accounted
 
 
-def test_verdict_without_a_number_has_no_margin_and_no_binding() -> None:
-    assert margin_of(record()) is None
-    assert binding_of(record()) is None
-    margin = margin_of(record(margin=-1.5, unit="m", robustness_low=-0.15))
-    assert margin is not None
-    assert (margin.value, margin.unit, margin.robustness) == (-1.5, "m", -0.15)
+def test_large_campaign_is_not_read_whole(
+    builder: ReportBuilder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("adeye.report.build.MAX_READ", 1)
+    told = builder.build(no_replays)
+    assert told.evidence_digest == ""
+    assert 0 < told.integrity_rules < 28
 
 
 def test_runs_are_read_once(builder: ReportBuilder, rows: list[dict[str, Any]]) -> None:

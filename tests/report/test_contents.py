@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import date
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -14,6 +15,7 @@ from adeye.report.contents import (
     CampaignContent,
     architectures_of,
     assumptions_of,
+    attributes_of,
     dependencies_of,
     elements_of,
     factors_of,
@@ -123,7 +125,7 @@ def test_assumption_expires_the_day_after(
     content: CampaignContent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for day, expired in ((date(2027, 12, 31), False), (date(2028, 1, 1), True)):
-        monkeypatch.setattr(contents, "_today", lambda day=day: day)
+        monkeypatch.setattr(contents, "today", lambda day=day: day)
         found = {item.is_expired for item in assumptions_of(content)}
         assert found == {expired}
 
@@ -146,7 +148,7 @@ def test_waiver_counts_the_runs_without_evidence_and_never_failures(
     part = whole.model_copy(update={"scenario": "cut_in"})
     waived = replace(content, concept=concept)
     for day, expired in ((date(2030, 6, 1), False), (date(2030, 6, 2), True)):
-        monkeypatch.setattr(contents, "_today", lambda day=day: day)
+        monkeypatch.setattr(contents, "today", lambda day=day: day)
         found = list(waivers_of(waived, [whole, part]))
         assert [(item.fsr, item.runs, item.is_expired) for item in found] == [
             ("FSR-03", 2, expired)
@@ -189,3 +191,23 @@ def test_what_channels_share_is_that_of_the_stored_files(content: CampaignConten
         "nominal → safety",
         "switch → safety",
     ]
+
+
+def test_bounds_of_the_odd_are_written_in_their_units() -> None:
+    odd = {
+        "odd": {
+            "attributes": {
+                "scenery": {"road_type": ["motorway"], "lanes": {"min": 2, "max": 4}},
+                "environment": {"rain": {"max": 7.5 / 3.6e6}, "fog": {"min_visibility": 80.0}},
+                "dynamic_elements": {"ego_speed": {"max": 130.0 / 3.6}, "actors": []},
+            }
+        }
+    }
+    found = {item.label: item.value for item in attributes_of(SimpleNamespace(odd=odd))}  # type: ignore[arg-type]
+    assert found == {
+        "road type": "motorway",
+        "lanes": "at least 2, at most 4",
+        "rain": "at most 7.5 mm/h",
+        "fog": "at least 80 m",
+        "ego speed": "at most 130 km/h",
+    }

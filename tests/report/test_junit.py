@@ -171,3 +171,10 @@ def test_time_stamp_is_that_of_the_report(report: Report) -> None:
 
 def test_same_report_gives_the_same_bytes() -> None:
     assert render_junit(build_report()) == render_junit(build_report())
+
+
+def test_failure_names_the_line_of_its_fsr(report: Report) -> None:
+    gate = report.architectures[0].model_copy(update={"is_gate": True})
+    changed = report.model_copy(update={"architectures": (gate, *report.architectures[1:])})
+    text = render_junit(changed).decode()
+    assert "requirement: odd/concepts/motorway.yaml:60" in text

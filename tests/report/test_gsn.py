@@ -1,0 +1,136 @@
+"""The goal structure: what is claimed, what supports it, and what is not developed."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adeye.evaluation.verdict import Verdict
+from adeye.report.gsn import Argument, argument_of, fold_states, render_gsn_json, state_of
+
+if TYPE_CHECKING:
+    from adeye.report.gsn import GsnNode, State
+    from adeye.report.model import Report
+
+
+@pytest.fixture
+def sound(report: Report) -> Report:
+    """The report without a broken rule."""
+    return report.model_copy(update={"findings": ()})
+
+
+def node(argument: Argument, name: str) -> GsnNode:
+    return next(item for item in argument.nodes if item.id == name)
+
+
+def with_verdict(report: Report, fsr: str, verdict: Verdict, scenario: str | None) -> Report:
+    cells = tuple(
+        cell.model_copy(update={"verdict": verdict})
+        if (cell.fsr, cell.architecture, cell.scenario) == (fsr, "camera_radar", scenario)
+        else cell
+        for cell in report.cells
+    )
+    return report.model_copy(update={"cells": cells})
+
+
+def test_every_relation_joins_two_nodes_and_every_node_but_the_top_is_reached(
+    report: Report,
+) -> None:
+    argument = argument_of(report)
+    names = [item.id for item in argument.nodes]
+    assert len(set(names)) == len(names)
+    assert {edge.source for edge in argument.edges} <= set(names)
+    assert {edge.target for edge in argument.edges} == set(names[1:])
+
+
+def test_argument_is_about_the_gate_only(report: Report) -> None:
+    places = {item.id for item in argument_of(report).nodes if item.id.startswith("E-")}
+    assert places
+    assert all("-camera_radar-" in name for name in places)
+
+
+def test_all_passing_supports_the_top_goal(sound: Report) -> None:
+    argument = argument_of(sound)
+    assert argument.nodes[0].state == "supported"
+    evidence = node(argument, "E-FSR-01-camera_radar-cut_in")
+    assert evidence.kind == "solution"
+    assert evidence.evidence["evidence_digest"] == sound.evidence_digest
+    assert evidence.evidence["command"].startswith("adeye replay")
+
+
+def test_scenario_that_was_not_exercised_is_an_undeveloped_goal(sound: Report) -> None:
+    item = node(argument_of(sound), "E-FSR-03-camera_radar-lead_braking")
+    assert (item.kind, item.state) == ("goal", "undeveloped")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "state"),
+    [
+        (Verdict.FAIL, "defeated"),
+        (Verdict.VACUOUS, "undeveloped"),
+        (Verdict.INCONCLUSIVE, "undeveloped"),
+        (Verdict.ERROR, "undeveloped"),
+    ],
+)
+def test_verdict_of_a_mandatory_fsr_reaches_the_top(
+    sound: Report, verdict: Verdict, state: State
+) -> None:
+    argument = argument_of(with_verdict(sound, "FSR-03", verdict, None))
+    names = ("G-FSR-03", "G-SG-02", "G-top")
+    assert {node(argument, name).state for name in names} == {state}
+    assert node(argument, "G-SG-01").state == "supported"
+
+
+def test_optional_fsr_decides_nothing_above_it(sound: Report) -> None:
+    argument = argument_of(with_verdict(sound, "FSR-07", Verdict.FAIL, None))
+    assert node(argument, "G-FSR-07").state == "defeated"
+    assert node(argument, "G-SG-01").state == "supported"
+
+
+def test_broken_rule_leaves_the_top_undeveloped(report: Report) -> None:
+    argument = argument_of(report)
+    assert argument.nodes[0].state == "undeveloped"
+    assert "1 findings" in node(argument, "C-findings").text
+
+
+def test_goal_without_an_fsr_is_undeveloped(sound: Report) -> None:
+    goal = sound.goals[0].model_copy(update={"id": "SG-09"})
+    argument = argument_of(sound.model_copy(update={"goals": (*sound.goals, goal)}))
+    assert node(argument, "G-SG-09").state == "undeveloped"
+    assert argument.nodes[0].state == "undeveloped"
+
+
+def test_no_gate_supports_nothing(sound: Report) -> None:
+    none = tuple(item.model_copy(update={"is_gate": False}) for item in sound.architectures)
+    assert (
+        argument_of(sound.model_copy(update={"architectures": none})).nodes[0].state != "supported"
+    )
+
+
+def test_fsr_of_two_goals_is_one_node_below_both(sound: Report) -> None:
+    first, *others = sound.fsrs
+    both = first.model_copy(update={"goals": ("SG-01", "SG-02")})
+    argument = argument_of(sound.model_copy(update={"fsrs": (both, *others)}))
+    above = [edge.source for edge in argument.edges if edge.target == "G-FSR-01"]
+    assert above == ["S-SG-01", "S-SG-02"]
+
+
+def test_assumption_of_an_fsr_is_its_context(report: Report) -> None:
+    argument = argument_of(report)
+    assert "A-AS-01" in argument.children("in_context_of")["G-FSR-01"]
+
+
+def test_nothing_is_supported_by_nothing() -> None:
+    assert fold_states([]) == "undeveloped"
+    assert fold_states(["supported", "undeveloped", "defeated"]) == "defeated"
+    assert state_of(None) == "undeveloped"
+
+
+def test_json_has_its_schema_and_all_nodes(report: Report) -> None:
+    argument = argument_of(report)
+    document = json.loads(render_gsn_json(argument))
+    assert document["schema"] == "adeye/gsn@1"
+    assert [item["id"] for item in document["nodes"]] == [item.id for item in argument.nodes]
+    assert len(document["edges"]) == len(argument.edges)

@@ -1,0 +1,106 @@
+"""Verdicts as SARIF: what does not pass, at its line."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from adeye.evaluation.verdict import Verdict
+from adeye.report.verdict_sarif import judged_in, render_sarif, verdict_sarif
+from tests.report.test_sarif import require_sarif
+
+if TYPE_CHECKING:
+    from adeye.report.model import Report
+
+
+def results(report: Report) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = verdict_sarif(report)["runs"][0]["results"]
+    return found
+
+
+def of(found: list[dict[str, Any]], name: str) -> dict[str, Any]:
+    def named(item: dict[str, Any]) -> str:
+        text: str = item["locations"][0]["logicalLocations"][0]["fullyQualifiedName"]
+        return text
+
+    return next(item for item in found if named(item) == name)
+
+
+def test_log_has_the_shape_of_the_format_and_every_fsr_as_a_rule(report: Report) -> None:
+    log = json.loads(render_sarif(report))
+    require_sarif(log)
+    rules = log["runs"][0]["tool"]["driver"]["rules"]
+    assert [rule["id"] for rule in rules] == [item.id for item in report.fsrs]
+    assert rules[0]["properties"]["asil"] == "D"
+
+
+def test_every_cell_that_does_not_pass_is_a_result_and_no_other(report: Report) -> None:
+    expected = {
+        (fsr.id, architecture.id, scenario.id)
+        for fsr in report.fsrs
+        for architecture in report.architectures
+        for scenario in judged_in(report, fsr)
+        for cell in [report.cell(fsr.id, architecture.id, scenario.id)]
+        if cell is None or cell.verdict is not Verdict.PASS
+    }
+    found = {
+        (item["ruleId"], item["properties"]["architecture"], item["properties"]["scenario"])
+        for item in results(report)
+        if item["properties"]["scenario"]
+    }
+    assert found == expected != set()
+
+
+def test_failure_stands_at_the_scenario_with_the_fsr_beside_it(report: Report) -> None:
+    item = of(results(report), "FSR-02/legacy_camera/cut_in")
+    place = item["locations"][0]["physicalLocation"]
+    assert place["artifactLocation"]["uri"] == "odd/motorway.yaml"
+    assert place["region"]["startLine"] == 9
+    (related,) = item["relatedLocations"]
+    assert related["physicalLocation"]["region"]["startLine"] == 60
+    cell = report.cell("FSR-02", "legacy_camera", "cut_in")
+    assert cell is not None
+    assert cell.worst_run is not None
+    assert cell.worst_run in item["message"]["text"]
+    assert cell.command in item["message"]["text"]
+
+
+def test_only_mandatory_fsrs_of_the_gate_are_errors(report: Report) -> None:
+    assert of(results(report), "FSR-02/legacy_camera/cut_in")["level"] == "warning"
+    gate = report.architectures[0].model_copy(update={"is_gate": True})
+    changed = report.model_copy(update={"architectures": (gate, *report.architectures[1:])})
+    assert of(results(changed), "FSR-02/legacy_camera/cut_in")["level"] == "error"
+    assert of(results(changed), "FSR-07/legacy_camera/cut_in")["level"] == "warning"
+
+
+def test_scenario_that_does_not_exercise_a_passing_fsr_is_not_applicable(report: Report) -> None:
+    item = of(results(report), "FSR-03/camera_radar/lead_braking")
+    assert (item["kind"], item["level"]) == ("notApplicable", "none")
+
+
+def test_fsr_without_any_red_scenario_that_does_not_pass_is_told_at_its_own_line(
+    report: Report,
+) -> None:
+    cells = tuple(
+        cell.model_copy(update={"verdict": Verdict.VACUOUS, "counts": {Verdict.VACUOUS: cell.runs}})
+        if (cell.fsr, cell.architecture, cell.scenario) == ("FSR-01", "camera_radar", None)
+        else cell
+        for cell in report.cells
+    )
+    item = of(
+        results(report.model_copy(update={"cells": cells})), "FSR-01/camera_radar/all scenarios"
+    )
+    assert item["level"] == "error"
+    assert item["locations"][0]["physicalLocation"]["region"]["startLine"] == 60
+    assert "At least 30 have to pass." in item["message"]["text"]
+
+
+def test_fingerprint_does_not_change_with_campaign_run_or_verdict(report: Report) -> None:
+    cells = tuple(
+        cell.model_copy(update={"worst_run": "other"}) if cell.worst_run else cell
+        for cell in report.cells
+    )
+    other = report.model_copy(update={"campaign": "c-other", "cells": cells})
+    prints = [[item["partialFingerprints"] for item in results(each)] for each in (report, other)]
+    assert prints[0] == prints[1]
+    assert len({str(item) for item in prints[0]}) == len(prints[0])
