@@ -1,57 +1,17 @@
-"""Scenes of the reference drivers: a second implementation, convergence, scenes with an answer."""
+"""Scenes of the reference drivers: convergence, symmetries, scenes with an answer."""
 
 import math
-from concurrent.futures import ProcessPoolExecutor
 from itertools import product
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
-from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
-from tests import reference_scenes as second
+from adeye.kernel.reference_parameters import MODELS
+from tests.driven_scenes import driven, scenes_of
 
 KMH = 1.0 / 3.6
-
-
-def scenes_of(rows: Any) -> Any:
-    """Return cut-ins of (ego speed, other speed, gap, lateral speed)."""
-    rows = np.asarray(rows, dtype=float)
-    scenes = np.zeros((len(rows), columns.SCENE_SIZE))
-    scenes[:, :4] = rows
-    scenes[:, columns.S_LATERAL_OFFSET] = 3.5
-    scenes[:, [columns.S_EGO_LENGTH, columns.S_OTHER_LENGTH]] = 4.3
-    scenes[:, [columns.S_EGO_WIDTH, columns.S_OTHER_WIDTH]] = 1.9
-    scenes[:, columns.S_LANE_WIDTH] = 3.5
-    return scenes
-
-
-def driven(  # noqa: PLR0913 - one scene
-    scenes: Any,
-    model: str,
-    *,
-    kind: int = columns.CUT_IN,
-    variant: tuple[str, ...] = (),
-    step: float = 0.01,
-    integrator: int = columns.EXACT,
-    ttc_end: float = math.inf,
-) -> Any:
-    results = np.empty((len(scenes), columns.RESULT_SIZE))
-    drive_scenes(
-        scenes,
-        kind,
-        MODELS[model],
-        vector(parameters_of(model, variant=variant)),
-        step,
-        integrator,
-        ttc_end,
-        np.zeros(SCRATCH_SIZE),
-        results,
-    )
-    return results
 
 
 def grid(speeds: int, shares: int, gaps: int, laterals: int) -> list[tuple[float, ...]]:
@@ -63,43 +23,6 @@ def grid(speeds: int, shares: int, gaps: int, laterals: int) -> list[tuple[float
         np.linspace(0.2, 3.0, laterals),
     )
     return [(float(v), float(v * s), float(g), float(w)) for v, s, g, w in axes]
-
-
-def is_at_the_boundary(row: tuple[float, ...], model: str, step: float) -> bool:
-    """Tell whether a delay of one step more or less changes the verdict."""
-    early, late = (second.contact(second.CutIn(*row), model, step, k * step) for k in (-1, 1))
-    return early != late
-
-
-def compare(rows: list[tuple[float, ...]], model: str, step: float, theirs: Any) -> int:
-    """Assert equality away from the boundary; return how many cases differ at it."""
-    ours = driven(scenes_of(rows), model, step=step)[:, columns.R_CONTACT]
-    marks = {True: 1.0, False: 0.0, None: math.nan}
-    expected = np.array([marks[verdict] for verdict in theirs])
-    assert 0.01 < np.nanmean(ours) < 0.9
-    differing = np.flatnonzero(~((ours == expected) | (np.isnan(ours) & np.isnan(expected))))
-    wrong = [rows[k] for k in differing if not is_at_the_boundary(rows[k], model, step)]
-    assert wrong == []
-    return len(differing)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_sample_of_the_grid_agrees_with_the_second_implementation(model: str) -> None:
-    rows = grid(4, 3, 6, 6)
-    theirs = second.contacts((rows, model, 0.05))
-    assert compare(rows, model, 0.05, theirs) <= len(rows) // 100
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("model", MODELS)
-def test_full_grid_agrees_with_the_second_implementation(model: str) -> None:
-    rows = grid(13, 8, 25, 40)
-    assert len(rows) >= 100_000
-    blocks = [(rows[k : k + 1000], model, 0.1) for k in range(0, len(rows), 1000)]
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        theirs = [verdict for block in pool.map(second.contacts, blocks) for verdict in block]
-    # Where the contact is at the very end of a step, rounding alone decides.
-    assert compare(rows, model, 0.1, theirs) <= len(rows) // 200
 
 
 @pytest.mark.parametrize("model", MODELS)
