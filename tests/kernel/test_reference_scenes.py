@@ -1,6 +1,7 @@
 """Scenes of the reference drivers: convergence, symmetries, scenes with an answer."""
 
 import math
+import os
 from itertools import product
 from typing import Any
 
@@ -12,6 +13,10 @@ from adeye.kernel.reference_parameters import MODELS
 from tests.driven_scenes import driven, scenes_of
 
 KMH = 1.0 / 3.6
+
+compiled_only = pytest.mark.skipif(
+    bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="a grid of scenes takes minutes interpreted"
+)
 
 
 def grid(speeds: int, shares: int, gaps: int, laterals: int) -> list[tuple[float, ...]]:
@@ -25,6 +30,7 @@ def grid(speeds: int, shares: int, gaps: int, laterals: int) -> list[tuple[float
     return [(float(v), float(v * s), float(g), float(w)) for v, s, g, w in axes]
 
 
+@compiled_only
 @pytest.mark.parametrize("model", MODELS)
 def test_impact_speed_converges_with_the_step(model: str) -> None:
     scenes = scenes_of(grid(5, 4, 8, 8))
@@ -42,6 +48,7 @@ def test_impact_speed_converges_with_the_step(model: str) -> None:
     assert worst[-1] < 0.5 * worst[0]
 
 
+@compiled_only
 @pytest.mark.parametrize("model", MODELS)
 def test_both_integrators_meet_for_small_steps(model: str) -> None:
     scenes = scenes_of(grid(4, 3, 6, 6))
@@ -118,6 +125,7 @@ def with_and_without(variant: str, model: str, lane: float) -> tuple[Any, Any]:
     )
 
 
+@compiled_only
 @pytest.mark.parametrize(
     ("variant", "model", "lane", "brakes", "touches"),
     [
@@ -152,6 +160,7 @@ def test_variant_differs_from_the_text_in_its_direction(
         assert bool(np.any(instead & ~without)) == (touches == "more")
 
 
+@compiled_only
 def test_raw_acceleration_touches_where_the_text_just_does_not() -> None:
     # It matters to an ego that brakes hard and is nearly slow enough.
     gaps = np.linspace(36.0, 38.0, 101)
@@ -164,12 +173,14 @@ def test_raw_acceleration_touches_where_the_text_just_does_not() -> None:
     assert not np.any(text & ~published)
 
 
+@compiled_only
 def test_lateral_variant_is_the_text_for_the_usual_width() -> None:
     # 0.3 m inside a lane of 3.5 m is 0.5 m beside an ego of 1.9 m.
     text, published = with_and_without("jrc-lateral", "reg157", 3.5)
     assert text.tobytes() == published.tobytes()
 
 
+@compiled_only
 @pytest.mark.parametrize(("variant", "sign"), [("jrc-coasting", 1.0), ("jrc-no-emergency", -1.0)])
 def test_variant_changes_the_impact_of_the_careful_driver_one_way(
     variant: str, sign: float
