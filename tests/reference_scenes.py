@@ -1,23 +1,23 @@
-"""A second implementation of the cut-in scene, one at a time, from what the regulation says.
+"""A second implementation of the scenes, one at a time, from what the regulation says.
 
-Written without the product: positions along a road instead of gaps, moments instead of counters,
-numbers as they stand in the text. Slow, and meant to be read beside the regulation.
+Written without the product: positions along a road instead of gaps, moments instead of counters.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
-G = 9.81
-LENGTH = 4.3
-WIDTH = 1.9
-LANE = 3.5
+from tests.reference_models import DRIVERS, LANE, LENGTH, WIDTH, Seen
+
 END_S = 300.0
 
+APART = float("-inf")
+"""What a scene without contact gives instead of the speed of the impact, which is negative where
+the side of a vehicle is touched while the gap opens."""
 
-@dataclass
-class CutIn:
-    """Speeds [m/s], gap [m] and speed of the change from one lane's centre to the next [m/s]."""
+
+class CutIn(NamedTuple):
+    """Speeds [m/s], gap [m], speed of the change from one lane's centre to the next [m/s]."""
 
     ego: float
     other: float
@@ -25,204 +25,175 @@ class CutIn:
     sideways: float
 
 
-@dataclass
-class Seen:
-    """A moment as a driver sees it."""
+class CutOut(NamedTuple):
+    """Speeds [m/s], gap to the lead (None: the driver's own) and from it to the standing one [m],
+    speed of the change of lane [m/s]."""
 
-    time: float
-    speed: float
-    acceleration: float
-    other: float
-    distance: float
-    beside: float
+    ego: float
+    lead: float
+    gap: float | None
+    front: float
     sideways: float
-    off_centre: float
 
 
-class Driver:
-    """Brakes some time after its decision, ever harder up to a most."""
+class Braking(NamedTuple):
+    """Speeds [m/s], gap [m] (None: the driver's own); the lead's braking [m/s^2], jerk [m/s^3]."""
 
-    delay = 0.75
-    ramp = 12.65
-
-    def __init__(self, shift: float, step: float) -> None:
-        self.wait = self.delay + shift
-        self.step = step
-        self.since: float | None = None
-        self.waited = 0
-        self.force = 0.0
-        self.braking = False
-
-    def press(self, most: float) -> float:
-        if self.waited * self.step < self.wait - 1e-9:
-            self.waited += 1
-            self.force = 0.0
-        else:
-            self.force = min(most, self.force + self.ramp * self.step)
-        return self.force
-
-    def force_at(self, seen: Seen) -> float:
-        most = self.demand(seen)
-        self.braking = most > 0.0
-        return self.press(most) if most > 0.0 else 0.0
-
-    def demand(self, seen: Seen) -> float:
-        raise NotImplementedError
+    ego: float
+    lead: float
+    gap: float | None
+    braking: float
+    jerk: float
 
 
-class Fuzzy(Driver):
-    """Annex 4, appendix 3: fuzzy safety model of the 01 series."""
-
-    def demand(self, seen: Seen) -> float:
-        if seen.distance < 0.0:
-            return 0.0
-        if seen.beside > 0.0:
-            if seen.sideways <= 0.0 or seen.speed <= seen.other:
-                return 0.0
-            to_path = seen.beside / seen.sideways
-            to_past = (seen.distance + 2 * LENGTH) / (seen.speed - seen.other)
-            if not to_path < to_past + 0.1:
-                return 0.0
-        cfs = self.critical(seen)
-        if cfs > 0.0:
-            return cfs * (6.0 - 4.0) + 4.0
-        return 4.0 * self.proactive(seen)
-
-    @staticmethod
-    def proactive(seen: Seen) -> float:
-        u, c = seen.speed, seen.other
-        d_safe = u * 0.75 + u**2 / 8.0 - c**2 / 14.0 + 2.0
-        d_unsafe = u * 0.75 + u**2 / 12.0 - c**2 / 14.0
-        x = seen.distance - 2.0
-        if x <= d_unsafe:
-            return 1.0
-        return 0.0 if x >= d_safe else (x - d_safe) / (d_unsafe - d_safe)
-
-    @staticmethod
-    def critical(seen: Seen) -> float:
-        u, c, d = seen.speed, seen.other, seen.distance
-        if u <= c:
-            return 0.0
-        a = max(seen.acceleration, -4.0)
-        u_next = u + 0.75 * a
-        if u_next <= c:
-            return 1.0 if d < (u - c) ** 2 / abs(2.0 * a) else 0.0
-        d_new = ((u + u_next) / 2.0 - c) * 0.75
-        d_safe = d_new + (u_next - c) ** 2 / 8.0
-        d_unsafe = d_new + (u_next - c) ** 2 / 12.0
-        if d <= d_unsafe:
-            return 1.0
-        return 0.0 if d >= d_safe else (d - d_safe) / (d_unsafe - d_safe)
+Outcome = float | None
+"""Speed of the impact [m/s], ``APART``, or None after 300 s."""
 
 
-class Responsible(Driver):
-    """Shalev-Shwartz et al. with rho 0.75 s, 3 and 6 m/s^2, sideways 1 m/s^2, 0.3 m."""
-
-    def demand(self, seen: Seen) -> float:
-        if seen.distance < 0.0:
-            return 0.0
-        fast = seen.speed + 0.75 * 3.0
-        along = seen.speed * 0.75 + 3.0 * 0.75**2 / 2 + fast**2 / 12.0 - seen.other**2 / 12.0
-        towards = seen.sideways + 0.75
-        way = (seen.sideways + towards) / 2 * 0.75 + towards**2 / 2.0
-        own = 0.75 / 2 * 0.75 + 0.75**2 / 2.0
-        across = 0.3 + max(0.0, way + own)
-        if seen.distance < max(0.0, along) and seen.beside < across:
-            return 0.774 * G
-        return 0.0
-
-
-class Rule(Driver):
-    """Paragraph 5.2.5.2: 0.35 s, 6 m/s^2, at 0.3 m beyond the marking, as late as allowed."""
-
-    delay = 0.35
-    ramp = float("inf")
-    late = 0.0
-
-    def demand(self, seen: Seen) -> float:
-        closing = seen.speed - seen.other
-        edge = seen.beside + WIDTH / 2
-        if closing <= 0.0 or seen.distance < 0.0 or (edge > LANE / 2 - 0.3 and seen.beside > 0.0):
-            return 0.0
-        if self.braking:
-            return 6.0
-        left = seen.distance / closing - (closing / 12.0 + 0.35)
-        return 6.0 if left <= self.step else 0.0
-
-
-class Careful(Driver):
-    """Annex 4, appendix 3: careful and competent human driver, with emergency braking."""
-
-    def __init__(self, shift: float, step: float) -> None:
-        super().__init__(shift, step)
-        self.noticed: float | None = None
-        self.emergency = 0.0
-
-    def force_at(self, seen: Seen) -> float:
-        closing = seen.speed - seen.other
-        overlapping = seen.beside <= 0.0
-        leaving = seen.off_centre > 0.375 and seen.sideways > 0.0
-        critical = closing > 0.0 and seen.distance / closing <= 2.0 and seen.distance >= 0.0
-        if not (leaving or overlapping):
-            self.noticed = None
-            return 0.0
-        if self.noticed is None:
-            self.noticed = seen.time
-        if critical and seen.time - self.noticed >= 0.4 - 1e-9:
-            self.braking = True
-        force = self.press(0.774 * G) if self.braking else 0.0
-        if critical and seen.beside <= -0.95 * WIDTH:
-            begun = max(self.emergency, force)
-            self.emergency = min(begun + 0.85 * G / 0.6 * self.step, 0.85 * G)
-        else:
-            self.emergency = 0.0
-        return max(force, self.emergency)
-
-
-DRIVERS = {"cc": Careful, "fsm": Fuzzy, "rss": Responsible, "reg157": Rule}
-
-
-def contact(scene: CutIn, model: str, step: float, shift: float = 0.0) -> bool | None:
-    """Tell whether the model touches the vehicle that cuts in; None: not known after 300 s.
-
-    Args:
-        scene: The cut-in.
-        model: Name of the driver.
-        step: [s].
-        shift: What its delay is longer than it should be [s].
-    """
+def cut_in(scene: CutIn, model: str, step: float, shift: int = 0) -> Outcome:
+    """Let a driver meet a vehicle that cuts in; its delay is ``shift`` steps too long."""
+    speed, other, gap, sideways = scene
     driver = DRIVERS[model](shift, step)
-    place, speed, past = 0.0, scene.ego, scene.ego
-    start = scene.gap + LENGTH
+    place = 0.0
+    start = gap + LENGTH
+    acceleration = 0.0
     tick = 0
     while (time := tick * step) <= END_S:
-        across = max(LANE - scene.sideways * time, 0.0)
-        other = start + scene.other * time
-        distance = other - place - LENGTH
+        across = LANE - sideways * time
+        moving = sideways
+        if across <= 0.0:
+            across = moving = 0.0
+        distance = start + other * time - place - LENGTH
         beside = across - WIDTH
-        closing = speed - scene.other
-        if distance <= -2 * LENGTH:
-            return False
-        if beside < 0.0 and distance <= 0.0:
-            return True
-        moving = scene.sideways if across > 0.0 else 0.0
-        acceleration = (speed - past) / step
-        force = driver.force_at(
-            Seen(time, speed, acceleration, scene.other, distance, beside, moving, LANE - across)
-        )
+        closing = speed - other
+        if distance <= 0.0:
+            if distance <= -2 * LENGTH:
+                return APART
+            if beside < 0.0:
+                return closing
+        off_centre = LANE - across if moving > 0.0 else 0.0
+        seen = Seen(time, speed, acceleration, other, 0.0, distance, beside, moving, off_centre)
+        force = driver.force(seen)
         if speed <= 0.0 or (distance > 0.0 and closing <= 0.0):
-            return False
-        if driver.braking and distance > 0.0 and beside <= 0.0 and closing < 0.01:
-            return False
+            return APART
+        if closing < 0.01 and driver.braking and distance > 0.0 and beside <= 0.0:
+            return APART
         past = speed
-        until = min(step, speed / force) if force > 0.0 else step
-        place += speed * until - force * until * until / 2.0
-        speed = max(0.0, speed - force * step)
+        if force > 0.0:
+            until = min(step, speed / force)
+            place += speed * until - force * until * until / 2.0
+            speed = max(0.0, speed - force * step)
+        else:
+            place += speed * step
+        acceleration = (speed - past) / step
         tick += 1
     return None
 
 
-def contacts(task: tuple[list[tuple[float, ...]], str, float]) -> list[bool | None]:
-    """Tell it of many scenes: rows of a cut-in, model, step."""
-    rows, model, step = task
-    return [contact(CutIn(*row), model, step) for row in rows]
+def braking_lead(scene: Braking, model: str, step: float, shift: int = 0) -> Outcome:
+    """Let a driver follow a lead that brakes; see ``cut_in``."""
+    speed, lead, gap, most, jerk = scene
+    driver = DRIVERS[model](shift, step)
+    place = 0.0
+    rear = driver.follows_at(speed) if gap is None else gap
+    acceleration = slowing = 0.0
+    tick = 0
+    while (time := tick * step) <= END_S:
+        distance = rear - place
+        closing = speed - lead
+        if distance <= 0.0:
+            return closing if distance > -2 * LENGTH else APART
+        seen = Seen(time, speed, acceleration, lead, slowing, distance, -WIDTH, 0.0, 0.0)
+        force = driver.force(seen)
+        if speed <= 0.0:
+            return APART
+        if most <= 0.0 or lead <= 0.0:
+            settled = closing < 0.01 and slowing == 0.0 and driver.braking
+            if closing <= 0.0 or settled:
+                return APART
+        way, slower = roll(speed, force, step)
+        place += way
+        acceleration, speed = (slower - speed) / step, slower
+        way, slower = roll(lead, min(most, jerk * (time + step / 2.0)), step)
+        rear += way
+        slowing, lead = (lead - slower) / step, slower
+        tick += 1
+    return None
+
+
+def cut_out(scene: CutOut, model: str, step: float, shift: int = 0) -> Outcome:
+    """Let a driver follow a lead that leaves before a standing vehicle; see ``cut_in``."""
+    speed, lead, gap, front, sideways = scene
+    driver = DRIVERS[model](shift, step)
+    place = 0.0
+    start = driver.follows_at(speed) if gap is None else gap
+    standing = start + LENGTH + front
+    acceleration = slowing = 0.0
+    rear, across = start, 0.0
+    revealed = hit = False
+    tick = 0
+    while (time := tick * step) <= END_S:
+        if not hit:
+            rear = start + scene.lead * time
+            across = sideways * time
+            hit = rear + LENGTH >= standing and across < WIDTH
+            revealed = revealed or across > 0.375
+        if hit:
+            revealed = False
+            # It stands at once, which is seen as braking over one step.
+            slowing, lead = (lead - 0.0) / step, 0.0
+        if across < WIDTH and -2 * LENGTH < rear - place <= 0.0:
+            return speed - lead
+        if revealed:
+            distance, beside, other, slow, moving = standing - place, -WIDTH, 0.0, 0.0, 0.0
+            if -2 * LENGTH < distance <= 0.0:
+                return speed
+        else:
+            distance, beside, other, slow = rear - place, across - WIDTH, lead, slowing
+            moving = 0.0 if hit else -sideways
+        seen = Seen(time, speed, acceleration, other, slow, distance, beside, moving, across)
+        force = driver.force(seen)
+        if speed <= 0.0 or distance <= -2 * LENGTH:
+            return APART
+        way, slower = roll(speed, force, step)
+        place += way
+        acceleration, speed = (slower - speed) / step, slower
+        tick += 1
+    return None
+
+
+def roll(speed: float, force: float, step: float) -> tuple[float, float]:
+    """Return way and speed after a step of braking, standstill within it."""
+    until = min(step, speed / force) if force > 0.0 else step
+    return speed * until - force * until * until / 2.0, max(0.0, speed - force * step)
+
+
+def outcome(scene: CutIn | CutOut | Braking, model: str, step: float, shift: int = 0) -> Outcome:
+    """Return what comes of a scene; the driver's delay is ``shift`` steps too long."""
+    if isinstance(scene, CutIn):
+        return cut_in(scene, model, step, shift)
+    if isinstance(scene, CutOut):
+        return cut_out(scene, model, step, shift)
+    return braking_lead(scene, model, step, shift)
+
+
+def neighbours(scene: CutIn | CutOut | Braking, model: str, step: float) -> list[Outcome]:
+    """Return what comes of a scene a step beside it: of the delay, or of the way to the other."""
+    if isinstance(scene, CutIn):
+        gap, way = scene.gap, (scene.ego - scene.other) * step
+    else:
+        own = DRIVERS[model](0, step).follows_at(scene.ego)
+        gap, way = own if scene.gap is None else scene.gap, scene.ego * step
+    nearer, further = (scene._replace(gap=max(gap + side * way, 0.0)) for side in (-1, 1))
+    return [
+        outcome(scene, model, step, -1),
+        outcome(scene, model, step, 1),
+        outcome(nearer, model, step),
+        outcome(further, model, step),
+    ]
+
+
+def outcomes(task: tuple[list[CutIn | CutOut | Braking], str, float]) -> list[Outcome]:
+    """Return what comes of many scenes."""
+    scenes, model, step = task
+    return [outcome(scene, model, step) for scene in scenes]

@@ -92,7 +92,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-# Sums of steps may miss a time by their rounding.
+# Sums of steps may miss a time by their rounding, differences a deceleration or nothing.
 _ROUNDING: Final = 1e-9
 
 
@@ -130,7 +130,7 @@ def _is_dangerous_for_cc(
 ) -> bool:
     """Tell whether the careful and competent driver would brake, had it evaluated the risk."""
     in_path = view[LATERAL_GAP] <= 0.0
-    if in_path and -view[OTHER_ACCELERATION] >= parameters[CC_LEAD_BRAKING]:
+    if in_path and -view[OTHER_ACCELERATION] >= parameters[CC_LEAD_BRAKING] - _ROUNDING:
         return True
     closing = view[EGO_SPEED] - view[OTHER_SPEED]
     if state[CAME_FROM_SIDE] > 0.0:
@@ -256,7 +256,8 @@ def fsm_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> f
                 parameters[FSM_LEAD_BRAKING],
                 parameters[FSM_MARGIN],
             )
-    return _react(parameters, state, wanted > 0.0, wanted, step)
+    # At its own distance, only rounding makes this model want to brake.
+    return _react(parameters, state, wanted > _ROUNDING, wanted, step)
 
 
 @compiled
@@ -325,7 +326,7 @@ def _brakes_too_hard(view: Floats, parameters: Floats, step: float) -> bool:
     braking = -view[OTHER_ACCELERATION]
     if braking <= 0.0:
         return False
-    if braking >= parameters[REG157_LEAD_BRAKING]:
+    if braking >= parameters[REG157_LEAD_BRAKING] - _ROUNDING:
         return True
     time = parameters[DELAY] + parameters[REG157_GUARD] + parameters[REG157_LOOKS_AHEAD] * step
     speed = view[OTHER_SPEED]

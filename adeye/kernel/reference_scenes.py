@@ -177,16 +177,29 @@ def _move(
 
 
 @compiled
-def _touches(view: Floats, result: Floats) -> bool:
-    """Note least gap and contact; tell whether there is one."""
-    if view[LATERAL_GAP] >= 0.0 or view[GAP] <= -view[LENGTHS]:
+def _note(lateral_gap: float, gap: float, lengths: float, closing: float, result: Floats) -> bool:
+    """Note least gap and contact with one vehicle; tell whether there is one."""
+    if lateral_gap >= 0.0 or gap <= -lengths:
         return False
-    result[R_MIN_GAP] = min(result[R_MIN_GAP], max(view[GAP], 0.0))
-    if view[GAP] > 0.0:
+    result[R_MIN_GAP] = min(result[R_MIN_GAP], max(gap, 0.0))
+    if gap > 0.0:
         return False
     result[R_CONTACT] = 1.0
-    result[R_IMPACT_SPEED] = view[EGO_SPEED] - view[OTHER_SPEED]
+    result[R_IMPACT_SPEED] = closing
     return True
+
+
+@compiled
+def _touches(scene: Floats, motion: Floats, view: Floats, result: Floats) -> bool:
+    """Note least gap and contact; tell whether there is one."""
+    if motion[REVEAL] > 0.0:
+        # Who looks at the standing vehicle can still run into the one that leaves.
+        lateral = motion[LATERAL] - 0.5 * (scene[S_EGO_WIDTH] + scene[S_OTHER_WIDTH])
+        closing = motion[SPEED] - motion[OTHER]
+        if _note(lateral, motion[AHEAD], view[LENGTHS], closing, result):
+            return True
+    closing = view[EGO_SPEED] - view[OTHER_SPEED]
+    return _note(view[LATERAL_GAP], view[GAP], view[LENGTHS], closing, result)
 
 
 @compiled
@@ -247,7 +260,7 @@ def drive_scene(
     for tick in range(int(LONGEST / step) + 1):
         _shift(scene, kind, tick * step, motion)
         _look(scene, kind, step, motion, view)
-        if _touches(view, result):
+        if _touches(scene, motion, view, result):
             return
         limit = reference_limit(model, view, parameters, state, step)
         if math.isnan(limit):

@@ -34,6 +34,22 @@ def test_threads_change_no_bit_and_every_block_is_told(scenes: np.ndarray) -> No
     assert set(np.unique(alone[:, columns.R_CONTACT])) == {0.0, 1.0}
 
 
+@pytest.mark.parametrize("variant", ["jrc-ttc-end", "jrc"])
+def test_published_end_hides_contacts_of_the_careful_driver(tmp_path: Path, variant: str) -> None:
+    # At overlap the TTC is 2.4 s; 20 m/s faster, braking at 2 s comes too late.
+    path = tmp_path / "cases.csv"
+    path.write_text(
+        "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps\n30,10,80,1\n", encoding="utf-8"
+    )
+    scenes = read(path, "cut_in")[1]
+    whole = drive(scenes, Question(), "cc")[0]
+    ended = drive(scenes, Question(variant=(variant,)), "cc")[0]
+    assert whole[columns.R_CONTACT] == 1.0
+    assert ended[columns.R_CONTACT] == 0.0
+    other = drive(scenes, Question(variant=(variant,)), "rss")[0]
+    assert other[columns.R_BRAKING_TIME] < 3.0
+
+
 def test_standing_passengers_need_more_time(scenes: np.ndarray) -> None:
     by_edition = [
         obligations(scenes, name).sum()

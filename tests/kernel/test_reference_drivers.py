@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel import reference_columns as columns
+from adeye.kernel.reference_distances import following_distance
 from adeye.kernel.reference_drivers import reference_limit
 from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
 
@@ -65,6 +66,22 @@ def test_careful_driver_answers_a_lead_that_brakes_by_5() -> None:
     lead = {"OTHER_SPEED": 20.0, "GAP": 40.0}
     assert limits("cc", view(OTHER_ACCELERATION=-4.9, **lead), 200) == [math.inf] * 200
     assert limits("cc", view(OTHER_ACCELERATION=-5.0, **lead), 200)[-1] < -7.0
+
+
+@pytest.mark.parametrize("model", ["cc", "reg157"])
+def test_rounding_of_the_lead_s_speed_does_not_hide_a_braking_of_5(model: str) -> None:
+    lead = {"OTHER_SPEED": 20.0, "GAP": 40.0}
+    assert limits(model, view(OTHER_ACCELERATION=-5.0 + 1e-12, **lead), 200)[-1] <= -6.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_driver_at_its_own_distance_asks_for_nothing(model: str) -> None:
+    parameters = vector(parameters_of(model))
+    for tenths in range(20, 400):
+        speed = tenths / 10.8
+        gap = following_distance(MODELS[model], parameters, speed)
+        row = view(EGO_SPEED=speed, OTHER_SPEED=speed, GAP=gap)
+        assert limits(model, row, 1) == [math.inf]
 
 
 def test_emergency_braking_needs_full_overlap_after_a_cut_in() -> None:

@@ -53,10 +53,9 @@ def test_fields_are_in_the_order_of_the_columns(record: object, prefix: str) -> 
     assert [names[5 + k] for k in range(len(own))] == [prefix + name.upper() for name in own]
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+# The end of a scene is no parameter of a driver.
+@pytest.mark.parametrize("name", [name for name in VARIANTS if name != "jrc-ttc-end"])
 def test_variant_changes_something_and_jrc_holds_it(name: str) -> None:
-    if name == "jrc-ttc-end":
-        return  # It ends scenes and is no parameter.
     changed = [m for m in MODELS if parameters_of(m, variant=(name,)) != parameters_of(m)]
     assert changed
     alone = parameters_of(changed[0], variant=(name,))

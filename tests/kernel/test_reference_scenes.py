@@ -1,57 +1,22 @@
-"""Scenes of the reference drivers: a second implementation, convergence, scenes with an answer."""
+"""Scenes of the reference drivers: convergence, symmetries, scenes with an answer."""
 
 import math
-from concurrent.futures import ProcessPoolExecutor
+import os
 from itertools import product
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
-from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
-from tests import reference_scenes as second
+from adeye.kernel.reference_parameters import MODELS
+from tests.driven_scenes import driven, scenes_of
 
 KMH = 1.0 / 3.6
 
-
-def scenes_of(rows: Any) -> Any:
-    """Return cut-ins of (ego speed, other speed, gap, lateral speed)."""
-    rows = np.asarray(rows, dtype=float)
-    scenes = np.zeros((len(rows), columns.SCENE_SIZE))
-    scenes[:, :4] = rows
-    scenes[:, columns.S_LATERAL_OFFSET] = 3.5
-    scenes[:, [columns.S_EGO_LENGTH, columns.S_OTHER_LENGTH]] = 4.3
-    scenes[:, [columns.S_EGO_WIDTH, columns.S_OTHER_WIDTH]] = 1.9
-    scenes[:, columns.S_LANE_WIDTH] = 3.5
-    return scenes
-
-
-def driven(  # noqa: PLR0913 - one scene
-    scenes: Any,
-    model: str,
-    *,
-    kind: int = columns.CUT_IN,
-    variant: tuple[str, ...] = (),
-    step: float = 0.01,
-    integrator: int = columns.EXACT,
-    ttc_end: float = math.inf,
-) -> Any:
-    results = np.empty((len(scenes), columns.RESULT_SIZE))
-    drive_scenes(
-        scenes,
-        kind,
-        MODELS[model],
-        vector(parameters_of(model, variant=variant)),
-        step,
-        integrator,
-        ttc_end,
-        np.zeros(SCRATCH_SIZE),
-        results,
-    )
-    return results
+compiled_only = pytest.mark.skipif(
+    bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="a grid of scenes takes minutes interpreted"
+)
 
 
 def grid(speeds: int, shares: int, gaps: int, laterals: int) -> list[tuple[float, ...]]:
@@ -65,43 +30,7 @@ def grid(speeds: int, shares: int, gaps: int, laterals: int) -> list[tuple[float
     return [(float(v), float(v * s), float(g), float(w)) for v, s, g, w in axes]
 
 
-def is_at_the_boundary(row: tuple[float, ...], model: str, step: float) -> bool:
-    """Tell whether a delay of one step more or less changes the verdict."""
-    early, late = (second.contact(second.CutIn(*row), model, step, k * step) for k in (-1, 1))
-    return early != late
-
-
-def compare(rows: list[tuple[float, ...]], model: str, step: float, theirs: Any) -> int:
-    """Assert equality away from the boundary; return how many cases differ at it."""
-    ours = driven(scenes_of(rows), model, step=step)[:, columns.R_CONTACT]
-    marks = {True: 1.0, False: 0.0, None: math.nan}
-    expected = np.array([marks[verdict] for verdict in theirs])
-    assert 0.01 < np.nanmean(ours) < 0.9
-    differing = np.flatnonzero(~((ours == expected) | (np.isnan(ours) & np.isnan(expected))))
-    wrong = [rows[k] for k in differing if not is_at_the_boundary(rows[k], model, step)]
-    assert wrong == []
-    return len(differing)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_sample_of_the_grid_agrees_with_the_second_implementation(model: str) -> None:
-    rows = grid(4, 3, 6, 6)
-    theirs = second.contacts((rows, model, 0.05))
-    assert compare(rows, model, 0.05, theirs) <= len(rows) // 100
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("model", MODELS)
-def test_full_grid_agrees_with_the_second_implementation(model: str) -> None:
-    rows = grid(13, 8, 25, 40)
-    assert len(rows) >= 100_000
-    blocks = [(rows[k : k + 1000], model, 0.1) for k in range(0, len(rows), 1000)]
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        theirs = [verdict for block in pool.map(second.contacts, blocks) for verdict in block]
-    # Where the contact is at the very end of a step, rounding alone decides.
-    assert compare(rows, model, 0.1, theirs) <= len(rows) // 200
-
-
+@compiled_only
 @pytest.mark.parametrize("model", MODELS)
 def test_impact_speed_converges_with_the_step(model: str) -> None:
     scenes = scenes_of(grid(5, 4, 8, 8))
@@ -119,6 +48,7 @@ def test_impact_speed_converges_with_the_step(model: str) -> None:
     assert worst[-1] < 0.5 * worst[0]
 
 
+@compiled_only
 @pytest.mark.parametrize("model", MODELS)
 def test_both_integrators_meet_for_small_steps(model: str) -> None:
     scenes = scenes_of(grid(4, 3, 6, 6))
@@ -175,14 +105,92 @@ def test_rule_avoids_what_it_must_avoid_and_nothing_just_below() -> None:
 
 
 def test_published_end_hides_a_contact_of_the_careful_driver() -> None:
-    # At overlap the TTC is 2.4 s; 20 m/s faster, its braking of later would come too late.
+    # At overlap the TTC is 2.4 s; 20 m/s faster, braking at 2 s comes too late.
     scenes = scenes_of([(30.0, 10.0, 80.0, 1.0)])
-    variant = ("jrc-perception", "jrc-no-emergency")
-    whole = driven(scenes, "cc", variant=variant)[0]
-    ended = driven(scenes, "cc", variant=variant, ttc_end=2.0)[0]
-    assert whole[columns.R_CONTACT] == 0.0 or whole[columns.R_IMPACT_SPEED] > 0.0
+    whole, ended = (driven(scenes, "cc", ttc_end=end)[0] for end in (math.inf, 2.0))
+    assert whole[columns.R_CONTACT] == 1.0
+    assert whole[columns.R_IMPACT_SPEED] == pytest.approx(9.5, abs=0.2)
     assert ended[columns.R_CONTACT] == 0.0
-    assert ended[columns.R_MIN_GAP] > whole[columns.R_MIN_GAP]
+    assert math.isnan(ended[columns.R_BRAKING_TIME])
+
+
+def with_and_without(variant: str, model: str, lane: float) -> tuple[Any, Any]:
+    """Return results by the text and by a variant in cut-ins from a lane of a width."""
+    scenes = scenes_of(grid(6, 5, 8, 6))
+    scenes[:, [columns.S_LANE_WIDTH, columns.S_LATERAL_OFFSET]] = lane
+    end = 2.0 if variant == "jrc-ttc-end" else math.inf
+    return (
+        driven(scenes, model, step=0.02),
+        driven(scenes, model, step=0.02, variant=(variant,), ttc_end=end),
+    )
+
+
+@compiled_only
+@pytest.mark.parametrize(
+    ("variant", "model", "lane", "brakes", "touches"),
+    [
+        ("jrc-guard", "reg157", 3.5, "earlier", "less"),
+        ("jrc-lateral", "reg157", 3.75, "later", "either"),
+        ("jrc-raw-acceleration", "fsm", 3.5, "as before", "either"),
+        ("jrc-ttc-end", "cc", 3.5, "later", "less"),
+        ("jrc-coasting", "cc", 3.5, "earlier", "either"),
+        ("jrc-perception", "cc", 3.5, "later", "either"),
+        ("jrc-no-emergency", "cc", 3.5, "later", "more"),
+        ("jrc-rss-lateral", "rss", 3.5, "later", "either"),
+        ("jrc-beside", "cc", 3.5, "earlier", "either"),
+        ("jrc-beside", "fsm", 3.5, "earlier", "either"),
+        ("jrc-beside", "rss", 3.5, "earlier", "either"),
+        ("jrc-beside", "reg157", 3.5, "earlier", "either"),
+    ],
+)
+def test_variant_differs_from_the_text_in_its_direction(
+    variant: str, model: str, lane: float, brakes: str, touches: str
+) -> None:
+    text, published = with_and_without(variant, model, lane)
+    # Never is later than any time.
+    before, after = (
+        np.nan_to_num(result[:, columns.R_BRAKING_TIME], nan=math.inf)
+        for result in (text, published)
+    )
+    assert bool(np.any(after < before)) == (brakes == "earlier")
+    assert bool(np.any(after > before)) == (brakes == "later")
+    without, instead = (result[:, columns.R_CONTACT] == 1.0 for result in (text, published))
+    if touches != "either":
+        assert bool(np.any(without & ~instead)) == (touches == "less")
+        assert bool(np.any(instead & ~without)) == (touches == "more")
+
+
+@compiled_only
+def test_raw_acceleration_touches_where_the_text_just_does_not() -> None:
+    # It matters to an ego that brakes hard and is nearly slow enough.
+    gaps = np.linspace(36.0, 38.0, 101)
+    scenes = scenes_of([(80.0 * KMH, 0.28 * 80.0 * KMH, float(gap), 1.5) for gap in gaps])
+    text, published = (
+        driven(scenes, "fsm", variant=variant)[:, columns.R_CONTACT] == 1.0
+        for variant in ((), ("jrc-raw-acceleration",))
+    )
+    assert np.any(published & ~text)
+    assert not np.any(text & ~published)
+
+
+@compiled_only
+def test_lateral_variant_is_the_text_for_the_usual_width() -> None:
+    # 0.3 m inside a lane of 3.5 m is 0.5 m beside an ego of 1.9 m.
+    text, published = with_and_without("jrc-lateral", "reg157", 3.5)
+    assert text.tobytes() == published.tobytes()
+
+
+@compiled_only
+@pytest.mark.parametrize(("variant", "sign"), [("jrc-coasting", 1.0), ("jrc-no-emergency", -1.0)])
+def test_variant_changes_the_impact_of_the_careful_driver_one_way(
+    variant: str, sign: float
+) -> None:
+    text, published = with_and_without(variant, "cc", 3.5)
+    both = (text[:, columns.R_CONTACT] == 1.0) & (published[:, columns.R_CONTACT] == 1.0)
+    column = columns.R_IMPACT_SPEED
+    softer = sign * (text[both, column] - published[both, column])
+    assert np.any(softer > 0.01)
+    assert np.all(softer > -1e-9)
 
 
 def scene_of_a_lead(speed: float, gap: float, braking: float, jerk: float = math.inf) -> Any:
@@ -230,3 +238,27 @@ def test_standing_vehicle_right_behind_a_late_cut_out_is_touched(model: str) -> 
     scenes = scene_of_a_cut_out(36.0, 5.0, 0.5)
     scenes[:, columns.S_GAP] = 10.0
     assert driven(scenes, model, kind=columns.CUT_OUT)[0, columns.R_CONTACT] == 1.0
+
+
+def test_variant_without_evaluation_answers_a_cut_out_by_0_4_seconds_earlier() -> None:
+    scenes = scene_of_a_cut_out(25.0, 40.0, 1.5)
+    text, published = (
+        driven(scenes, "cc", kind=columns.CUT_OUT, variant=variant)[0, columns.R_BRAKING_TIME]
+        for variant in ((), ("jrc-perception",))
+    )
+    # Shown at 0.375 m / 1.5 m/s = 0.25 s, or in the tick after it, and 0.75 s of delay.
+    assert published == pytest.approx(1.0, abs=0.011)
+    assert text - published == pytest.approx(0.4, abs=0.011)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_vehicle_that_leaves_can_be_touched_when_it_has_shown_the_other(model: str) -> None:
+    # Shown after 0.75 s; the gap to the slower one that leaves is closed before a brake answers,
+    # and it is out of the path after 3.8 s.
+    scenes = scene_of_a_cut_out(30.0, 200.0, 0.5)
+    scenes[:, columns.S_OTHER_SPEED] = 10.0
+    scenes[:, columns.S_GAP] = 17.0
+    result = driven(scenes, model, kind=columns.CUT_OUT)[0]
+    assert result[columns.R_CONTACT] == 1.0
+    assert 10.0 < result[columns.R_IMPACT_SPEED] <= 20.0
+    assert result[columns.R_MIN_GAP] == 0.0
