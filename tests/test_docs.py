@@ -125,7 +125,7 @@ def test_commands_of_the_workflow_exist_with_their_options(page: Path) -> None:
 
 def test_files_of_the_pages_are_valid(project: Path) -> None:
     names = [name for page in WALKED for name in walk.files_of(text_of(page))]
-    shown = {Path(name).parts[-2] for name in names}
+    shown = {Path(name).parent.name for name in names}
     assert {"motorway", "odd", "concepts", "architectures"} <= shown
     for name in names:
         path = project / name
