@@ -76,7 +76,10 @@ def test_blocks_print_what_the_pages_show(walked: tuple[Path, list[walk.Walked]]
         for difference in item.differences()
     ]
     assert not differences, "\n\n".join(
-        [*differences, "Renew them: python docs/walk.py --update README.md docs/guide/*.md docs/cookbook.md"]
+        [
+            *differences,
+            "Renew them: python docs/walk.py --update README.md docs/guide/*.md docs/cookbook.md",
+        ]
     )
 
 
