@@ -1,7 +1,8 @@
 """Execute the console blocks of pages in a scratch project; compare what they print, or renew it.
 
-    python docs/walk.py README.md docs/guide/*.md             compare
-    python docs/walk.py --update README.md docs/guide/*.md    write what was printed into the pages
+    PAGES='README.md docs/guide/*.md docs/cookbook.md'
+    python docs/walk.py $PAGES             compare
+    python docs/walk.py --update $PAGES    write what was printed into the pages
 
 In a console block, a line that begins with ``$`` is a command, ``>`` continues it, and what follows
 is its output. A line ``…`` stands for lines left out. A Python block is executed, too, and a text

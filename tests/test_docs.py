@@ -24,13 +24,14 @@ from docs import generate, walk
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 GUIDE = sorted((ROOT / "docs" / "guide").glob("*.md"))
+COOKBOOK = ROOT / "docs" / "cookbook.md"
 PAGES = [
     README,
     ROOT / "CONTRIBUTING.md",
     ROOT / "CHANGELOG.md",
     *sorted((ROOT / "docs").rglob("*.md")),
 ]
-WALKED = [README, *GUIDE]
+WALKED = [README, *GUIDE, COOKBOOK]
 ODD = "odd/motorway_chauffeur.yaml"
 
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
@@ -75,7 +76,10 @@ def test_blocks_print_what_the_pages_show(walked: tuple[Path, list[walk.Walked]]
         for difference in item.differences()
     ]
     assert not differences, "\n\n".join(
-        [*differences, "Renew them: python docs/walk.py --update README.md docs/guide/*.md"]
+        [
+            *differences,
+            "Renew them: python docs/walk.py --update README.md docs/guide/*.md docs/cookbook.md",
+        ]
     )
 
 
