@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign import runner
+from adeye.campaign import blocks, runner
 from adeye.campaign.reproduce import replay_run
 from adeye.channels.process import MOST_PROGRAMS
 from adeye.errors import UsageError
@@ -123,10 +123,10 @@ def test_blocks_hold_no_more_programs_than_a_machine_can_bear(project: Project) 
     with project.edited_odd() as odd:
         gaps = {"from": "10 m", "to": "60 m", "step": "0.01 m"}
         odd["scenarios"][0]["sweep"]["parameters"] = {"gap": gaps}
-    assert runner.block_size(project.plan()) == MOST_PROGRAMS
+    assert blocks.block_size(project.plan()) == MOST_PROGRAMS
     with project.edited("odd/architectures/honest.yaml") as honest:
         honest["channels"]["second"] = guest("")
-    assert runner.block_size(project.plan()) == MOST_PROGRAMS // 2
+    assert blocks.block_size(project.plan()) == MOST_PROGRAMS // 2
     assert not project.plan().is_compiled
 
 

@@ -16,6 +16,7 @@ from adeye.campaign.check import (
     over_budget,
 )
 from adeye.campaign.content import Contents
+from adeye.campaign.factors import axes_text, design_counts
 from adeye.campaign.halving import Sample, check_half_step, choose, judged_with
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
@@ -24,7 +25,6 @@ from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.errors import InputError, SpecError
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
-from adeye.spec.distribution import Distribution
 from adeye.spec.load import OddFiles, load_odd
 from adeye.store.planned import PlannedCases
 from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
@@ -32,7 +32,6 @@ from adeye.sweep.axes import quantity_or_text
 from adeye.sweep.declared import data_digests
 from adeye.sweep.expand import Expansion, expand
 from adeye.sweep.sequence import LazyCases
-from adeye.sweep.statement import axis_words
 from adeye.sweep.structure import structure_key
 from adeye.units import Dimension
 
@@ -194,8 +193,8 @@ class CampaignPlan:
                     "fault_entries": list(factor.fault_entries),
                     "replicates": factor.replicates,
                     "test_cases": factor.test_cases,
-                    "axes": self._axes(factor.scenario),
-                    **self._design(factor.scenario),
+                    "axes": axes_text(self.files.odd.spec, factor.scenario),
+                    **design_counts(self.expansion.points[factor.scenario]),
                 }
                 for factor in self.expansion.factors
             ],
@@ -269,35 +268,6 @@ class CampaignPlan:
                 name: item.spec.model_dump(mode="json")
                 for name, item in files.architectures.items()
             },
-        }
-
-    def _axes(self, scenario: str) -> dict[str, str]:
-        use = next(item for item in self.files.odd.spec.scenarios if item.name == scenario)
-        axes: dict[str, str] = {}
-        for name, axis in use.sweep.parameters.items():
-            if isinstance(axis, tuple):
-                axes[name] = ", ".join(map(str, axis))
-            elif isinstance(axis, Distribution):
-                axes[name] = axis_words(axis.model_dump(mode="json"))
-            else:
-                axes[name] = f"{axis.start} to {axis.to}, step {axis.step}"
-        for point in use.sweep.points:
-            for name, value in point.items():
-                axes[name] = f"{axes[name]}, {value}" if name in axes else str(value)
-        return axes
-
-    def _design(self, scenario: str) -> dict[str, int]:
-        """Count what a design looked at for its points, for what may be said about them."""
-        points = self.expansion.points[scenario]
-        if points.drawn is not None:
-            return {"drawn": points.drawn, "kept": points.count}
-        tuples = points.tuples
-        if tuples is None:
-            return {}
-        return {
-            "strength": tuples.strength,
-            "tuples": tuples.total,
-            "feasible_tuples": tuples.feasible,
         }
 
     def _units(self) -> dict[str, dict[str, str]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from adeye.campaign.blocks import block_size, fitting
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.halving import HalfStepTasks, Halved
 from adeye.campaign.keeping import Keep, folder_of
@@ -14,12 +15,8 @@ from adeye.campaign.rejudging import VERDICT, Rejudged, rejudge
 from adeye.campaign.summary import CampaignSummary, failed_channels, summarise
 from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
-from adeye.channels.factory import PROCESS
-from adeye.channels.process import MOST_PROGRAMS
 from adeye.errors import InputError
 from adeye.kernel.jit import is_cache_warm
-from adeye.recorder import trace_bytes
-from adeye.sensors.lidar import sample_bytes
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
@@ -28,15 +25,9 @@ if TYPE_CHECKING:
     from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.work import WorkContext
-    from adeye.spec.architecture import Architecture
     from adeye.store.stored import Block, Plan
     from adeye.sweep.case import TestCase
 
-SMALLEST_BLOCK, LARGEST_BLOCK = 16, 1_024
-BLOCKS = 16
-"""Blocks that a plan is cut into, if they become neither too small nor too large."""
-TRACE_MEMORY = 192 * 2**20
-"""Memory for the traces of one block [bytes]: two of them at once leave room below one gigabyte."""
 LEASE_S = 600.0
 
 
@@ -191,7 +182,7 @@ class _Campaign:
             return found
         if not executes:
             return Halved(0, ("they were not executed; `adeye run` executes them",))
-        halves = HalfStepTasks(self._repository, self._plan, _fitting(self._plan.examples()))
+        halves = HalfStepTasks(self._repository, self._plan, fitting(self._plan.examples()))
         self._report(Progress("half step", 0, halves.total, 0))
         for done in lanes.start(halves):
             unchanged.check()
@@ -274,41 +265,6 @@ class _Lanes:
 def _first_line(text: str) -> str:
     """An exception of a library may have many lines; the database keeps them all."""
     return text.partition("\n")[0]
-
-
-def block_size(plan: CampaignPlan) -> int:
-    """Choose how many test cases a block has at most.
-
-    A small plan has small blocks, so that a kill costs little and every worker has something to
-    do; a large one has large blocks, over which compiled code and inserts cost least, as far as
-    their traces and the returns of their lidars fit into memory.
-    """
-    return _block_size(plan.expansion.count, _fitting(plan.examples()))
-
-
-def _fitting(examples: Sequence[TestCase]) -> int:
-    """Count the runs that fit into memory together, and whose programs may run at once."""
-    largest = max(trace_bytes(case) + sample_bytes(case.architecture) for case in examples)
-    fitting = TRACE_MEMORY // largest
-    programs = max(_programs(case.architecture) for case in examples)
-    return min(fitting, max(1, MOST_PROGRAMS // programs)) if programs else fitting
-
-
-def _programs(architecture: Architecture) -> int:
-    """Count the channels that have a program of their own in each run."""
-    return sum(channel.kind == PROCESS for channel in architecture.channels.values())
-
-
-def _block_size(planned: int, fitting: int) -> int:
-    """Choose the size for some planned test cases of which some fit into memory together.
-
-    >>> [_block_size(planned, 2_000) for planned in (28, 1_000, 8_000, 65_536, 1_000_000)]
-    [16, 62, 500, 1024, 1024]
-    >>> _block_size(1_000_000, 640)
-    640
-    """
-    wanted = min(max(planned // BLOCKS, SMALLEST_BLOCK), LARGEST_BLOCK)
-    return max(1, min(wanted, fitting))
 
 
 def _executor(workers: int, threads: int) -> InProcess[BatchTask, BatchResult] | _Parallel:
