@@ -1023,7 +1023,7 @@ FLAWS = [
         IN_CONCEPT,
         "not contact",
         "contact implies eventually[2 s, 1 s](standstill)",
-        "is empty or in the past",
+        "is empty or begins below 0 s",
     ),
     Flaw(
         "status that does not exist",

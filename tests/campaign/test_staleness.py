@@ -178,7 +178,7 @@ def edits(graph: Graph, rnd: random.Random) -> list[Edit]:
         ),
         (change(CONCEPT, lambda c: threshold(c, fsr)), lambda pair: pair.fsr == fsr),
         (
-            change(CONCEPT, lambda c: requirement(c, fsr).update(text="Other", asil="A")),
+            change(CONCEPT, lambda c: requirement(c, fsr).update(text="Other", mandatory=False)),
             lambda _: False,
         ),
         (change(CONCEPT, lambda c: c.update(title="Another")), lambda _: False),

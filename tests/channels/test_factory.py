@@ -58,8 +58,8 @@ def observation() -> Observation:
     return Observation(0.0, {}, {}, None, np.ones(1, dtype=np.bool_))
 
 
-def test_built_in_kinds_are_nominal_safety_and_trajectory() -> None:
-    assert set(BUILT_IN) == {"nominal", "safety", "trajectory"}
+def test_built_in_kinds_are_these() -> None:
+    assert set(BUILT_IN) == {"nominal", "safety", "trajectory", "reference"}
 
 
 def test_policy_is_contained_like_a_plugin(folder: Path) -> None:

@@ -187,7 +187,9 @@ def test_json_is_one_document(adeye: Any, campaign: Campaign) -> None:
 def test_nothing_executed_is_said() -> None:
     summary = replace(SUMMARY, executed=0, reused=12)
     assert executed_text(summary) == "Executed nothing, all 12 results were there."
-    assert executed_text(replace(summary, judged=12)).endswith("Judged 12 of them anew.")
+    assert executed_text(replace(summary, judged=12)).endswith(
+        "Re-judged 12 of 12 results; 0 executed again for it."
+    )
 
 
 def test_large_counts_can_be_read() -> None:

@@ -10,7 +10,12 @@ import pytest
 from adeye.channels.factory import BUILT_IN, make_channel
 from adeye.cli.examples import EXAMPLES
 from adeye.ports import ControlChannel
-from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
+from adeye.spec.channels import (
+    NominalParameters,
+    ReferenceParameters,
+    SafetyParameters,
+    TrajectoryParameters,
+)
 from adeye.testing import ScriptedChannel, check_channel
 
 pytestmark = pytest.mark.requirements
@@ -19,16 +24,19 @@ PARAMETERS = {
     "nominal": NominalParameters(),
     "safety": SafetyParameters(),
     "trajectory": TrajectoryParameters(),
+    "reference": ReferenceParameters(),
 }
 LINKS = {
     "nominal": ("front", "pose"),
     "safety": ("truth", "channels.other", "switch"),
     "trajectory": ("front", "pose"),
+    "reference": ("truth",),
 }
 SENSORS = {
     "nominal": {"front": "radar", "pose": "localisation"},
     "safety": {"truth": "ground_truth"},
     "trajectory": {"front": "radar", "pose": "localisation"},
+    "reference": {"truth": "ground_truth"},
 }
 
 
