@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random  # noqa: TID251 - which ODDs are tried
 import tempfile
+from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -72,7 +73,11 @@ class Graph:
             rnd.sample(sorted(FAULTS), rnd.randint(0, 2)),
         )
         for number in range(rnd.randint(2, 5)):
-            own = {**rnd.choice(MEASURES), "scenarios": rnd.sample(names, rnd.randint(0, 1))}
+            # A copy: what two share would be one thing in the file, and edited as one.
+            own = {
+                **deepcopy(rnd.choice(MEASURES)),
+                "scenarios": rnd.sample(names, rnd.randint(0, 1)),
+            }
             graph.fsrs[f"F-{number}"] = own
         return graph
 
@@ -183,7 +188,7 @@ def edits(graph: Graph, rnd: random.Random) -> list[Edit]:
         ),
         (change(CONCEPT, lambda c: c.update(title="Another")), lambda _: False),
         (change(odd, lambda c: c.update(seed=8)), lambda _: True),
-        (change(odd, lambda c: c.update(step="0.1 s")), lambda _: True),
+        (change(odd, lambda c: c.update(step="0.025 s")), lambda _: True),
         (
             change(
                 odd,

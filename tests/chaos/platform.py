@@ -44,7 +44,7 @@ def disk_full(bench: Bench) -> Said:
     with bench.edited() as odd:
         odd["seed"] = 8
     size = (bench.folder / DB).stat().st_size
-    return limited(bench, size + 30_000, "run", ODD_FILE, "--db", DB, "--quiet")
+    return limited(bench, size // 4, "run", ODD_FILE, "--db", DB, "--quiet")
 
 
 def nowhere_for_the_baseline(bench: Bench) -> Said:
