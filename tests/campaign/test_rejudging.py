@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -11,6 +12,7 @@ from adeye.campaign import work
 from adeye.campaign.keeping import folder_of
 from adeye.campaign.runner import judge_campaign, run_campaign
 from adeye.errors import IntegrityError
+from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.verdict import ExitCode
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Project
@@ -206,3 +208,22 @@ def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path) -> 
         path.unlink()
     summary = judge_campaign(made.plan(), db=db)
     assert summary.to_replay == summary.planned
+
+
+@pytest.mark.parametrize("is_same", [True, False])
+def test_metric_that_is_defined_otherwise_by_now_tells_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_same: bool
+) -> None:
+    project = Project(tmp_path / "project", MINI)
+    with project.edited(CONCEPT) as concept:
+        (item,) = [item for item in concept["requirements"] if "bound" in item][:1]
+        concept["requirements"] = [item]
+    run_campaign(project.plan(), db=project.db)
+    name = item["bound"]["metric"]
+    uid = METRICS[name].uid if is_same else "adeye:test@99"
+    monkeypatch.setitem(METRICS, name, replace(METRICS[name], uid=uid))
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][0]["bound"]["at_most"] = 5.25
+    judged = judge_campaign(project.plan(), db=project.db)
+    assert judged.ways == ({"metric": judged.planned} if is_same else {})
+    assert judged.to_replay == (0 if is_same else judged.planned)
