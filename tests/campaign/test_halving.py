@@ -17,6 +17,10 @@ from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import SpecError
 from adeye.evaluation.uncertainty import Difference, differences, sampled_metric
 from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.report.baseline import write_baseline
+from adeye.report.findings import Kind, deciding
+from adeye.report.gating import judge_campaign
+from adeye.report.margins import Tolerances
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Executed, Project, count_rows, run_cases
 
@@ -473,3 +477,56 @@ def test_twins_are_in_no_selection_and_the_database_verifies(asked: Executed) ->
     assert count_rows(asked.db, "run") == RUNS + TWINS
     with Repository.open(asked.db, create=False) as repository:
         assert repository.verify() == ()
+
+
+# --- the gate
+
+
+@pytest.mark.parametrize(("share", "kind"), [(0.5, Kind.NOTE), (2.0, Kind.MARGIN)])
+def test_gate_takes_no_loss_for_a_regression_that_the_step_is_worth(
+    asked: Executed, tmp_path: Path, share: float, kind: Kind
+) -> None:
+    with Repository.open(asked.db, create=False) as repository:
+        campaign = repository.find_campaign(asked.summary.campaign)
+        now = judge_campaign(repository, campaign, None, Tolerances()).state
+        worth = {
+            (item.difference.name, item.architecture): item.difference.uncertainty
+            for item in repository.hindsight.half_steps.uncertainty(campaign.id)
+            if item.difference.kind == "fsr"
+            and item.difference.unit
+            and item.difference.uncertainty
+        }
+        assert now.cases is not None
+        part, fsr, size = next(
+            (part, fsr, worth[fsr, part.architecture])
+            for part in now.cases
+            if part.architecture in now.gate
+            for fsr, measure in zip(part.fsrs, part.measures, strict=True)
+            if (fsr, part.architecture) in worth and measure is not None and now.fsrs[fsr].mandatory
+        )
+        assert size is not None
+        at = part.fsrs.index(fsr)
+        better = [
+            row.model_copy(
+                update={
+                    "margins": tuple(
+                        margin + share * size if place == at and margin is not None else margin
+                        for place, margin in enumerate(row.margins)
+                    )
+                }
+            )
+            for row in part.rows
+        ]
+        then = now.model_copy(
+            update={
+                "cases": tuple(
+                    item.model_copy(update={"rows": tuple(better)}) if item is part else item
+                    for item in now.cases
+                )
+            }
+        )
+        write_baseline(then, tmp_path / "b.json")
+        (found,) = judge_campaign(repository, campaign, tmp_path / "b.json", Tolerances()).changes
+    assert (found.kind, found.fsr) == (kind, fsr)
+    assert (found in deciding([found])) is (kind is Kind.MARGIN)
+    assert "the step is worth" in found.text
