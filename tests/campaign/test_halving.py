@@ -103,8 +103,28 @@ def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
     with project.edited(CONCEPT) as concept:
         concept["requirements"][1]["bound"]["at_most"] = 5.5
     after = chosen(project.plan())
-    assert {key: after[key] for key in before} == before
+    # The fault that came adds runs of the same situations, and changes none.
+    assert all(set(results) < set(after[key]) for key, results in before.items())
     assert len(after) == 4
+
+
+def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(
+    make_project: MakeProject,
+) -> None:
+    project = make_project(ASKED)
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["faults"] = ["none", "front_camera_out", "nominal_silent"]
+        odd["faults"] = MINI["faults"]
+    plan = project.plan()
+    for item in plan.samples:
+        cases = [plan.cases[ordinal] for ordinal in item.ordinals]
+        entries: dict[str, list[str]] = {}
+        for case in cases:
+            entries.setdefault(case.situation_digest, []).append(case.fault_entry)
+        assert list(entries) == sorted(entries)
+        assert len(entries) == 12
+        assert all(len(found) == 2 and found[0] == "none" for found in entries.values())
+        assert {found[1] for found in entries.values()} == {"front_camera_out", "nominal_silent"}
 
 
 def test_more_points_change_the_sample_only_where_they_are_smaller(
@@ -220,6 +240,29 @@ def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> N
             assert whole is not None
             assert half is not None
             assert half / whole == pytest.approx(0.25, rel=0.15)
+
+
+def test_requirement_about_a_fault_has_an_uncertainty(make_project: MakeProject) -> None:
+    project = make_project({**ASKED, "faults": MINI["faults"]})
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["faults"] = ["nominal_silent"]
+        odd["architectures"] = ["architectures/camera_radar.yaml"]
+    with project.edited(CONCEPT) as concept:
+        stop = next(item for item in concept["requirements"] if item["id"] == "FSR-05")
+        stop |= {"formula": "always(faulted implies ego.acceleration >= -4.5 m/s^2)"}
+        concept["requirements"] = [stop]
+    project.run()
+    (found,) = [row for row in lines(project) if row[2] == "fsr"]
+    sampled, pairs, p95 = found[5:8]
+    assert (sampled, pairs) == (24, 12)
+    assert 0.0 < p95 < 0.5
+    with closing(sqlite3.connect(project.db)) as connection:
+        begun = connection.execute(
+            "SELECT MIN(time_s) FROM event WHERE kind = 'fault' GROUP BY run_number"
+        ).fetchall()
+    # With the step and with half of it, the fault begins when the ODD says.
+    assert {round(time, 9) for (time,) in begun} == {3.0}
+    assert len(begun) >= 24
 
 
 def test_noise_of_a_run_is_that_of_its_twin(asked: Executed) -> None:
