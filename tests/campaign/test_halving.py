@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from adeye.campaign import halving, runner
+from adeye.campaign.forks import fork_run
 from adeye.campaign.halving import twin_of
 from adeye.campaign.reproduce import describe_run, replay_run, rerun
 from adeye.campaign.work import BatchResult, BatchTask, execute
@@ -361,6 +362,16 @@ def test_threshold_decides_by_the_uncertainty(
     )
     assert line.verdict is (Verdict.PASS if is_pass else Verdict.INCONCLUSIVE)
     assert line.margin == pytest.approx(share * least)
+    # A fork of the run is held against the same: the margin of both is the run's.
+    with Repository.open(project.db, create=False) as repository:
+        run = next(
+            item.worst_run for item in repository.gate(summary.campaign) if item.fsr == "FSR-02"
+        )
+    assert run is not None
+    forked = fork_run(project.db, run, start="0", authority="nominal")
+    assert forked.origin.verdicts["FSR-02"] == line.verdict.value
+    if forked.is_same:
+        assert forked.fork.verdicts["FSR-02"] == line.verdict.value
 
 
 def worst_deceleration(asked: Executed) -> tuple[float, float]:
