@@ -11,7 +11,7 @@ import numpy as np
 from adeye.evaluation.extremes import EXTREME, SAMPLES, Extremes
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.requirements import JUDGE_VERSION
-from adeye.store.basis import BasisBlock, ExtremeBlock
+from adeye.store.basis_block import BasisBlock, ExtremeBlock
 from adeye.store.columns import Dictionary, Texts
 
 if TYPE_CHECKING:

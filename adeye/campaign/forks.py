@@ -12,6 +12,7 @@ from adeye.campaign.reproduce import recall, same_ticks
 from adeye.campaign.work import describe, evaluate
 from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.evaluation.timeline import violation_s
+from adeye.evaluation.uncertainty import verdict_with
 from adeye.spec.clock import ticks
 from adeye.store.repository import Repository
 from adeye.store.rows import EngineKey, ForkRecord
@@ -195,8 +196,8 @@ def _fork_together(
     ]
     repository.save_forks(records, block)
     for run, (recalled, override) in enumerate(wanted):
-        origin = _side(recalled.run.result_digest, trace, evaluation, run)
-        fork = _side(records[run].result_digest, trace, evaluation, count + run)
+        origin = _side(recalled.run.result_digest, recalled, trace, evaluation, run)
+        fork = _side(records[run].result_digest, recalled, trace, evaluation, count + run)
         links = recalled.stored.links
         yield Forked(
             origin=origin,
@@ -253,8 +254,14 @@ def _require_same_prefix(recalled: Recalled, trace: Trace, runs: tuple[int, int]
         )
 
 
-def _side(digest: str, trace: Trace, evaluation: Evaluation, run: int) -> Side:
+def _side(digest: str, recalled: Recalled, trace: Trace, evaluation: Evaluation, run: int) -> Side:
     outcome = evaluation.outcomes[run]
+    verdicts = {item.fsr_id: item.verdict for item in evaluation.judgements[run]}
+    for item in evaluation.judgements[run]:
+        # A fork is of the scenario and architecture of its run: the step is worth as much in it.
+        if item.fsr_id in recalled.uncertainty:
+            uncertainty = recalled.uncertainty[item.fsr_id]
+            verdicts[item.fsr_id] = verdict_with(item.verdict, item.margin, item.unit, uncertainty)
     return Side(
         run=digest,
         trace_digest=trace.digests()[run],
@@ -262,5 +269,5 @@ def _side(digest: str, trace: Trace, evaluation: Evaluation, run: int) -> Side:
         end_reason=outcome.end_reason,
         duration_s=float(trace.time[int(trace.length[run]) - 1]),
         violation_s=violation_s(trace, run),
-        verdicts={item.fsr_id: item.verdict.value for item in evaluation.judgements[run]},
+        verdicts={name: verdict.value for name, verdict in verdicts.items()},
     )

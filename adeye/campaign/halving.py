@@ -1,11 +1,14 @@
 """Execute a sample of situations with the step and with half of it, and compare.
 
-The sample of a scenario and an architecture are the fault-free test cases whose situations have
-the smallest digests: a digest is as good as a draw, and no edit of another scenario, architecture,
-fault or FSR changes it. The twin of a run has the same situation, so the same noise, and half the
-step; rates, delays and times are seconds and stay. What is one tick by definition is half as long:
-the delay of a link to a channel or to the switch, the time between two looks of traffic, storyboard
-and switch, and the row in which a metric finds its worst case. These are part of the uncertainty.
+The sample of a scenario and an architecture are the situations with the smallest digests: a digest
+is as good as a draw, and no edit of another scenario, architecture, fault or FSR changes it. Each
+is executed without a fault and, where it has any, with one of its fault entries: that of the test
+case with the smallest digest, so that the entries are spread over the situations.
+
+The twin of a run has the same situation, so the same noise, and half the step; rates, delays, times
+of faults and all others are seconds and stay. What is one tick by definition is half as long: the
+delay of a link to a channel or to the switch, the time between two looks of traffic, storyboard and
+switch, and the row in which a metric finds its worst case. These are part of the uncertainty.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from __future__ import annotations
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from itertools import groupby, islice
 from typing import TYPE_CHECKING, Final
 
 from adeye.campaign.work import BatchTask
@@ -76,25 +79,33 @@ def choose(
 ) -> tuple[Sample, ...]:
     """Choose the sample of each scenario and architecture.
 
+    A situation is in it without a fault and with one of its fault entries, as far as it has them.
+
     Args:
         expansion: The test cases.
         engines: Engine by architecture id.
         situations: How many are chosen, or all if there are fewer.
     """
-    found: dict[tuple[str, str], list[tuple[str, str, int]]] = defaultdict(list)
+    found: dict[tuple[str, str], list[tuple[str, bool, str, int]]] = defaultdict(list)
     for section in expansion.sections:
-        if section.group.entry != NO_FAULT:
-            continue
+        has_fault = section.group.entry != NO_FAULT
         for columns in expansion.columns(section.first, section.end):
             key = columns.shared.scenario_id, columns.shared.architecture.architecture
             ordinals = range(columns.first, columns.first + len(columns))
-            found[key] += zip(columns.situation_digest, columns.digest, ordinals, strict=True)
+            found[key] += [
+                (situation, has_fault, case, ordinal)
+                for situation, case, ordinal in zip(
+                    columns.situation_digest, columns.digest, ordinals, strict=True
+                )
+            ]
     samples: list[Sample] = []
     for (scenario, architecture), cases in found.items():
-        # An architecture that the sweep varies has several test cases of one situation.
+        # Of one situation there are as many test cases as fault entries, times what the sweep
+        # varies in an architecture.
         alike = groupby(sorted(cases), key=lambda item: item[0])
-        chosen = [next(items) for _, items in alike][:situations]
-        results = engines[architecture].result_digests([case for _, case, _ in chosen])
+        several = (list(items) for _, items in islice(alike, situations))
+        chosen = [next(kind) for items in several for _, kind in groupby(items, lambda at: at[1])]
+        results = engines[architecture].result_digests([case for *_, case, _ in chosen])
         of_plan = tuple(ordinal for *_, ordinal in chosen)
         samples.append(Sample(scenario, architecture, of_plan, tuple(results)))
     return tuple(samples)

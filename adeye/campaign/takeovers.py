@@ -13,6 +13,8 @@ from adeye.evaluation.takeovers import (
     Takeover,
     TakeoverClass,
     classify_takeover,
+    precision_of,
+    recall_of,
 )
 from adeye.store.hindsight import TakeoverLine
 from adeye.store.repository import Repository
@@ -51,6 +53,16 @@ class TakeoverMatrix:
     avoidable: int
     harmful: int
     lines: tuple[TakeoverLine, ...]
+
+    @property
+    def precision(self) -> tuple[int, int]:
+        """See ``evaluation.takeovers.precision_of``."""
+        return precision_of(self.counts)
+
+    @property
+    def recall(self) -> tuple[int, int]:
+        """See ``evaluation.takeovers.recall_of``."""
+        return recall_of(self.counts, self.avoidable)
 
 
 def look_back(

@@ -130,9 +130,14 @@ def forks(
     with watching(quiet=quiet) as report:
         found = look_back(db, campaign, most=sample or None, report=report)
     if json:
-        emit_json("forks", plain(found))
+        shares = {"precision": found.precision, "recall": found.recall}
+        emit_json("forks", plain(found) | {name: list(pair) for name, pair in shares.items()})
         return
     _print_matrix(found)
+
+
+def _share(pair: tuple[int, int]) -> str:
+    return f"{pair[0]} of {pair[1]}"
 
 
 def _print_matrix(found: TakeoverMatrix) -> None:
@@ -150,6 +155,10 @@ def _print_matrix(found: TakeoverMatrix) -> None:
     emit(
         f"Of the missed, {found.avoidable} would have been avoided by a takeover; of the takeovers "
         f"that were not needed, {found.harmful} violate."
+    )
+    emit(
+        f"Precision: {_share(found.precision)} takeovers were needed. "
+        f"Recall: {_share(found.recall)} runs that needed one had it in time."
     )
     lines = [line for line in found.lines if line.class_ not in {"not_needed", "needed_and_done"}]
     if lines:

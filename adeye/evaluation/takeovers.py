@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 TakeoverClass = Literal["needed_and_done", "late", "spurious", "missed", "not_needed"]
 TAKEOVER_CLASSES: Final[tuple[TakeoverClass, ...]] = (
@@ -56,3 +59,25 @@ def classify_takeover(takeover: Takeover) -> TakeoverClass:
     if not takeover.fork_violates:
         return "spurious"
     return "late" if takeover.violates else "needed_and_done"
+
+
+def precision_of(counts: Mapping[TakeoverClass, int]) -> tuple[int, int]:
+    """Give the takeovers that were needed, in time or late, and all of them.
+
+    >>> counts = {"needed_and_done": 6, "late": 1, "spurious": 3, "missed": 2, "not_needed": 9}
+    >>> precision_of(counts), recall_of(counts, avoidable=1)
+    ((7, 10), (6, 8))
+    """
+    needed = counts["needed_and_done"] + counts["late"]
+    return needed, needed + counts["spurious"]
+
+
+def recall_of(counts: Mapping[TakeoverClass, int], avoidable: int) -> tuple[int, int]:
+    """Give the takeovers that were needed and in time, and the runs that needed one.
+
+    Args:
+        counts: Runs by class.
+        avoidable: Missed ones that a takeover would have helped; the others needed none.
+    """
+    done = counts["needed_and_done"]
+    return done, done + counts["late"] + avoidable

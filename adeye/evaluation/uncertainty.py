@@ -126,6 +126,27 @@ def is_uncertain(is_pass: Bools, margin: Floats, least: Floats) -> Bools:
     return is_pass & (margin < least)
 
 
+def verdict_with(
+    verdict: Verdict, margin: float | None, unit: str | None, uncertainty: NumericUncertainty
+) -> Verdict:
+    """Give what one verdict is with a numeric uncertainty.
+
+    Args:
+        verdict: Without it.
+        margin: Its margin; None where nothing is measured.
+        unit: Unit of the margin.
+        uncertainty: Of the FSR in the scenario and architecture of the run.
+
+    >>> uncertainty = NumericUncertainty("", {"m": 0.1})
+    >>> verdict_with(Verdict.PASS, 0.05, "m", uncertainty).value
+    'INCONCLUSIVE'
+    """
+    least = uncertainty.of([unit])
+    of_margin = np.array([np.nan if margin is None else margin])
+    is_pass = np.array([verdict is Verdict.PASS])
+    return Verdict.INCONCLUSIVE if is_uncertain(is_pass, of_margin, least)[0] else verdict
+
+
 def uncertain_detail(least: float, unit: str | None) -> str:
     """Say why a verdict is INCONCLUSIVE."""
     return f"margin below the numeric uncertainty of {least:g} {unit or ''}".rstrip()

@@ -4,7 +4,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from adeye.evaluation.takeovers import TakeoverClass
+from adeye.evaluation.takeovers import TakeoverClass, precision_of, recall_of
 from adeye.evaluation.timeline import InjectionClass
 from adeye.report.parts import Command, Count, Id, Part
 
@@ -116,6 +116,16 @@ class Takeovers(Part):
     def runs(self) -> int:
         """Runs that were forked."""
         return sum(self.counts.values())
+
+    @property
+    def precision(self) -> tuple[int, int]:
+        """See ``evaluation.takeovers.precision_of``."""
+        return precision_of(self.counts)
+
+    @property
+    def recall(self) -> tuple[int, int]:
+        """See ``evaluation.takeovers.recall_of``."""
+        return recall_of(self.counts, self.avoidable)
 
 
 class Calm(Part):

@@ -293,7 +293,7 @@ class _Cells:
             (now, after),
             self._tolerances,
             points=self._now.points if self._is_sample(place[1]) else None,
-            name=place[1],
+            place=place,
         )
         if loss is not None:
             kind = Kind.MARGIN if loss.is_regression else Kind.NOTE

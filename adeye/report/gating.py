@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -11,7 +12,7 @@ from adeye.report.baseline import Baseline, read_baseline, write_baseline
 from adeye.report.findings import Finding, Kind, deciding, gate_code_of
 from adeye.report.gate import Snapshot, changes, check_same_odd, state_of
 from adeye.report.snapshot import MAX_CASES, case_keys, take_down
-from adeye.report.words import counted
+from adeye.report.words import counted, unit_text
 from adeye.store.blocking import preventable_by, without_unpreventable
 from adeye.store.totals import gate_code, totals
 
@@ -110,6 +111,7 @@ def judge_campaign(
         check_same_odd(then, now, str(path))
         units = [cell.margin.unit for cell in (*then.cells, *now.cells) if cell.margin]
         tolerances.check([*then.fsrs, *now.fsrs], units)
+        tolerances = replace(tolerances, steps=_steps(repository, campaign))
         changed = list(map(set_aside, changes(then, snapshot, tolerances)))
     decided = gate_code_of([*own, *changed], code)
     return GateResult(
@@ -123,6 +125,19 @@ def judge_campaign(
         exit_code=decided,
         message=_message(decided, code, message, [*own, *changed]),
     )
+
+
+def _steps(
+    repository: Repository, campaign: CampaignInfo
+) -> dict[tuple[str, str, str], dict[str, float]]:
+    """Read what the step is worth in the margins of a campaign, in their units."""
+    found: dict[tuple[str, str, str], dict[str, float]] = defaultdict(dict)
+    for item in repository.hindsight.half_steps.uncertainty(campaign.id):
+        worth = item.difference.uncertainty
+        if item.difference.kind == "fsr" and worth is not None:
+            unit = unit_text(item.difference.unit) or "1"
+            found[item.difference.name, item.architecture, item.scenario][unit] = worth
+    return dict(found)
 
 
 def _set_aside(repository: Repository, campaign: CampaignInfo) -> Callable[[Finding], Finding]:

@@ -51,9 +51,12 @@ class Tolerances:
 
     Attributes:
         sizes: Size by id of an FSR, or by unit for all others, as a margin has it.
+        steps: Numeric uncertainty of the margin by FSR, architecture and scenario, and by unit:
+            what the step is worth is no loss.
     """
 
     sizes: Mapping[str, float] = field(default_factory=dict)
+    steps: Mapping[tuple[str, str, str], Mapping[str, float]] = field(default_factory=dict)
 
     @classmethod
     def given(cls, sizes: Mapping[str, float]) -> Tolerances:
@@ -64,16 +67,24 @@ class Tolerances:
         """
         return cls({unit_text(name) or name: size for name, size in sizes.items()})
 
-    def of(self, fsr: str, unit: str, value: float) -> float:
-        """Give the loss that does not count, at least what rounding makes.
+    def of(self, place: tuple[str, str, str], unit: str, value: float) -> float:
+        """Give the loss that does not count, at least what rounding and the step make.
 
         Args:
-            fsr: Id of the FSR.
+            place: FSR, architecture and scenario.
             unit: Unit of the margin; ``1`` for one without or divided by its scale.
             value: Margin in the baseline.
         """
+        return max(self.without_step(place[0], unit, value), self.step(place, unit))
+
+    def without_step(self, fsr: str, unit: str, value: float) -> float:
+        """Give the loss that does not count if the step were worth nothing."""
         numeric = NUMERIC * max(1.0, abs(value))
         return max(numeric, self.sizes.get(fsr, self.sizes.get(unit, 0.0)))
+
+    def step(self, place: tuple[str, str, str], unit: str) -> float:
+        """Give what the step is worth in a margin, 0 where that is not known."""
+        return self.steps.get(place, {}).get(unit, 0.0)
 
     def check(self, fsrs: Sequence[str], units: Sequence[str]) -> None:
         """Refuse names that nothing has.
@@ -115,7 +126,7 @@ def compare_cells(was: BaselineCell, has: BaselineCell, tolerances: Tolerances) 
     if was.margin is None or has.margin is None or was.margin.unit != has.margin.unit:
         return ""
     unit, before, after = was.margin.unit, was.margin.value, has.margin.value
-    tolerance = tolerances.of(was.fsr, unit, before)
+    tolerance = tolerances.of((was.fsr, was.architecture, was.scenario or ""), unit, before)
     if before - after <= tolerance:
         return ""
     return f"worst margin {_signed(after, unit)}, {_signed(before, unit)} in the baseline"
@@ -128,7 +139,7 @@ def compare_pairs(
     tolerances: Tolerances,
     *,
     points: Mapping[str, int] | None,
-    name: str,
+    place: tuple[str, str],
 ) -> Loss | None:
     """Compare the margins of pairs of test cases of one FSR.
 
@@ -138,10 +149,11 @@ def compare_pairs(
         now: Those of the campaign.
         tolerances: Losses that do not count.
         points: Point of the design by key, if the points are a random sample.
-        name: Of the scenario.
+        place: Architecture and scenario.
 
     Returns:
-        None if no pair lost more than its tolerance.
+        None if no pair lost more than was given as tolerance; a loss that is no regression if the
+        step is worth more than every pair lost.
     """
     measure = then[1].measure
     is_plain = measure is not None and measure == now[1].measure
@@ -155,8 +167,10 @@ def compare_pairs(
         is_judged = all(rows[key].verdicts[c.at] != _VACUOUS for rows, c in (then, now))
         if is_judged and before is not None and after is not None:
             pairs.append((key, before, after))
-    fsr = then[1].fsr
-    lost = [item for item in pairs if item[1] - item[2] > tolerances.of(fsr, unit, item[1])]
+    at = (then[1].fsr, *place)
+    lost = [
+        item for item in pairs if item[1] - item[2] > tolerances.without_step(at[0], unit, item[1])
+    ]
     if not lost:
         return None
     lost.sort(key=lambda item: (item[2] - item[1], item[0]))
@@ -168,9 +182,15 @@ def compare_pairs(
         f"{_signed(worst_before, unit)} in the baseline"
     )
     worst = tuple(item[0] for item in lost)
+    step = tolerances.step(at, unit)
+    if step:
+        text += f"; the step is worth {quantity(step, unit)}"
+    if max(item[1] - item[2] for item in lost) <= step:
+        return Loss(f"{text}, so nothing is known to be lost", is_regression=False, keys=worst)
     if points is None:
         return Loss(text, is_regression=True, keys=worst)
-    return _tested(pairs, points, tolerances.of(fsr, unit, worst_before), (text, unit, name), worst)
+    tolerance = tolerances.of(at, unit, worst_before)
+    return _tested(pairs, points, tolerance, (text, unit, place[1]), worst)
 
 
 def _tested(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from adeye.signals import Bools, Floats, Ints
-    from adeye.store.basis import BasisBlock
+    from adeye.store.basis_block import BasisBlock
     from adeye.store.rows import (
         EngineKey,
         EventRecord,

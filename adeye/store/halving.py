@@ -1,7 +1,7 @@
 """Save twins with half the step and the numeric uncertainty they told, and judge runs with it.
 
 A twin belongs to a run and is in no selection, like a fork. A verdict with the uncertainty is the
-verdict without it and one rule more (``evaluation.uncertainty.is_uncertain``), so that it is made
+verdict without it and one rule more (``evaluation.uncertainty.verdict_with``), so that it is made
 from the row of that verdict: no run is executed for it.
 """
 
@@ -12,15 +12,14 @@ from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
 from sqlalchemy import select
 
 from adeye.errors import IntegrityError
 from adeye.evaluation.uncertainty import (
     Difference,
     NumericUncertainty,
-    is_uncertain,
     uncertain_detail,
+    verdict_with,
 )
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
@@ -254,17 +253,12 @@ def judge_with_uncertainty(connection: Connection, campaign: str, first: int, en
 
 def _with_uncertainty(plain: VerdictRecord, uncertainty: NumericUncertainty) -> VerdictRecord:
     """Judge a verdict again, as ``rulings.Frame.judge`` does with the same uncertainty."""
-    least = uncertainty.of([plain.unit])
-    margin = np.array([np.nan if plain.margin is None else plain.margin])
-    is_pass = np.array([plain.verdict is Verdict.PASS])
     judged = replace(plain, fsr_digest=uncertainty.digest)
-    if not is_uncertain(is_pass, margin, least)[0]:
+    verdict = verdict_with(plain.verdict, plain.margin, plain.unit, uncertainty)
+    if verdict is plain.verdict:
         return judged
-    return replace(
-        judged,
-        verdict=Verdict.INCONCLUSIVE,
-        detail=uncertain_detail(float(least[0]), plain.unit),
-    )
+    detail = uncertain_detail(float(uncertainty.of([plain.unit])[0]), plain.unit)
+    return replace(judged, verdict=verdict, detail=detail)
 
 
 def _verdict(item: Any) -> VerdictRecord:

@@ -87,6 +87,10 @@ CRITICALITY_IDS: Final = (
     "max_yaw_rate_radps",
     "max_yaw_acceleration_radps2",
     "uncomfortable_time_s",
+    "contact_at_fault",
+    "distance_to_safe_state_m",
+    "max_acceleration_disagreement_mps2",
+    "max_steering_disagreement_rad",
 )
 """Since schema 0004, in ``criticality``."""
 

@@ -11,12 +11,17 @@ import numpy as np
 import pytest
 
 from adeye.campaign import halving, runner
+from adeye.campaign.forks import fork_run
 from adeye.campaign.halving import twin_of
 from adeye.campaign.reproduce import describe_run, replay_run, rerun
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import SpecError
 from adeye.evaluation.uncertainty import Difference, differences, sampled_metric
 from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.report.baseline import write_baseline
+from adeye.report.findings import Kind, deciding
+from adeye.report.gating import judge_campaign
+from adeye.report.margins import Tolerances
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Executed, Project, count_rows, run_cases
 
@@ -99,8 +104,28 @@ def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
     with project.edited(CONCEPT) as concept:
         concept["requirements"][1]["bound"]["at_most"] = 5.5
     after = chosen(project.plan())
-    assert {key: after[key] for key in before} == before
+    # The fault that came adds runs of the same situations, and changes none.
+    assert all(set(results) < set(after[key]) for key, results in before.items())
     assert len(after) == 4
+
+
+def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(
+    make_project: MakeProject,
+) -> None:
+    project = make_project(ASKED)
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["faults"] = ["none", "front_camera_out", "nominal_silent"]
+        odd["faults"] = MINI["faults"]
+    plan = project.plan()
+    for item in plan.samples:
+        cases = [plan.cases[ordinal] for ordinal in item.ordinals]
+        entries: dict[str, list[str]] = {}
+        for case in cases:
+            entries.setdefault(case.situation_digest, []).append(case.fault_entry)
+        assert list(entries) == sorted(entries)
+        assert len(entries) == 12
+        assert all(len(found) == 2 and found[0] == "none" for found in entries.values())
+        assert {found[1] for found in entries.values()} == {"front_camera_out", "nominal_silent"}
 
 
 def test_more_points_change_the_sample_only_where_they_are_smaller(
@@ -218,6 +243,29 @@ def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> N
             assert half / whole == pytest.approx(0.25, rel=0.15)
 
 
+def test_requirement_about_a_fault_has_an_uncertainty(make_project: MakeProject) -> None:
+    project = make_project({**ASKED, "faults": MINI["faults"]})
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["faults"] = ["nominal_silent"]
+        odd["architectures"] = ["architectures/camera_radar.yaml"]
+    with project.edited(CONCEPT) as concept:
+        stop = next(item for item in concept["requirements"] if item["id"] == "FSR-05")
+        stop |= {"formula": "always(faulted implies ego.acceleration >= -4.5 m/s^2)"}
+        concept["requirements"] = [stop]
+    project.run()
+    (found,) = [row for row in lines(project) if row[2] == "fsr"]
+    sampled, pairs, p95 = found[5:8]
+    assert (sampled, pairs) == (24, 12)
+    assert 0.0 < p95 < 0.5
+    with closing(sqlite3.connect(project.db)) as connection:
+        begun = connection.execute(
+            "SELECT MIN(time_s) FROM event WHERE kind = 'fault' GROUP BY run_number"
+        ).fetchall()
+    # With the step and with half of it, the fault begins when the ODD says.
+    assert {round(time, 9) for (time,) in begun} == {3.0}
+    assert len(begun) >= 24
+
+
 def test_noise_of_a_run_is_that_of_its_twin(asked: Executed) -> None:
     cases = [case for case in asked.plan.cases if case.architecture.architecture == "camera_radar"]
     whole = run_cases(asked.plan, cases)["detections"]
@@ -314,6 +362,16 @@ def test_threshold_decides_by_the_uncertainty(
     )
     assert line.verdict is (Verdict.PASS if is_pass else Verdict.INCONCLUSIVE)
     assert line.margin == pytest.approx(share * least)
+    # A fork of the run is held against the same: the margin of both is the run's.
+    with Repository.open(project.db, create=False) as repository:
+        run = next(
+            item.worst_run for item in repository.gate(summary.campaign) if item.fsr == "FSR-02"
+        )
+    assert run is not None
+    forked = fork_run(project.db, run, start="0", authority="nominal")
+    assert forked.origin.verdicts["FSR-02"] == line.verdict.value
+    if forked.is_same:
+        assert forked.fork.verdicts["FSR-02"] == line.verdict.value
 
 
 def worst_deceleration(asked: Executed) -> tuple[float, float]:
@@ -473,3 +531,56 @@ def test_twins_are_in_no_selection_and_the_database_verifies(asked: Executed) ->
     assert count_rows(asked.db, "run") == RUNS + TWINS
     with Repository.open(asked.db, create=False) as repository:
         assert repository.verify() == ()
+
+
+# --- the gate
+
+
+@pytest.mark.parametrize(("share", "kind"), [(0.5, Kind.NOTE), (2.0, Kind.MARGIN)])
+def test_gate_takes_no_loss_for_a_regression_that_the_step_is_worth(
+    asked: Executed, tmp_path: Path, share: float, kind: Kind
+) -> None:
+    with Repository.open(asked.db, create=False) as repository:
+        campaign = repository.find_campaign(asked.summary.campaign)
+        now = judge_campaign(repository, campaign, None, Tolerances()).state
+        worth = {
+            (item.difference.name, item.architecture): item.difference.uncertainty
+            for item in repository.hindsight.half_steps.uncertainty(campaign.id)
+            if item.difference.kind == "fsr"
+            and item.difference.unit
+            and item.difference.uncertainty
+        }
+        assert now.cases is not None
+        part, fsr, size = next(
+            (part, fsr, worth[fsr, part.architecture])
+            for part in now.cases
+            if part.architecture in now.gate
+            for fsr, measure in zip(part.fsrs, part.measures, strict=True)
+            if (fsr, part.architecture) in worth and measure is not None and now.fsrs[fsr].mandatory
+        )
+        assert size is not None
+        at = part.fsrs.index(fsr)
+        better = [
+            row.model_copy(
+                update={
+                    "margins": tuple(
+                        margin + share * size if place == at and margin is not None else margin
+                        for place, margin in enumerate(row.margins)
+                    )
+                }
+            )
+            for row in part.rows
+        ]
+        then = now.model_copy(
+            update={
+                "cases": tuple(
+                    item.model_copy(update={"rows": tuple(better)}) if item is part else item
+                    for item in now.cases
+                )
+            }
+        )
+        write_baseline(then, tmp_path / "b.json")
+        (found,) = judge_campaign(repository, campaign, tmp_path / "b.json", Tolerances()).changes
+    assert (found.kind, found.fsr) == (kind, fsr)
+    assert (found in deciding([found])) is (kind is Kind.MARGIN)
+    assert "the step is worth" in found.text

@@ -80,3 +80,11 @@ def test_sample_is_part_of_the_whole(
     part = look_back(tmp_path / "adeye.db", most=4)
     assert part.looked_at == 4
     assert set(part.lines) <= set(matrix.lines)
+
+
+def test_precision_and_recall_are_those_of_the_lines(matrix: TakeoverMatrix) -> None:
+    took = [line for line in matrix.lines if line.takeover_s is not None]
+    needed = [line for line in took if line.class_ in {"needed_and_done", "late"}]
+    assert matrix.precision == (len(needed), len(took))
+    assert matrix.recall[0] == matrix.counts["needed_and_done"]
+    assert matrix.recall[1] == len(needed) + matrix.avoidable

@@ -2,7 +2,13 @@
 
 import pytest
 
-from adeye.evaluation.takeovers import Takeover, classify_takeover
+from adeye.evaluation.takeovers import (
+    Takeover,
+    TakeoverClass,
+    classify_takeover,
+    precision_of,
+    recall_of,
+)
 
 
 @pytest.mark.parametrize(
@@ -26,3 +32,26 @@ def test_takeover_is_classified_by_what_happens_without(takeover: Takeover, expe
 def test_takeover_without_its_fork_has_no_truth() -> None:
     with pytest.raises(ValueError, match="without its fork"):
         classify_takeover(Takeover(took_over=True, violates=False, fork_violates=None))
+
+
+COUNTS: dict[TakeoverClass, int] = {
+    "needed_and_done": 6,
+    "late": 1,
+    "spurious": 3,
+    "missed": 2,
+    "not_needed": 9,
+}
+
+
+def test_late_takeover_was_needed_and_yet_not_in_time() -> None:
+    assert precision_of(COUNTS) == (7, 10)
+    assert recall_of(COUNTS, 2) == (6, 9)
+
+
+def test_violation_that_no_takeover_would_have_avoided_needed_none() -> None:
+    assert recall_of(COUNTS, 0) == (6, 7)
+
+
+def test_without_takeovers_there_is_no_share() -> None:
+    nothing: dict[TakeoverClass, int] = dict.fromkeys(COUNTS, 0)
+    assert precision_of(nothing) == recall_of(nothing, 0) == (0, 0)

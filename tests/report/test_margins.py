@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.report.baseline import BaselineCase
-from adeye.report.margins import Column, Loss, Tolerances, compare_pairs
+from adeye.evaluation.verdict import Verdict
+from adeye.report.baseline import BaselineCase, BaselineCell
+from adeye.report.margins import Column, Loss, Tolerances, compare_cells, compare_pairs
+from adeye.report.parts import Margin
 
 NAMES = [f"{number:016x}" for number in range(40)]
 
@@ -22,7 +24,7 @@ def rows(values: list[float | None], letter: str = "P") -> dict[str, BaselineCas
     }  # fmt: skip
 
 
-def compared(
+def compared(  # noqa: PLR0913 - what a comparison takes
     before: list[float | None],
     after: list[float | None],
     *,
@@ -30,15 +32,16 @@ def compared(
     measures: tuple[str | None, str | None] = ("m gap", "m gap"),
     letter: str = "P",
     tolerance: float = 0.0,
+    step: float = 0.0,
 ) -> Loss | None:
     keys = NAMES[: len(before)]
     return compare_pairs(
         keys,
         (rows(before), Column("FSR-1", 0, measures[0])),
         (rows(after, letter), Column("FSR-1", 0, measures[1])),
-        Tolerances({"m": tolerance, "1": tolerance}),
+        Tolerances({"m": tolerance, "1": tolerance}, {("FSR-1", "gate", "cut_in"): {"m": step}}),
         points={key: number for number, key in enumerate(keys)} if sample else None,
-        name="cut_in",
+        place=("gate", "cut_in"),
     )
 
 
@@ -105,11 +108,61 @@ def test_too_few_points_are_not_tested() -> None:
 
 def test_tolerance_of_an_fsr_goes_before_that_of_its_unit() -> None:
     tolerances = Tolerances.given({"m/s^2": 0.5, "FSR-1": 0.1})
-    assert tolerances.of("FSR-1", "m/s²", 1.0) == 0.1
-    assert tolerances.of("FSR-2", "m/s²", 1.0) == 0.5
-    assert tolerances.of("FSR-2", "m", 2.0) == 2e-6
+    assert tolerances.of(("FSR-1", "a", "s"), "m/s²", 1.0) == 0.1
+    assert tolerances.of(("FSR-2", "a", "s"), "m/s²", 1.0) == 0.5
+    assert tolerances.of(("FSR-2", "a", "s"), "m", 2.0) == 2e-6
 
 
 def test_tolerance_for_nothing_is_refused() -> None:
     with pytest.raises(UsageError, match=r"'km' is neither.*FSR-1, m"):
         Tolerances({"km": 1.0}).check(["FSR-1"], ["m", "m"])
+
+
+def test_loss_that_the_step_is_worth_is_told_and_no_regression() -> None:
+    loss = compared([1.0, 2.0], [0.95, 1.91], step=0.1)
+    assert loss is not None
+    assert not loss.is_regression
+    assert "the step is worth 0.10 m, so nothing is known to be lost" in loss.text
+
+
+def test_loss_beyond_the_step_is_a_regression() -> None:
+    loss = compared([1.0, 2.0], [0.95, 1.89], step=0.1)
+    assert loss is not None
+    assert loss.is_regression
+    assert "the step is worth 0.10 m" in loss.text
+
+
+def test_step_is_worth_nothing_in_another_unit() -> None:
+    loss = compared([2.0], [1.9], measures=("m gap", "s time_gap"), step=1.0)
+    assert loss is not None
+    assert loss.is_regression
+
+
+def test_larger_tolerance_goes_before_the_step() -> None:
+    assert compared([1.0], [0.6], tolerance=0.5, step=0.1) is None
+
+
+def test_step_counts_for_its_own_place_only() -> None:
+    steps = {("FSR-1", "gate", "cut_in"): {"m": 0.2}}
+    tolerances = Tolerances({"m": 0.05}, steps)
+    assert tolerances.of(("FSR-1", "gate", "cut_in"), "m", 1.0) == 0.2
+    assert tolerances.of(("FSR-1", "other", "cut_in"), "m", 1.0) == 0.05
+    assert tolerances.of(("FSR-2", "gate", "cut_in"), "m", 1.0) == 0.05
+
+
+def test_worst_margin_of_a_cell_may_lose_what_the_step_is_worth() -> None:
+    was, has = (
+        BaselineCell(
+            fsr="FSR-1",
+            architecture="gate",
+            scenario="cut_in",
+            verdict=Verdict.PASS,
+            counts={Verdict.PASS: 1},
+            exercised=1,
+            margin=Margin(value=value, unit="m"),
+        )
+        for value in (1.0, 0.9)
+    )
+    steps = {("FSR-1", "gate", "cut_in"): {"m": 0.2}}
+    assert compare_cells(was, has, Tolerances())
+    assert compare_cells(was, has, Tolerances({}, steps)) == ""

@@ -26,7 +26,7 @@ from adeye.spec.concept import (
     Waiver,
 )
 from adeye.spec.decomposition import Decomposition, DependentFailure
-from adeye.store.basis import BasisBlock, ExtremeBlock
+from adeye.store.basis_block import BasisBlock, ExtremeBlock
 from adeye.store.benchmarks import DriveRecord
 from adeye.store.block import run_block
 from adeye.store.columns import Texts

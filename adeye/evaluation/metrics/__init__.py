@@ -1,6 +1,8 @@
 """Metrics: one number per run with its status, time and actor of the worst case."""
 
 from adeye.evaluation.metrics import (
+    arbitration,
+    at_fault,
     avoidance,
     comfort,
     criticality,
@@ -23,6 +25,8 @@ from adeye.evaluation.metrics.registry import (
 __all__ = [
     "METRICS",
     "MetricDefinition",
+    "arbitration",
+    "at_fault",
     "avoidance",
     "comfort",
     "compute_metrics",

@@ -26,7 +26,7 @@ from adeye.evaluation.metrics.scans import (
 from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE, UNDEFINED
 from adeye.evaluation.road import on_road
 from adeye.evaluation.source import STANDSTILL_SPEED
-from adeye.signals import EGO_SPEED, NO_CHANNEL, PLACE_D
+from adeye.signals import EGO_SPEED, EGO_X, EGO_Y, NO_CHANNEL, PLACE_D
 
 if TYPE_CHECKING:
     from adeye.evaluation.series import TraceSeries
@@ -58,6 +58,32 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
         STANDSTILL_SPEED,
     )
     return _since_fault(series, _onset(series), row, row < trace.length, row < 0)
+
+
+@metric_entry(
+    "adeye:handling.distance_to_safe_state@1",
+    "distance_to_safe_state_m",
+    "m",
+    "higher",
+    "own definition: way driven meanwhile",
+    scale=10.0,
+    settles=True,
+)
+def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
+    """Way that the ego drives from the first fault until it is in a safe state to the end.
+
+    It is incomplete where the run ends before.
+    """
+    found = _handled(series)
+    ego = series.column("ego")
+    step = np.diff(ego[..., [EGO_X, EGO_Y]], axis=1, prepend=ego[:, :1, [EGO_X, EGO_Y]])
+    rows = np.arange(ego.shape[1])
+    begin, end = found.fault[:, np.newaxis], found.safe[:, np.newaxis]
+    driven = np.hypot(step[..., 0], step[..., 1])
+    way = np.where((rows > begin) & (rows <= end), driven, 0.0).sum(axis=1)
+    way = np.where(found.safe >= 0, way, np.nan)
+    is_unknown = found.is_unknown | ((found.safe >= 0) & ~np.isfinite(way))
+    return _interval(series, found.fault, way, found.safe, is_unknown=is_unknown)
 
 
 @metric_entry(

@@ -30,13 +30,17 @@ def stopping(made: Any, row: int) -> Any:
     return made.ego(speed=np.where(np.arange(21) < row, 8.0, 0.0))
 
 
-@pytest.mark.parametrize("column", ["fault_to_safe_state_s", "takeover_time_s"])
+@pytest.mark.parametrize(
+    "column", ["fault_to_safe_state_s", "takeover_time_s", "distance_to_safe_state_m"]
+)
 def test_without_an_active_fault_nothing_applies(hand_made: Any, column: str) -> None:
     made = stopping(hand_made(), 10).set("authority", 1, rows=slice(8, None))
     assert measure(made, column)[1] == "not_applicable"
 
 
-@pytest.mark.parametrize("column", ["fault_to_safe_state_s", "takeover_time_s"])
+@pytest.mark.parametrize(
+    "column", ["fault_to_safe_state_s", "takeover_time_s", "distance_to_safe_state_m"]
+)
 def test_entry_without_faults_does_not_apply(hand_made: Any, column: str) -> None:
     assert measure(hand_made(faults=()), column)[1] == "not_applicable"
 
@@ -292,3 +296,30 @@ def test_last_row_decides_nothing(hand_made: Any) -> None:
     made = confirmed(hand_made(), slice(20, None)).set("authority", 1, rows=slice(20, None))
     for column, value in (("trips", 0.0), ("takeovers", 0.0), ("nominal_availability", 1.0)):
         assert measure(made, column)[0] == value
+
+
+def test_way_to_the_safe_state_is_that_from_the_onset(hand_made: Any) -> None:
+    s = np.minimum(2.0 * np.arange(21), 2.0 * 13)
+    made = faulty(stopping(hand_made(), 14).ego(s=s))
+    assert measure(made, "distance_to_safe_state_m") == (
+        pytest.approx(2.0 * (13 - 5)),
+        "value",
+        pytest.approx(1.4),
+    )
+
+
+def test_way_along_a_curve_is_longer_than_the_chord(hand_made: Any) -> None:
+    made = faulty(stopping(hand_made(), 14))
+    angle = 0.1 * np.minimum(np.arange(21), 14)
+    made.columns["ego"][0, :, 0], made.columns["ego"][0, :, 1] = np.sin(angle), np.cos(angle)
+    assert measure(made, "distance_to_safe_state_m")[0] == pytest.approx(9 * 2 * np.sin(0.05))
+
+
+def test_way_of_a_run_that_never_is_safe_is_incomplete(hand_made: Any) -> None:
+    assert measure(faulty(hand_made()), "distance_to_safe_state_m")[1] == "incomplete"
+
+
+def test_way_through_an_unknown_place_is_an_error(hand_made: Any) -> None:
+    made = faulty(stopping(hand_made(), 14))
+    made.columns["ego"][0, 8, 0] = np.nan
+    assert measure(made, "distance_to_safe_state_m")[1] == "error"

@@ -164,6 +164,22 @@ CREATE TABLE criticality (
 	uncomfortable_time_s_status TEXT NOT NULL, 
 	uncomfortable_time_s_time_s FLOAT, 
 	uncomfortable_time_s_actor TEXT, 
+	contact_at_fault FLOAT, 
+	contact_at_fault_status TEXT NOT NULL, 
+	contact_at_fault_time_s FLOAT, 
+	contact_at_fault_actor TEXT, 
+	distance_to_safe_state_m FLOAT, 
+	distance_to_safe_state_m_status TEXT NOT NULL, 
+	distance_to_safe_state_m_time_s FLOAT, 
+	distance_to_safe_state_m_actor TEXT, 
+	max_acceleration_disagreement_mps2 FLOAT, 
+	max_acceleration_disagreement_mps2_status TEXT NOT NULL, 
+	max_acceleration_disagreement_mps2_time_s FLOAT, 
+	max_acceleration_disagreement_mps2_actor TEXT, 
+	max_steering_disagreement_rad FLOAT, 
+	max_steering_disagreement_rad_status TEXT NOT NULL, 
+	max_steering_disagreement_rad_time_s FLOAT, 
+	max_steering_disagreement_rad_actor TEXT, 
 	row_hash VARCHAR(32) NOT NULL, 
 	CONSTRAINT pk_criticality PRIMARY KEY (run_number), 
 	CONSTRAINT ck_criticality_min_time_gap_s CHECK (CASE min_time_gap_s_status WHEN 'value' THEN min_time_gap_s IS NOT NULL WHEN 'no_conflict' THEN min_time_gap_s IS NULL WHEN 'not_applicable' THEN min_time_gap_s IS NULL WHEN 'undefined' THEN min_time_gap_s IS NULL WHEN 'incomplete' THEN min_time_gap_s IS NULL WHEN 'error' THEN min_time_gap_s IS NULL ELSE 0 END), 
@@ -206,6 +222,10 @@ CREATE TABLE criticality (
 	CONSTRAINT ck_criticality_max_yaw_rate_radps CHECK (CASE max_yaw_rate_radps_status WHEN 'value' THEN max_yaw_rate_radps IS NOT NULL WHEN 'no_conflict' THEN max_yaw_rate_radps IS NULL WHEN 'not_applicable' THEN max_yaw_rate_radps IS NULL WHEN 'undefined' THEN max_yaw_rate_radps IS NULL WHEN 'incomplete' THEN max_yaw_rate_radps IS NULL WHEN 'error' THEN max_yaw_rate_radps IS NULL ELSE 0 END), 
 	CONSTRAINT ck_criticality_max_yaw_acceleration_radps2 CHECK (CASE max_yaw_acceleration_radps2_status WHEN 'value' THEN max_yaw_acceleration_radps2 IS NOT NULL WHEN 'no_conflict' THEN max_yaw_acceleration_radps2 IS NULL WHEN 'not_applicable' THEN max_yaw_acceleration_radps2 IS NULL WHEN 'undefined' THEN max_yaw_acceleration_radps2 IS NULL WHEN 'incomplete' THEN max_yaw_acceleration_radps2 IS NULL WHEN 'error' THEN max_yaw_acceleration_radps2 IS NULL ELSE 0 END), 
 	CONSTRAINT ck_criticality_uncomfortable_time_s CHECK (CASE uncomfortable_time_s_status WHEN 'value' THEN uncomfortable_time_s IS NOT NULL WHEN 'no_conflict' THEN uncomfortable_time_s IS NULL WHEN 'not_applicable' THEN uncomfortable_time_s IS NULL WHEN 'undefined' THEN uncomfortable_time_s IS NULL WHEN 'incomplete' THEN uncomfortable_time_s IS NULL WHEN 'error' THEN uncomfortable_time_s IS NULL ELSE 0 END), 
+	CONSTRAINT ck_criticality_contact_at_fault CHECK (CASE contact_at_fault_status WHEN 'value' THEN contact_at_fault IS NOT NULL WHEN 'no_conflict' THEN contact_at_fault IS NULL WHEN 'not_applicable' THEN contact_at_fault IS NULL WHEN 'undefined' THEN contact_at_fault IS NULL WHEN 'incomplete' THEN contact_at_fault IS NULL WHEN 'error' THEN contact_at_fault IS NULL ELSE 0 END), 
+	CONSTRAINT ck_criticality_distance_to_safe_state_m CHECK (CASE distance_to_safe_state_m_status WHEN 'value' THEN distance_to_safe_state_m IS NOT NULL WHEN 'no_conflict' THEN distance_to_safe_state_m IS NULL WHEN 'not_applicable' THEN distance_to_safe_state_m IS NULL WHEN 'undefined' THEN distance_to_safe_state_m IS NULL WHEN 'incomplete' THEN distance_to_safe_state_m IS NULL WHEN 'error' THEN distance_to_safe_state_m IS NULL ELSE 0 END), 
+	CONSTRAINT ck_criticality_max_acceleration_disagreement_mps2 CHECK (CASE max_acceleration_disagreement_mps2_status WHEN 'value' THEN max_acceleration_disagreement_mps2 IS NOT NULL WHEN 'no_conflict' THEN max_acceleration_disagreement_mps2 IS NULL WHEN 'not_applicable' THEN max_acceleration_disagreement_mps2 IS NULL WHEN 'undefined' THEN max_acceleration_disagreement_mps2 IS NULL WHEN 'incomplete' THEN max_acceleration_disagreement_mps2 IS NULL WHEN 'error' THEN max_acceleration_disagreement_mps2 IS NULL ELSE 0 END), 
+	CONSTRAINT ck_criticality_max_steering_disagreement_rad CHECK (CASE max_steering_disagreement_rad_status WHEN 'value' THEN max_steering_disagreement_rad IS NOT NULL WHEN 'no_conflict' THEN max_steering_disagreement_rad IS NULL WHEN 'not_applicable' THEN max_steering_disagreement_rad IS NULL WHEN 'undefined' THEN max_steering_disagreement_rad IS NULL WHEN 'incomplete' THEN max_steering_disagreement_rad IS NULL WHEN 'error' THEN max_steering_disagreement_rad IS NULL ELSE 0 END), 
 	CONSTRAINT fk_criticality_run_number FOREIGN KEY(run_number) REFERENCES run (number)
 )
 
@@ -301,6 +321,10 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
     k.max_yaw_rate_radps, k.max_yaw_rate_radps_status, k.max_yaw_rate_radps_time_s, k.max_yaw_rate_radps_actor,
     k.max_yaw_acceleration_radps2, k.max_yaw_acceleration_radps2_status, k.max_yaw_acceleration_radps2_time_s, k.max_yaw_acceleration_radps2_actor,
     k.uncomfortable_time_s, k.uncomfortable_time_s_status, k.uncomfortable_time_s_time_s, k.uncomfortable_time_s_actor,
+    k.contact_at_fault, k.contact_at_fault_status, k.contact_at_fault_time_s, k.contact_at_fault_actor,
+    k.distance_to_safe_state_m, k.distance_to_safe_state_m_status, k.distance_to_safe_state_m_time_s, k.distance_to_safe_state_m_actor,
+    k.max_acceleration_disagreement_mps2, k.max_acceleration_disagreement_mps2_status, k.max_acceleration_disagreement_mps2_time_s, k.max_acceleration_disagreement_mps2_actor,
+    k.max_steering_disagreement_rad, k.max_steering_disagreement_rad_status, k.max_steering_disagreement_rad_time_s, k.max_steering_disagreement_rad_actor,
     (SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"'), '') || '}'
         FROM (
             SELECT v.fsr, v.verdict FROM v_verdicts v
