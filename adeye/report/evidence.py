@@ -58,7 +58,7 @@ def evidence_of(
             repository, campaign, odd["odd"], command(f"adeye coverage {short} --json")
         ),
         "step_uncertainty": step_uncertainty_of(
-            odd["odd"], records, command(f"adeye uncertainty {short}")
+            odd["odd"], records, command(f"adeye uncertainty {short} --json")
         ),
     }
 

@@ -58,6 +58,7 @@ class ConfidencePage:
         refusals: Why there is no other bound.
         populations: What the points are in scenarios with a bound.
         is_silent: Whether nothing may be said about some mandatory FSR of the gate.
+        silent: Those, with the architecture where the gate has several.
     """
 
     rows: tuple[ClaimRow, ...]
@@ -67,6 +68,7 @@ class ConfidencePage:
     refusals: tuple[Refusal, ...]
     populations: tuple[tuple[str, str], ...]
     is_silent: bool
+    silent: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +174,15 @@ def _confidence(claims: Claims) -> ConfidencePage:
         refusals=refusals_of(claims),
         populations=tuple((name, claims.populations[name]) for name in scenarios),
         is_silent=bool(claims.missing) or not claims.claims,
+        silent=_silent(claims),
+    )
+
+
+def _silent(claims: Claims) -> tuple[str, ...]:
+    gate = {item.architecture for item in claims.claims if item.is_in_gate}
+    return tuple(
+        fsr if len(gate) == 1 else f"{fsr} for {architecture}"
+        for fsr, architecture in claims.missing
     )
 
 

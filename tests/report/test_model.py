@@ -32,7 +32,8 @@ def test_architecture_passes_if_every_mandatory_fsr_does(report: Report) -> None
 def test_optional_fsr_decides_nothing(report: Report) -> None:
     fsrs = tuple(fsr for fsr in report.fsrs if fsr.id == "FSR-07")
     cells = tuple(cell for cell in report.cells if cell.fsr == "FSR-07")
-    small = rebuilt(report, fsrs=fsrs, cells=cells, worst_cases=(), exit_code=ExitCode.INCOMPLETE)
+    parts = {"fsrs": fsrs, "cells": cells, "worst_cases": (), "confidence": None}
+    small = rebuilt(report, **parts, exit_code=ExitCode.INCOMPLETE)
     # No mandatory FSR at all is no evidence.
     assert small.verdict_of("legacy_camera") is Verdict.NOT_RUN
 
