@@ -54,6 +54,7 @@ def evidence_of(
     records = repository.hindsight.half_steps.uncertainty(campaign.id)
     return {
         "confidence": claims_of(repository, campaign),
+        "confidence_command": command(f"adeye confidence {short}"),
         "odd_coverage": odd_coverage_of(
             repository, campaign, odd["odd"], command(f"adeye coverage {short} --json")
         ),

@@ -240,6 +240,8 @@ class Report(Part):
     realisations: tuple[Realisation, ...] = ()
     confidence: Claims | None = None
     """Bounds of the probability of a violation, or why there is none."""
+    confidence_command: str = ""
+    """Says it again, with other levels and methods."""
     odd_coverage: OddCoverage | None = None
     step_uncertainty: StepUncertainty | None = None
     odd_attributes: tuple[Label, ...] = ()

@@ -762,6 +762,7 @@ def _build(text: str, *, rows: int, replays: int) -> Report:
         ),
         faults=evidence(text),
         confidence=some_claims(text),
+        confidence_command=f"adeye confidence c-5e21a07f{text}",
         odd_coverage=coverage(text),
         step_uncertainty=step(text),
         hazards=(

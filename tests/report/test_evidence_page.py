@@ -86,6 +86,7 @@ def test_bounds_stand_beside_their_conditions(report: Report) -> None:
     assert "cut_in : independent draws: gap uniform from 20 m to 60 m." in text
     assert "About this model." in text
     assert "by exposure" in text
+    assert "adeye confidence c-5e21a07f" in text
     assert "Per hour" in text
 
 

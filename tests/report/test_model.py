@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.report.model import Architecture, Cell, Report
+from tests.report.fake_evidence import claim, claims, line, step
 
 
 def rebuilt(report: Report, **changes: Any) -> Report:
@@ -178,3 +179,21 @@ def test_suite_of_an_unknown_architecture_or_twice_is_refused(report: Report) ->
         rebuilt(report, suites=(suite, suite))
     with pytest.raises(ValidationError, match="'other' is not an architecture of the report"):
         rebuilt(report, suites=(replace(suite, architecture="other"),))
+
+
+@pytest.mark.parametrize(
+    ("part", "changes", "message"),
+    [
+        ("confidence", {"fsr": "FSR-99"}, "'FSR-99' is not an FSR"),
+        ("confidence", {"architecture": "sonar"}, "'sonar' is not an architecture"),
+        ("confidence", {"scenario": "drift"}, "'drift' is not a scenario"),
+        ("step_uncertainty", {"architecture": "sonar"}, "'sonar' is not an architecture"),
+        ("step_uncertainty", {"scenario": "drift"}, "'drift' is not a scenario"),
+    ],
+)
+def test_statement_about_what_is_not_there_is_refused(
+    report: Report, part: str, changes: dict[str, str], message: str
+) -> None:
+    told = claims(claim(**changes)) if part == "confidence" else step(lines=(line(**changes),))
+    with pytest.raises(ValidationError, match=message):
+        rebuilt(report, **{part: told})
