@@ -5,22 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from adeye.campaign.forks import campaign_of
 from adeye.campaign.plan import make_plan
 from adeye.errors import SpecError
-from adeye.spec.bins import CoverageBins
-from adeye.spec.odd import Attributes
-from adeye.spec.quantity import SI
-from adeye.spec.scenario import LogicalScenario
-from adeye.store.covered import executed_runs
+from adeye.store.covered import coverage_of_runs, executed_runs
 from adeye.store.repository import Repository
 from adeye.sweep.bins import bins_of
 from adeye.sweep.coverage import Coverage, Situations, coverage_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator
     from pathlib import Path
 
     from adeye.sweep.expand import Expansion
@@ -94,11 +88,7 @@ def executed_coverage(db: str | Path | None, campaign: str | None, strength: int
         info = campaign_of(repository, campaign)
         odd = repository.content("odd", info.odd_digest)["odd"]
         runs = executed_runs(repository.path, info.id)
-    attributes = Attributes.model_validate(odd["attributes"], context=SI)
-    declared = odd.get("coverage")
-    bins = None if declared is None else CoverageBins.model_validate(declared, context=SI)
-    situations = (_executed(item.scenario, item.parameters) for item in runs.situations)
-    found = coverage_of(attributes, bins, strength, situations)
+    found = coverage_of_runs(runs, odd, strength)
     return CoverageTable(
         info.odd,
         info.id,
@@ -119,9 +109,3 @@ def _planned(expansion: Expansion) -> Iterator[Situations]:
             if axis.kind == "parameter":
                 columns[axis.name] = part.section.group.points.column(axis.name, part.rows[rows])
         yield Situations(part.shared.scenario, columns, len(rows))
-
-
-def _executed(scenario: Mapping[str, Any], rows: Sequence[Mapping[str, float]]) -> Situations:
-    names = rows[0] if rows else ()
-    columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in names}
-    return Situations(LogicalScenario.model_validate(scenario, context=SI), columns, len(rows))

@@ -91,6 +91,7 @@ def confidence(
 
 def print_claims(claims: Claims) -> None:
     """Print the bounds of each architecture, then what cannot be said, then the conditions."""
+    from adeye.report.refusals import refusals_of
     from adeye.report.words import counted
 
     percent = f"{100.0 * claims.level:g} %"
@@ -100,15 +101,14 @@ def print_claims(claims: Claims) -> None:
         ]
         if said:
             _print_said(architecture, said, percent, claims.target)
-    refused = [item for item in claims.claims if item.refusal]
-    for reason in dict.fromkeys(item.refusal for item in refused):
-        about = [item for item in refused if item.refusal == reason]
-        scenarios = [name for name in dict.fromkeys(item.scenario for item in about) if name]
-        places = ", ".join(scenarios) or "all scenarios"
-        emit(clean(f"No statement about {places} ({counted(len(about))} of FSR × architecture):"))
-        emit(clean(f"  {reason}."))
-        if len({item.fsr for item in about}) < len({item.fsr for item in claims.claims}):
-            emit(clean(f"  {', '.join(dict.fromkeys(item.fsr for item in about))}"))
+    for refusal in refusals_of(claims):
+        places = ", ".join(refusal.scenarios) or "all scenarios"
+        emit(
+            clean(f"No statement about {places} ({counted(refusal.count)} of FSR × architecture):")
+        )
+        emit(clean(f"  {refusal.reason}."))
+        if not refusal.is_all:
+            emit(clean(f"  {', '.join(refusal.fsrs)}"))
     if not claims.claims:
         emit("No FSR is judged on any test case of the campaign.")
     if claims.conditions:

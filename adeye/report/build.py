@@ -31,6 +31,7 @@ from adeye.report.contents import (
 from adeye.report.credibility import read_result
 from adeye.report.dead import dead_axes
 from adeye.report.designs import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
+from adeye.report.evidence import evidence_of
 from adeye.report.faults import fault_evidence
 from adeye.report.integrity import decompositions_of, dependent_failures_of, findings_of
 from adeye.report.model import (
@@ -219,6 +220,7 @@ class ReportBuilder:
             suites=tuple(suites_of(content)),
             self_test=read_result(self.repository.path.parent, provenance),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
+            **evidence_of(self.repository, self.campaign, self.odd, self._command),
         )
         rows = verification_of(report, self.requirements, designs_of(self.odd))
         told = {"verification": tuple(rows), "open_points": open_points_of(report)}

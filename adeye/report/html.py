@@ -16,6 +16,7 @@ from adeye.evaluation.dependence import WORDS
 from adeye.evaluation.verdict import Verdict
 from adeye.report.credibility import NOT_RUN
 from adeye.report.embed import pack_replay, script_text
+from adeye.report.evidence_page import arrange_evidence
 from adeye.report.fault_drawing import draw_bars, draw_trade
 from adeye.report.files import write_atomically
 from adeye.report.front import draw_front
@@ -53,6 +54,7 @@ STYLES: Final = (
     "suites.css",
     "faults.css",
     "verification.css",
+    "evidence.css",
 )
 
 
@@ -113,6 +115,7 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
         .render(
             report=report,
             page=page,
+            evidence=arrange_evidence(report),
             views=suite_views(report.suites),
             speed_heads=SPEED_HEADS,
             kind_words=WORDS,

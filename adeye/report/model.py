@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from adeye.evaluation.dependence import Dependencies
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
+from adeye.report.claims import Claims
 from adeye.report.comparison import Comparison
 from adeye.report.concept_parts import (
     Assumption,
@@ -26,6 +27,7 @@ from adeye.report.concept_parts import (
     Waiver,
 )
 from adeye.report.credibility import SelfTestResult
+from adeye.report.evidence_parts import OddCoverage, StepUncertainty
 from adeye.report.fault_parts import FaultEvidence
 from adeye.report.parts import Binding, Command, Count, Id, Label, Margin, Part, Place
 from adeye.report.replay import Replay
@@ -236,6 +238,12 @@ class Report(Part):
     open_points: tuple[OpenPoint, ...] = ()
     """What is not shown, and what it rests on; the gate's first."""
     realisations: tuple[Realisation, ...] = ()
+    confidence: Claims | None = None
+    """Bounds of the probability of a violation, or why there is none."""
+    confidence_command: str = ""
+    """Says it again, with other levels and methods."""
+    odd_coverage: OddCoverage | None = None
+    step_uncertainty: StepUncertainty | None = None
     odd_attributes: tuple[Label, ...] = ()
     """Bounds of the ODD, as it states them."""
     hazards: tuple[Hazard, ...] = ()
@@ -275,6 +283,13 @@ class Report(Part):
         for places in (self.worst_cases, self.metrics, self.replays):
             _known("an architecture", [place.architecture for place in places], architectures)
             _known("a scenario", [place.scenario for place in places], scenarios)
+        claims = () if self.confidence is None else self.confidence.claims
+        lines = () if self.step_uncertainty is None else self.step_uncertainty.lines
+        _known("an FSR", [claim.fsr for claim in claims], fsrs)
+        _known("an architecture", [item.architecture for item in claims], architectures)
+        _known("an architecture", [item.architecture for item in lines], architectures)
+        _known("a scenario", [item.scenario for item in claims if item.scenario], scenarios)
+        _known("a scenario", [item.scenario for item in lines], scenarios)
         return self
 
     @model_validator(mode="after")

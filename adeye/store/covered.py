@@ -6,11 +6,17 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from sqlalchemy import select
 
 from adeye.evaluation.verdict import Outcome
+from adeye.spec.bins import CoverageBins
+from adeye.spec.odd import Attributes
+from adeye.spec.quantity import SI
+from adeye.spec.scenario import LogicalScenario
 from adeye.store import tables
 from adeye.store.database import Database
+from adeye.sweep.coverage import Coverage, Situations, coverage_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -94,3 +100,31 @@ def executed_runs(path: Path, campaign: str) -> ExecutedRuns:
         database.close()
     situations = tuple(ExecutedSituations(contents[key], rows) for key, rows in found.items())
     return ExecutedRuns(planned, without, unjudged, outside, situations)
+
+
+def declared_attributes(odd: Mapping[str, Any]) -> tuple[Attributes, CoverageBins | None]:
+    """Read the attributes and declared bins of a stored ODD, the content of its own file."""
+    declared = odd.get("coverage")
+    bins = None if declared is None else CoverageBins.model_validate(declared, context=SI)
+    return Attributes.model_validate(odd["attributes"], context=SI), bins
+
+
+def coverage_of_runs(runs: ExecutedRuns, odd: Mapping[str, Any], strength: int) -> Coverage:
+    """Count what executed runs cover.
+
+    Args:
+        runs: What a campaign executed.
+        odd: Stored content of its ODD's own file.
+        strength: Most attributes that are combined.
+    """
+    attributes, bins = declared_attributes(odd)
+    situations = (_situations(item) for item in runs.situations)
+    return coverage_of(attributes, bins, strength, situations)
+
+
+def _situations(executed: ExecutedSituations) -> Situations:
+    rows = executed.parameters
+    names = rows[0] if rows else ()
+    columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in names}
+    scenario = LogicalScenario.model_validate(executed.scenario, context=SI)
+    return Situations(scenario, columns, len(rows))

@@ -33,12 +33,26 @@ DEFAULT_EDGES: Final[dict[str, tuple[float, ...]]] = {
     # Ice and snow, wet, damp, dry.
     "friction": (0.0, 0.3, 0.5, 0.7, 1.2),
 }
+ASKED_EDGES: Final[dict[str, tuple[float, ...]]] = {
+    "radius": (0.0, 250.0, 500.0, 1000.0, 2000.0, 5000.0, 100_000.0),
+    # A low sun stands in the view of a camera, a high one does not.
+    "sun_elevation": tuple(math.radians(degrees) for degrees in (0.0, 10.0, 30.0, 60.0, 90.0)),
+}
+"""Of attributes that have bins only where the ODD speaks of them."""
 DIMENSIONS: Final = {
     "ego_speed": Dimension.SPEED,
     "rain": Dimension.RAIN_RATE,
     "fog_visibility": Dimension.LENGTH,
     "friction": Dimension.NONE,
+    "radius": Dimension.LENGTH,
+    "sun_elevation": Dimension.ANGLE,
 }
+STRAIGHT: Final = "straight"
+NO_SUN: Final = "no sun"
+"""Of an environment without a sun, or with one below the horizon: nobody looks into it."""
+NO_ACTOR: Final = "none"
+SIDES: Final = ("ahead", "left", "behind", "right")
+"""Quarters in which the sun stands, seen along the road at its start."""
 NO_BIN: Final = -1
 
 
@@ -97,6 +111,27 @@ def bins_of(attributes: Attributes, declared: CoverageBins | None) -> Bins:
         if is_default and edges[-1] < high < math.inf:
             edges = (*edges, high)
         found[name] = _bands(edges, low, high, DIMENSIONS[name])
+    return found | _asked(attributes, declared)
+
+
+def _asked(attributes: Attributes, declared: CoverageBins | None) -> Bins:
+    """Give the bins of attributes that only some ODDs speak of."""
+    sun, radius = attributes.environment.sun_elevation, attributes.scenery.min_radius
+    lows = {"radius": radius, "sun_elevation": None if sun is None else sun.min}
+    firsts = {"radius": Bin(STRAIGHT), "sun_elevation": Bin(NO_SUN, -0.5 * math.pi, 0.0)}
+    found: Bins = {}
+    for name, low in lows.items():
+        edges = None if declared is None else getattr(declared, name)
+        if edges is not None or low is not None:
+            limit = -math.inf if low is None else low
+            edges = edges or ASKED_EDGES[name]
+            bands = _bands(edges, limit, math.inf, DIMENSIONS[name])
+            found[name] = (firsts[name], *bands) if bands else ()
+    if found.get("sun_elevation"):
+        found["sun_azimuth"] = tuple(map(Bin, (NO_SUN, *SIDES)))
+    kinds = (declared.actors if declared else None) or attributes.dynamic_elements.actors
+    if kinds:
+        found["actors"] = tuple(map(Bin, (NO_ACTOR, *dict.fromkeys(kinds))))
     return found
 
 
@@ -126,13 +161,16 @@ def _written(ends: tuple[float, ...], dimension: Dimension) -> str:
 
 
 def formulas(scenario: LogicalScenario) -> dict[str, Expression]:
-    """Give the formula of each attribute that is a number."""
-    return {
+    """Give the formula of each attribute that is a number in this scenario."""
+    found = {
         "ego_speed": scenario.ego.speed,
         "rain": scenario.environment.rain,
         "fog_visibility": scenario.environment.fog_visibility,
         "friction": scenario.environment.friction,
+        "radius": scenario.world.road.radius,
+        "sun_elevation": scenario.environment.sun_elevation,
     }
+    return {name: formula for name, formula in found.items() if formula is not None}
 
 
 def codes_of(
@@ -147,20 +185,50 @@ def codes_of(
         bins: Of each attribute.
 
     Returns:
-        (N,) number of the bin by attribute, ``NO_BIN`` where there is none.
+        (N,) number of the bin by attribute, ``NO_BIN`` where there is none; of an attribute that
+        has several values at once, as actors of different kinds, (K, N).
     """
     labels = _labels(scenario)
+    numbers = {
+        name: np.broadcast_to(np.asarray(formula.evaluate(columns), dtype=float), (count,))
+        for name, formula in formulas(scenario).items()
+        if name in bins
+    }
     found: dict[str, NDArray[np.int64]] = {}
     for name, own in bins.items():
-        if name in labels:
-            words = [item.label for item in own]
-            code = words.index(labels[name]) if labels[name] in words else NO_BIN
-            found[name] = np.full(count, code, dtype=np.int64)
-        else:
-            value = formulas(scenario)[name].evaluate(columns)
-            values = np.broadcast_to(np.asarray(value, dtype=float), (count,))
+        if name == "actors":
+            rows = [_coded(label, own, count) for label in _kinds(scenario)]
+            found[name] = np.stack(rows)
+        elif name == "sun_azimuth":
+            found[name] = _azimuth_codes(scenario, columns, numbers.get("sun_elevation"), count)
+        elif name in numbers:
+            # A curve to the right has a negative radius.
+            values = np.abs(numbers[name]) if name == "radius" else numbers[name]
             found[name] = codes_of_values(values, own)
+        else:
+            found[name] = _coded(labels[name], own, count)
     return found
+
+
+def _coded(label: str, bins: Sequence[Bin], count: int) -> NDArray[np.int64]:
+    words = [item.label for item in bins]
+    return np.full(count, words.index(label) if label in words else NO_BIN, dtype=np.int64)
+
+
+def _azimuth_codes(
+    scenario: LogicalScenario,
+    columns: Columns,
+    elevation: NDArray[np.float64] | None,
+    count: int,
+) -> NDArray[np.int64]:
+    """Tell in which quarter the sun stands, from 1, and 0 where there is none: (N,)."""
+    if elevation is None:
+        return np.zeros(count, dtype=np.int64)
+    formula = scenario.environment.sun_azimuth
+    value = 0.0 if formula is None else formula.evaluate(columns)
+    azimuth = np.broadcast_to(np.asarray(value, dtype=float), (count,))
+    quarters = np.floor(azimuth / (0.5 * math.pi) + 0.5 + SLACK).astype(np.int64)
+    return np.where(elevation < 0.0, 0, 1 + quarters % len(SIDES))
 
 
 def codes_of_values(values: NDArray[np.float64], bins: Sequence[Bin]) -> NDArray[np.int64]:
@@ -173,10 +241,18 @@ def codes_of_values(values: NDArray[np.float64], bins: Sequence[Bin]) -> NDArray
     return codes
 
 
+def _kinds(scenario: LogicalScenario) -> list[str]:
+    """Name the kinds of its actors, each once."""
+    return sorted({str(actor.kind) for actor in scenario.actors.values()}) or [NO_ACTOR]
+
+
 def _labels(scenario: LogicalScenario) -> Mapping[str, str]:
+    """Give the attributes that are no number, and what stands where one has no formula."""
     road = scenario.world.road
     return {
         "road_type": road.road_type,
         "lanes": str(road.lanes),
         "illumination": scenario.environment.illumination,
+        "radius": STRAIGHT,
+        "sun_elevation": NO_SUN,
     }

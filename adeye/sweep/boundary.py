@@ -53,6 +53,9 @@ def breaches(
     found = [*_labels(scenario, count, attributes), *_low_sun(scenario, columns, count, attributes)]
     for name, expression, dimension, low, high in _limits(scenario, attributes):
         values = np.broadcast_to(np.asarray(expression.evaluate(columns), dtype=float), (count,))
+        if name == "radius":
+            # A curve to the right has a negative one.
+            values = np.abs(values)
         outside = np.zeros(count, dtype=bool)
         if low is not None:
             outside |= ~(values >= low - SLACK * abs(low))

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from adeye.sweep.bins import NO_BIN, bins_of, codes_of
 from adeye.sweep.witness import Tuple, Witnesses, tuples_of
 
@@ -45,7 +47,8 @@ class Combination:
         covered: Feasible ones that some situation has.
         uncovered: The others of the feasible ones, by the labels of their bins.
         impossible: Those that no scenario can have.
-        counts: Situations of each covered one, in the order of the bins.
+        counts: Situations of each covered one, in the order of the bins; one with actors of several
+            kinds counts for each.
     """
 
     attributes: tuple[str, ...]
@@ -101,8 +104,9 @@ def coverage_of(
             continue
         codes = codes_of(part.scenario, part.columns, part.count, bins)
         looked += part.count
-        missing = sum(own == NO_BIN for own in codes.values())
-        outside += int((missing > 0).sum())
+        # One with several values is in a bin if one of them is.
+        missing = [np.atleast_2d(own == NO_BIN).all(axis=0) for own in codes.values()]
+        outside += int(np.logical_or.reduce(missing).sum())
         for size in sizes:
             for key, count in tuples_of(codes, size).items():
                 counts[key] = counts.get(key, 0) + count

@@ -7,7 +7,8 @@ is dense where a bin is: a parameter that is an attribute itself stays within th
 
 from __future__ import annotations
 
-from itertools import combinations
+import math
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -89,7 +90,8 @@ class Witnesses:
         for constraint in scenario.constraints:
             mask &= np.broadcast_to(np.asarray(constraint.evaluate(columns), dtype=bool), (POINTS,))
         codes = {
-            name: own[mask] for name, own in codes_of(scenario, columns, POINTS, self._bins).items()
+            name: own[..., mask]
+            for name, own in codes_of(scenario, columns, POINTS, self._bins).items()
         }
         if mask.any():
             self.found |= tuples_of(codes, self._strength).keys()
@@ -100,7 +102,8 @@ def tuples_of(codes: Mapping[str, NDArray[np.int64]], strength: int) -> dict[Tup
     """Count the combinations of bins that points have; a point without a bin counts nowhere.
 
     Args:
-        codes: (N,) number of the bin by attribute.
+        codes: (N,) number of the bin by attribute; (K, N) of one with several values at once,
+            which are different.
         strength: How many attributes are combined.
     """
     found: dict[Tuple, int] = {}
@@ -109,9 +112,11 @@ def tuples_of(codes: Mapping[str, NDArray[np.int64]], strength: int) -> dict[Tup
         shape = tuple(sizes[name] for name in names)
         if not all(shape):
             continue
-        has_all = np.logical_and.reduce([codes[name] != NO_BIN for name in names])
-        flat = np.ravel_multi_index([codes[name][has_all] for name in names], shape)
-        counts = np.bincount(flat)
+        counts = np.zeros(math.prod(shape), dtype=np.int64)
+        for rows in product(*(np.atleast_2d(codes[name]) for name in names)):
+            has_all = np.logical_and.reduce([row != NO_BIN for row in rows])
+            flat = np.ravel_multi_index([row[has_all] for row in rows], shape)
+            counts += np.bincount(flat, minlength=len(counts))
         for place in np.flatnonzero(counts).tolist():
             levels = tuple(int(level) for level in np.unravel_index(place, shape))
             found[names, levels] = int(counts[place])

@@ -54,6 +54,7 @@ from adeye.report.replay import (
 from adeye.report.verification import verification_of
 from adeye.report.verification_parts import Realisation
 from adeye.spec.load import load_architecture, shipped
+from tests.report.fake_evidence import coverage, some_claims, step
 from tests.report.fake_faults import evidence
 
 STEP = 0.05
@@ -760,6 +761,10 @@ def _build(text: str, *, rows: int, replays: int) -> Report:
             for architecture in ARCHITECTURES
         ),
         faults=evidence(text),
+        confidence=some_claims(text),
+        confidence_command=f"adeye confidence c-5e21a07f{text}",
+        odd_coverage=coverage(text),
+        step_uncertainty=step(text),
         hazards=(
             Hazard(
                 id="HE-01",

@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.report.model import Architecture, Cell, Report
+from tests.report.fake_evidence import claim, claims, line, step
 
 
 def rebuilt(report: Report, **changes: Any) -> Report:
@@ -32,7 +33,8 @@ def test_architecture_passes_if_every_mandatory_fsr_does(report: Report) -> None
 def test_optional_fsr_decides_nothing(report: Report) -> None:
     fsrs = tuple(fsr for fsr in report.fsrs if fsr.id == "FSR-07")
     cells = tuple(cell for cell in report.cells if cell.fsr == "FSR-07")
-    small = rebuilt(report, fsrs=fsrs, cells=cells, worst_cases=(), exit_code=ExitCode.INCOMPLETE)
+    parts = {"fsrs": fsrs, "cells": cells, "worst_cases": (), "confidence": None}
+    small = rebuilt(report, **parts, exit_code=ExitCode.INCOMPLETE)
     # No mandatory FSR at all is no evidence.
     assert small.verdict_of("legacy_camera") is Verdict.NOT_RUN
 
@@ -177,3 +179,21 @@ def test_suite_of_an_unknown_architecture_or_twice_is_refused(report: Report) ->
         rebuilt(report, suites=(suite, suite))
     with pytest.raises(ValidationError, match="'other' is not an architecture of the report"):
         rebuilt(report, suites=(replace(suite, architecture="other"),))
+
+
+@pytest.mark.parametrize(
+    ("part", "changes", "message"),
+    [
+        ("confidence", {"fsr": "FSR-99"}, "'FSR-99' is not an FSR"),
+        ("confidence", {"architecture": "sonar"}, "'sonar' is not an architecture"),
+        ("confidence", {"scenario": "drift"}, "'drift' is not a scenario"),
+        ("step_uncertainty", {"architecture": "sonar"}, "'sonar' is not an architecture"),
+        ("step_uncertainty", {"scenario": "drift"}, "'drift' is not a scenario"),
+    ],
+)
+def test_statement_about_what_is_not_there_is_refused(
+    report: Report, part: str, changes: dict[str, str], message: str
+) -> None:
+    told = claims(claim(**changes)) if part == "confidence" else step(lines=(line(**changes),))
+    with pytest.raises(ValidationError, match=message):
+        rebuilt(report, **{part: told})

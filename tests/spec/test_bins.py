@@ -19,12 +19,25 @@ def test_edges_are_read_in_their_units_and_stored_in_si() -> None:
     assert CoverageBins.model_validate(stored, context=SI) == bins
 
 
+def test_kinds_of_actor_need_no_order() -> None:
+    bins = CoverageBins.model_validate(
+        {"actors": ["truck", "car"], "sun_elevation": ["0 deg", "10 deg"]}
+    )
+    assert bins.actors == ("truck", "car")
+    assert bins.model_dump(mode="json")["actors"] == ["truck", "car"]
+
+
 @pytest.mark.parametrize(
     ("content", "said"),
     [
         ({"ego_speed": ["0 km/h", "60 km/h", "60 km/h"]}, "must ascend"),
         ({"rain": ["0 mm/h"]}, "at least 2 items"),
         ({"rain": ["0 m", "1 m"]}, "is not a speed|is not a rain rate"),
+        ({"radius": ["500 m", "100 m"]}, "must ascend"),
+        ({"sun_elevation": ["10 m", "20 m"]}, "is not an angle"),
+        ({"actors": []}, "at least 1 item"),
+        ({"actors": ["car", "truck", "car"]}, "'car' occurs twice"),
+        ({"actors": ["tram"]}, "pedestrian"),
         ({"colour": [1, 2]}, "not permitted"),
     ],
 )

@@ -6,7 +6,7 @@ import shutil
 import sqlite3
 from typing import TYPE_CHECKING
 
-from adeye.store.covered import executed_runs
+from adeye.store.covered import coverage_of_runs, declared_attributes, executed_runs
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -47,3 +47,25 @@ def test_planned_case_without_a_result_is_counted_and_no_situation(
     assert (found.planned, found.without_result) == (28, 5)
     count = sum(len(item.parameters) for item in found.situations)
     assert count == sum(len(item.parameters) for item in whole.situations) - 5
+
+
+def test_runs_cover_the_bins_that_the_stored_odd_declares(mini: Executed) -> None:
+    runs = executed_runs(mini.db, mini.summary.campaign)
+    odd = {
+        "attributes": {"dynamic_elements": {"ego_speed": {"max": 130.0 / 3.6}}},
+        "coverage": {"ego_speed": [0.0, 90.0 / 3.6, 130.0 / 3.6]},
+    }
+    attributes, bins = declared_attributes(odd)
+    assert attributes.dynamic_elements.ego_speed is not None
+    assert bins is not None
+    (speed, *_) = [
+        item
+        for item in coverage_of_runs(runs, odd, 1).combinations
+        if item.attributes == ("ego_speed",)
+    ]
+    assert [label for (label,), _ in speed.counts] == ["0 to 90 km/h", "90 to 130 km/h"]
+    assert sum(count for _, count in speed.counts) == 28 - runs.not_judged
+
+
+def test_stored_odd_without_bins_declares_none() -> None:
+    assert declared_attributes({"attributes": {}})[1] is None

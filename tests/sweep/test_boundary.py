@@ -102,6 +102,15 @@ def test_word_outside_holds_for_every_point(
     assert text in breach.text
 
 
+def test_curve_to_the_right_is_as_narrow_as_one_to_the_left() -> None:
+    content = SCENARIO.model_dump(mode="json")
+    content["world"]["road"] |= {"kind": "curve", "radius": "-300 m"}
+    curve = LogicalScenario.model_validate(content, context=SI)
+    assert found({"scenery": {"min_radius": "300 m"}}, curve) == []
+    (breach,) = found({"scenery": {"min_radius": "400 m"}}, curve)
+    assert breach.text == "radius: 300 m is below the ODD's minimum 400 m"
+
+
 def test_radius_of_a_curve_is_looked_at() -> None:
     content = SCENARIO.model_dump(mode="json")
     content["world"]["road"] |= {"kind": "curve", "radius": "300 m"}

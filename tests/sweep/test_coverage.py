@@ -9,13 +9,13 @@ import numpy as np
 from adeye.spec.bins import CoverageBins
 from adeye.spec.load import load_scenario, shipped
 from adeye.spec.odd import Attributes
+from adeye.spec.quantity import SI
+from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.axes import default_values
 from adeye.sweep.coverage import Coverage, Situations, coverage_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from adeye.spec.scenario import LogicalScenario
 
 ODD = Attributes.model_validate(
     {
@@ -89,3 +89,47 @@ def test_without_situations_nothing_is_covered() -> None:
     found = coverage_of(ODD, BINS, 1, [Situations(cut_in(), {}, 0)])
     assert all(item.covered == 0 for item in found.combinations)
     assert of(found, "ego_speed").feasible == 2
+
+
+def test_kinds_of_actor_are_counted_for_each_and_paired_with_the_rest() -> None:
+    kinds = CoverageBins.model_validate({"actors": ["truck", "car", "bus"]})
+    scenario = cut_in()
+    (actor,) = {item.kind for item in scenario.actors.values()}
+    assert actor == "car"
+    content = scenario.model_dump(mode="json")
+    content["actors"]["slow"] = {
+        "kind": "truck",
+        "start": {"lane": "0", "s": "200 m", "speed": "20 m/s"},
+    }
+    mixed = LogicalScenario.model_validate(content, context=SI)
+    columns: dict[str, Any] = {**default_values(mixed), "ego_speed": np.array([60.0, 100.0]) / 3.6}
+    found = coverage_of(ODD, kinds, 2, [Situations(mixed, columns, 2)])
+    alone = of(found, "actors")
+    assert alone.counts == ((("truck",), 2), (("car",), 2))
+    assert alone.impossible == (("none",), ("bus",))
+    assert alone.uncovered == ()
+    pair = of(found, "ego_speed", "actors")
+    assert pair.covered == 4
+    # What has one of the kinds is in a bin; every other pair counts a situation once.
+    assert found.outside == 0
+    assert sum(count for _, count in of(found, "lanes", "rain").counts) == 2
+
+
+def test_situation_with_none_of_the_kinds_is_in_no_bin() -> None:
+    kinds = CoverageBins.model_validate({"actors": ["pedestrian"]})
+    scenario = cut_in()
+    found = coverage_of(ODD, kinds, 1, [Situations(scenario, default_values(scenario), 3)])
+    assert found.outside == 3
+    assert of(found, "actors").covered == 0
+
+
+def test_curve_of_any_direction_covers_its_radius_and_leaves_straight_roads_open() -> None:
+    path = shipped("scenarios_db") / "motorway" / "free_driving_curve.yaml"
+    bends = load_scenario(path).spec
+    radii = CoverageBins.model_validate({"radius": ["500 m", "700 m", "900 m", "2000 m"]})
+    columns: dict[str, Any] = {**default_values(bends), "radius": np.array([600.0, 800.0])}
+    found = coverage_of(ODD, radii, 1, [Situations(bends, columns, 2), Situations(cut_in(), {}, 0)])
+    radius = of(found, "radius")
+    assert radius.counts == ((("500 to 700 m",), 1), (("700 to 900 m",), 1))
+    # Its parameter goes to 1000 m, the cut-in is on a straight road.
+    assert radius.uncovered == (("straight",), ("900 to 2000 m",))

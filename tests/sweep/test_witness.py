@@ -88,3 +88,18 @@ def test_combination_with_a_missing_bin_counts_nowhere() -> None:
         (("a", "c"), (0, 0)): 1,
         (("b", "c"), (1, 0)): 2,
     }
+
+
+def test_attribute_with_several_values_counts_for_each_of_them() -> None:
+    codes = {"a": np.array([0, 1]), "b": np.array([[0, 0], [2, -1]])}
+    assert tuples_of(codes, 1) == {
+        (("a",), (0,)): 1,
+        (("a",), (1,)): 1,
+        (("b",), (0,)): 2,
+        (("b",), (2,)): 1,
+    }
+    assert tuples_of(codes, 2) == {
+        (("a", "b"), (0, 0)): 1,
+        (("a", "b"), (0, 2)): 1,
+        (("a", "b"), (1, 0)): 1,
+    }

@@ -1,0 +1,175 @@
+"""What a report says beyond its verdicts: bounds, coverage of the ODD, uncertainty of the step.
+
+Each comes from where its command has it (``confidence``, ``coverage``, ``uncertainty``), so that
+page and command cannot differ.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from adeye.report.claims import claims_of
+from adeye.report.evidence_parts import (
+    AttributeCoverage,
+    BinCoverage,
+    Exclusion,
+    OddCoverage,
+    StepLine,
+    StepUncertainty,
+    UncoveredPair,
+)
+from adeye.store.covered import coverage_of_runs, declared_attributes, executed_runs
+from adeye.sweep.bins import bins_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from adeye.store.halving import UncertaintyRecord
+    from adeye.store.repository import Repository
+    from adeye.store.stored import CampaignInfo
+    from adeye.sweep.bins import Bin
+    from adeye.sweep.coverage import Combination
+
+MAX_COUNTED: Final = 100_000
+"""Test cases up to which a report counts what they cover (1 s, and memory for each)."""
+MAX_PAIRS: Final = 200
+"""Uncovered pairs that a report lists."""
+
+
+def evidence_of(
+    repository: Repository,
+    campaign: CampaignInfo,
+    odd: Mapping[str, Any],
+    command: Callable[[str], str],
+) -> dict[str, Any]:
+    """Give the parts of a report by their names in it.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+        odd: Stored content of the ODD and everything that it names.
+        command: Makes a command line be about this database.
+    """
+    short = campaign.id[:10]
+    records = repository.hindsight.half_steps.uncertainty(campaign.id)
+    return {
+        "confidence": claims_of(repository, campaign),
+        "confidence_command": command(f"adeye confidence {short}"),
+        "odd_coverage": odd_coverage_of(
+            repository, campaign, odd["odd"], command(f"adeye coverage {short} --json")
+        ),
+        "step_uncertainty": step_uncertainty_of(
+            odd["odd"], records, command(f"adeye uncertainty {short} --json")
+        ),
+    }
+
+
+def odd_coverage_of(
+    repository: Repository, campaign: CampaignInfo, odd: Mapping[str, Any], command: str
+) -> OddCoverage:
+    """Count what a campaign covers of its ODD, attribute by attribute and in pairs.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+        odd: Stored content of the ODD's own file.
+        command: Lists everything.
+    """
+    exclusions = tuple(exclusions_of(odd))
+    if campaign.planned > MAX_COUNTED:
+        return OddCoverage(
+            planned=campaign.planned,
+            counted=0,
+            exclusions=exclusions,
+            refusal=f"Not counted here: more than {MAX_COUNTED:,} test cases.",
+            command=command,
+        )
+    runs = executed_runs(repository.path, campaign.id)
+    found = coverage_of_runs(runs, odd, 2)
+    bins = bins_of(*declared_attributes(odd))
+    pairs = [item for item in found.combinations if len(item.attributes) == 2]
+    uncovered = [
+        UncoveredPair(
+            attributes=cast("tuple[str, str]", item.attributes),
+            bins=cast("tuple[str, str]", labels),
+        )
+        for item in pairs
+        for labels in item.uncovered
+    ]
+    return OddCoverage(
+        planned=runs.planned,
+        counted=found.situations,
+        without_result=runs.without_result,
+        not_judged=runs.not_judged,
+        outside_odd=runs.outside_odd,
+        in_no_bin=found.outside,
+        attributes=tuple(
+            AttributeCoverage(
+                attribute=item.attributes[0], bins=tuple(_bins(item, bins[item.attributes[0]]))
+            )
+            for item in found.combinations
+            if len(item.attributes) == 1
+        ),
+        pairs=sum(item.total for item in pairs),
+        feasible_pairs=sum(item.feasible for item in pairs),
+        covered_pairs=sum(item.covered for item in pairs),
+        uncovered_pairs=tuple(uncovered[:MAX_PAIRS]),
+        exclusions=exclusions,
+        command=command,
+    )
+
+
+def _bins(found: Combination, bins: Sequence[Bin]) -> Iterator[BinCoverage]:
+    """Put the bins of one attribute back into their order."""
+    counts = {labels[0]: count for labels, count in found.counts}
+    impossible = {labels[0] for labels in found.impossible}
+    for item in bins:
+        if item.label in counts:
+            yield BinCoverage(label=item.label, state="covered", test_cases=counts[item.label])
+        elif item.label in impossible:
+            yield BinCoverage(label=item.label, state="impossible", test_cases=0)
+        else:
+            yield BinCoverage(label=item.label, state="uncovered", test_cases=0)
+
+
+def exclusions_of(odd: Mapping[str, Any]) -> Iterator[Exclusion]:
+    """List what relations of a sweep leave out, as they stand in the ODD's own file."""
+    for use in odd["scenarios"]:
+        relations = tuple(str(text) for text in use["sweep"]["where"])
+        if relations:
+            yield Exclusion(scenario=use.get("as") or use["use"], relations=relations)
+
+
+def step_uncertainty_of(
+    odd: Mapping[str, Any], records: Sequence[UncertaintyRecord], command: str
+) -> StepUncertainty:
+    """Tell what halving the step changes, margins first.
+
+    Args:
+        odd: Stored content of the ODD's own file.
+        records: What is stored of the campaign.
+        command: Lists everything.
+    """
+    asked = odd.get("uncertainty")
+    lines = [
+        StepLine(
+            kind=item.difference.kind,
+            scenario=item.scenario,
+            architecture=item.architecture,
+            name=item.difference.name,
+            unit=item.difference.unit,
+            sampled=item.difference.sampled,
+            pairs=item.difference.pairs,
+            uncertainty=item.difference.uncertainty,
+            largest=item.difference.largest,
+            differing=item.difference.differing,
+            changes=dict(item.difference.changes),
+        )
+        for item in records
+    ]
+    return StepUncertainty(
+        step_s=float(odd["step"]),
+        situations=None if asked is None else int(asked["situations"]),
+        lines=tuple(sorted(lines, key=lambda line: line.kind != "fsr")),
+        command=command,
+    )

@@ -1,0 +1,133 @@
+"""The same figures as those of the commands, and plain words where there are none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.campaign.coverage import executed_coverage
+from adeye.evaluation.uncertainty import Difference
+from adeye.report import evidence
+from adeye.report.claims import claims_of
+from adeye.report.evidence import evidence_of, exclusions_of, step_uncertainty_of
+from adeye.report.refusals import refusals_of
+from adeye.store.halving import UncertaintyRecord
+from adeye.store.repository import Repository
+
+if TYPE_CHECKING:
+    from adeye.report.evidence_parts import OddCoverage
+    from tests.project import Executed
+
+
+def parts(executed: Executed) -> dict[str, Any]:
+    with Repository.open(executed.db, create=False) as repository:
+        campaign = repository.find_campaign(executed.summary.campaign)
+        odd = repository.content("odd", campaign.odd_digest)
+        return evidence_of(repository, campaign, odd, lambda text: f"{text} --db my.db")
+
+
+@pytest.fixture(scope="module")
+def mini_parts(mini: Executed) -> dict[str, Any]:
+    return parts(mini)
+
+
+def test_bounds_are_those_of_the_command(mini: Executed, mini_parts: dict[str, Any]) -> None:
+    with Repository.open(mini.db, create=False) as repository:
+        campaign = repository.find_campaign(mini.summary.campaign)
+        assert mini_parts["confidence"] == claims_of(repository, campaign)
+
+
+def test_grid_has_no_bound_and_says_why(mini_parts: dict[str, Any]) -> None:
+    found = mini_parts["confidence"]
+    assert found.claims
+    assert all(claim.upper is None for claim in found.claims)
+    assert [item.reason for item in refusals_of(found)] == [
+        "chosen points, not a random sample: no population, no probability"
+    ]
+
+
+def test_coverage_is_that_of_the_command(mini: Executed, mini_parts: dict[str, Any]) -> None:
+    found: OddCoverage = mini_parts["odd_coverage"]
+    table = executed_coverage(mini.db, mini.summary.campaign, 2)
+    assert (found.planned, found.counted) == (table.planned, table.counted)
+    ones = [item for item in table.coverage.combinations if len(item.attributes) == 1]
+    assert [(item.attribute, item.covered, item.feasible) for item in found.attributes] == [
+        (item.attributes[0], item.covered, item.feasible) for item in ones
+    ]
+    for own, item in zip(found.attributes, ones, strict=True):
+        counts = {label: count for (label,), count in item.counts}
+        assert {b.label: b.test_cases for b in own.bins if b.state == "covered"} == counts
+        uncovered = [b.label for b in own.bins if b.state == "uncovered"]
+        assert uncovered == [label for (label,) in item.uncovered]
+    twos = [item for item in table.coverage.combinations if len(item.attributes) == 2]
+    assert found.covered_pairs == sum(item.covered for item in twos)
+    assert found.missing_pairs == len(found.uncovered_pairs) == sum(len(i.uncovered) for i in twos)
+    assert found.command == f"adeye coverage {mini.summary.campaign[:10]} --json --db my.db"
+
+
+def test_bins_stand_in_the_order_of_the_odd(mini_parts: dict[str, Any]) -> None:
+    (speed,) = [i for i in mini_parts["odd_coverage"].attributes if i.attribute == "ego_speed"]
+    assert [(item.label, item.state) for item in speed.bins] == [
+        ("0 to 30 km/h", "uncovered"),
+        ("30 to 60 km/h", "uncovered"),
+        ("60 to 90 km/h", "covered"),
+        ("90 to 130 km/h", "covered"),
+    ]
+
+
+def test_list_of_pairs_is_cut_and_their_number_is_not(
+    mini: Executed, mini_parts: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(evidence, "MAX_PAIRS", 3)
+    cut, whole = parts(mini)["odd_coverage"], mini_parts["odd_coverage"]
+    assert cut.uncovered_pairs == whole.uncovered_pairs[:3]
+    assert cut.missing_pairs == whole.missing_pairs > 3
+
+
+def test_large_campaign_is_not_counted_and_says_so(
+    mini: Executed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(evidence, "MAX_COUNTED", 27)
+    found = parts(mini)["odd_coverage"]
+    assert (found.planned, found.counted, found.attributes) == (28, 0, ())
+    assert "more than 27 test cases" in found.refusal
+
+
+def test_relations_of_a_plan_are_told_and_scenarios_without_any_are_not() -> None:
+    uses = [
+        {"use": "cut_in", "as": "late", "sweep": {"where": ["gap < 20 m", "friction > 0.5"]}},
+        {"use": "cut_in", "as": None, "sweep": {"where": []}},
+        {"use": "lead_braking", "as": None, "sweep": {"where": ["gap > 1 m"]}},
+    ]
+    assert [(item.scenario, item.relations) for item in exclusions_of({"scenarios": uses})] == [
+        ("late", ("gap < 20 m", "friction > 0.5")),
+        ("lead_braking", ("gap > 1 m",)),
+    ]
+
+
+def test_odd_that_asks_for_no_uncertainty_has_no_number_of_situations(
+    mini_parts: dict[str, Any],
+) -> None:
+    found = mini_parts["step_uncertainty"]
+    assert (found.situations, found.lines, found.step_s) == (None, (), 0.05)
+
+
+def test_uncertainty_of_margins_comes_first_and_too_few_pairs_give_none() -> None:
+    records = [
+        UncertaintyRecord(
+            "cut_in", "one", Difference("metric", "gap_m", "m", 12, 12, 0.1, 0.2, 0, {})
+        ),
+        UncertaintyRecord(
+            "cut_in",
+            "one",
+            Difference("fsr", "FSR-01", "m", 12, 9, 0.3, 0.4, 1, {"PASS → FAIL": 1}),
+        ),
+    ]
+    odd = {"step": 0.02, "uncertainty": {"situations": 12}}
+    found = step_uncertainty_of(odd, records, "adeye uncertainty")
+    assert (found.step_s, found.situations) == (0.02, 12)
+    margin, metric = found.lines
+    assert (margin.name, margin.uncertainty, margin.largest) == ("FSR-01", None, 0.4)
+    assert (margin.differing, margin.changes) == (1, {"PASS → FAIL": 1})
+    assert (metric.name, metric.uncertainty, metric.pairs) == ("gap_m", 0.1, 12)
