@@ -54,7 +54,7 @@ def complete_campaigns(ctx: typer.Context, incomplete: str) -> Iterable[Offer]: 
     """Offer the campaigns of the database, the newest first."""
     return _rows(
         ctx,
-        f"SELECT number, odd_id FROM campaign ORDER BY number DESC LIMIT {_OFFERED}",  # noqa: S608
+        f"SELECT number, odd FROM v_campaigns ORDER BY recency LIMIT {_OFFERED}",  # noqa: S608
     )
 
 

@@ -22,14 +22,14 @@ class SavedQuery:
     sql: str
 
 
-_LATEST: Final = "(SELECT id FROM campaign ORDER BY number DESC LIMIT 1)"
+_LATEST: Final = "(SELECT campaign FROM v_campaigns WHERE recency = 1)"
 
 _QUERIES: Final = (
     SavedQuery(
         "campaigns",
-        "every campaign with its ODD and size",
-        """SELECT number, substr(id, 1, 10) AS campaign, odd_id AS odd, planned, created_at, title
-FROM campaign ORDER BY number DESC""",
+        "every campaign with its ODD and size, the latest first",
+        """SELECT number, substr(campaign, 1, 10) AS campaign, odd, planned, created_at, title
+FROM v_campaigns ORDER BY recency""",
     ),
     SavedQuery(
         "failing-fsrs",

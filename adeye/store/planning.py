@@ -23,6 +23,7 @@ from adeye.store.cutting import save_work
 from adeye.store.encoding import Row, insert_rows, json_text, row, rows_of_columns, utc_text
 from adeye.store.pending import count_open
 from adeye.store.planned import PlannedCases
+from adeye.store.reading import latest_id
 from adeye.store.rows import PlannedCase
 from adeye.store.selection import Selection, SelectionHash
 from adeye.store.stored import Plan
@@ -90,8 +91,17 @@ def plan_campaign(
             _save_selection(connection, campaign_id, selection)
             insert_rows(connection, tables.campaign_fsr, fsrs)
             save_work(connection, campaign_id, selection.ends, block_size)
+        if latest_id(connection) != campaign_id:
+            _save_use(connection, campaign_id)
         to_execute, to_judge = count_open(connection, campaign_id)
     return Plan(campaign_id, identity.count, to_execute, to_judge, is_new=known is None)
+
+
+def _save_use(connection: Connection, campaign_id: str) -> None:
+    """Note that a campaign is the latest, although others have a larger number or were used."""
+    table = tables.campaign_use
+    last = connection.execute(select(func.max(table.c.number))).scalar_one() or 0
+    insert_rows(connection, table, [row(table, (last + 1, campaign_id, utc_text(None)))])
 
 
 def _require_all_fsrs(record: CampaignRecord) -> None:

@@ -6,7 +6,7 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import select
+from sqlalchemy import select, text
 
 from adeye.errors import InputError
 from adeye.evaluation.verdict import Verdict
@@ -38,12 +38,23 @@ def campaigns(connection: Connection) -> tuple[CampaignInfo, ...]:
     return tuple(_campaign(connection, item) for item in found)
 
 
+def latest_id(connection: Connection, odd: str | None = None) -> str | None:
+    """Return the id of the campaign that was planned last, of one ODD if its id is given."""
+    found = connection.exec_driver_sql(
+        "SELECT campaign FROM v_campaigns WHERE odd = coalesce(?, odd) ORDER BY recency LIMIT 1",
+        (odd,),
+    )
+    return found.scalar()
+
+
 def latest_campaign(connection: Connection, odd: str | None) -> CampaignInfo | None:
-    """Return the newest campaign, of one ODD if its id is given."""
-    table = tables.campaign
-    query = table.select().order_by(table.c.number.desc()).limit(1)
-    found = connection.execute(query if odd is None else query.where(table.c.odd_id == odd)).first()
-    return None if found is None else _campaign(connection, found)
+    """Return the campaign that was planned last, of one ODD if its id is given."""
+    table, latest = tables.campaign, latest_id(connection, odd)
+    if latest is None:
+        return None
+    return _campaign(
+        connection, connection.execute(table.select().where(table.c.id == latest)).one()
+    )
 
 
 def find_campaign(connection: Connection, name: str) -> CampaignInfo:
@@ -162,11 +173,13 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
     planned = digest if fork is None else fork.origin
     planned = planned if drive is None else drive.origin
     twin = find_half_step(connection, planned)
-    newest = tables.campaign.c.number.desc()
+    recency = text(
+        "(SELECT recency FROM v_campaigns v WHERE v.campaign = campaign_case.campaign_id)"
+    )
     found = connection.execute(
         query.join(tables.campaign, tables.campaign.c.id == cases.c.campaign_id)
         .where(cases.c.result_digest == (planned if twin is None else twin[1]))
-        .order_by(newest, cases.c.ordinal)
+        .order_by(recency, cases.c.ordinal)
     ).first()
     if found is None:
         raise InputError(

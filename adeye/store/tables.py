@@ -121,6 +121,16 @@ campaign = Table(
     _text("provenance"),
     _row_hash(),
 )
+campaign_use = Table(
+    "campaign_use",
+    metadata,
+    Column("number", Integer, primary_key=True, autoincrement=True),
+    _campaign(),
+    _text("at"),
+    _row_hash(),
+)
+"""Which campaign was planned again after another one: going back to former files makes no new
+campaign, and yet that one is the latest."""
 campaign_case = Table(
     "campaign_case",
     metadata,
@@ -361,5 +371,6 @@ NONDETERMINISTIC: Final = {
     "run": ("number", "executed_by", "executed_at", "row_hash"),
     "tally": ("work_id", "row_hash"),
     "campaign": ("number", "created_at", "provenance", "row_hash"),
+    "campaign_use": ("number", "at", "row_hash"),
 }
 """Columns that differ between two executions of one plan and are in no result hash."""

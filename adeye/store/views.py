@@ -204,6 +204,13 @@ JOIN test_case t ON t.digest = c.test_case_digest
 LEFT JOIN takeover o ON o.fork_digest = f.result_digest AND o.version = (
     SELECT MAX(x.version) FROM takeover x WHERE x.fork_digest = f.result_digest)"""
 
+_CAMPAIGNS = """CREATE VIEW v_campaigns AS
+SELECT number, id AS campaign, odd_id AS odd, title, planned, created_at,
+    ROW_NUMBER() OVER (ORDER BY COALESCE((
+        SELECT MAX(u.number) FROM campaign_use u WHERE u.campaign_id = campaign.id), 0) DESC,
+        number DESC) AS recency
+FROM campaign"""
+
 _UNCERTAINTY = """CREATE VIEW v_uncertainty AS
 SELECT campaign_id AS campaign, scenario, architecture, kind, name, unit, sampled, pairs, p95,
     largest, uncertainty, differing, changes
@@ -276,6 +283,7 @@ def view_ddl() -> dict[str, str]:
         ),
         "v_forks": _FORKS,
         **check_view_ddl(),
+        "v_campaigns": _CAMPAIGNS,
         "v_uncertainty": _UNCERTAINTY,
         "v_preventability": _PREVENTABILITY,
     }

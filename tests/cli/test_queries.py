@@ -34,4 +34,4 @@ def test_query_is_one_complete_statement_with_a_plain_name(name: str) -> None:
 
 @pytest.mark.parametrize("name", SAVED.keys() - {"campaigns"})
 def test_query_is_about_the_latest_campaign(name: str) -> None:
-    assert "ORDER BY number DESC LIMIT 1" in SAVED[name].sql
+    assert "(SELECT campaign FROM v_campaigns WHERE recency = 1)" in SAVED[name].sql

@@ -1,3 +1,4 @@
+import sqlite3
 from itertools import pairwise
 from typing import Any
 
@@ -131,3 +132,43 @@ def test_test_case_can_be_made_again_from_what_is_stored(
 def test_unknown_test_case_is_an_input_error(repository: Repository) -> None:
     with pytest.raises(InputError, match="there is none"):
         repository.test_case_row("0" * 64)
+
+
+def test_campaign_that_was_planned_again_is_the_latest(
+    repository: Repository, example: Any
+) -> None:
+    def latest() -> str:
+        found = repository.latest_campaign()
+        assert found is not None
+        with sqlite3.connect(repository.path) as connection:
+            asked = connection.execute(
+                "SELECT campaign FROM v_campaigns WHERE recency = 1"
+            ).fetchone()
+        assert asked == (found.id,)
+        return found.id
+
+    first, second = example.campaign(repository, 4), example.campaign(repository, 2)
+    assert latest() == second
+    assert example.campaign(repository, 4) == first
+    assert latest() == first
+    # The same once more changes nothing, another one does.
+    assert example.campaign(repository, 4) == first
+    assert latest() == first
+    third = example.campaign(repository, 3)
+    assert latest() == third
+    assert example.campaign(repository, 2) == second
+    assert latest() == second
+    with sqlite3.connect(repository.path) as connection:
+        assert connection.execute("SELECT COUNT(*) FROM campaign_use").fetchone() == (3,)
+    assert repository.verify() == ()
+
+
+def test_run_of_several_campaigns_is_shown_in_the_one_planned_last(
+    repository: Repository, example: Any
+) -> None:
+    first = example.campaign(repository, 4)
+    run = next(iter(repository.again.evidence(first))).result
+    second = example.campaign(repository, 2)
+    assert repository.find_run(run).campaign == second
+    example.campaign(repository, 4)
+    assert repository.find_run(run).campaign == first

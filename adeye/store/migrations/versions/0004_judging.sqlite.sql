@@ -1156,3 +1156,33 @@ JOIN campaign_case c ON c.result_digest = b.result_digest
 JOIN test_case t ON t.digest = c.test_case_digest
 WHERE b.version = (SELECT MAX(x.version) FROM benchmark x
     WHERE x.result_digest = b.result_digest AND x.model = b.model AND x.edition = b.edition)
+
+--
+
+CREATE TABLE campaign_use (
+	number INTEGER NOT NULL, 
+	campaign_id VARCHAR(32) NOT NULL, 
+	at TEXT NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_campaign_use PRIMARY KEY (number), 
+	CONSTRAINT fk_campaign_use_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
+CREATE TRIGGER campaign_use_no_update BEFORE UPDATE ON campaign_use
+BEGIN SELECT RAISE(ABORT, 'campaign_use is insert-only'); END
+
+--
+
+CREATE TRIGGER campaign_use_no_delete BEFORE DELETE ON campaign_use
+BEGIN SELECT RAISE(ABORT, 'campaign_use is insert-only'); END
+
+--
+
+CREATE VIEW v_campaigns AS
+SELECT number, id AS campaign, odd_id AS odd, title, planned, created_at,
+    ROW_NUMBER() OVER (ORDER BY COALESCE((
+        SELECT MAX(u.number) FROM campaign_use u WHERE u.campaign_id = campaign.id), 0) DESC,
+        number DESC) AS recency
+FROM campaign
