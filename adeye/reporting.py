@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from adeye.campaign.lookup import campaign_of_file
 from adeye.campaign.reproduce import Execution, rerun
 from adeye.campaign.runner import Progress
 from adeye.errors import UsageError
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from adeye.store.stored import CampaignInfo
 
 SECOND = len("YYYY-MM-DDTHH:MM:SS")
+YAML = frozenset({".yaml", ".yml"})
 
 
 def write_reports(  # noqa: PLR0913 - one parameter a file
@@ -200,7 +202,7 @@ def _campaign_among(
 
 def _campaign_called(repository: Repository, name: str) -> CampaignInfo | None:
     """Find a campaign by its ODD, number or digest; None for a word that can be none of them."""
-    if Path(name).suffix in {".yaml", ".yml"}:
+    if Path(name).suffix in YAML:
         found = repository.latest_campaign(load_odd(name).odd.spec.odd)
         if found is None:
             raise UsageError(
@@ -258,13 +260,14 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
         PlatformError: A file cannot be written.
     """
     with Repository.open(db, create=False) as repository:
-        campaign = find_compared(repository, name)
+        campaign, edits = _gated(repository, name)
         result = judge_campaign(
             repository,
             campaign,
             options.baseline,
             options.tolerances,
             may_lack=options.is_update,
+            edits=edits,
         )
         if options.junit is not None:
             builder = ReportBuilder(
@@ -280,6 +283,20 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
             result, options.baseline, accepts_incomplete=options.accepts_incomplete
         )
     return result
+
+
+def _gated(repository: Repository, name: str | None) -> tuple[CampaignInfo, str]:
+    """Find the campaign to judge and, of an ODD's file, what makes it another one by now."""
+    if name is None or Path(name).suffix not in YAML:
+        return find_compared(repository, name), ""
+    meant = campaign_of_file(repository, name)
+    if not meant.edits:
+        return meant.campaign, ""
+    text = (
+        f"{name} plans something else than campaign {meant.campaign.number}; edited: "
+        f"{meant.edits}. Run adeye run {name}, what is there already is not executed again"
+    )
+    return meant.campaign, text
 
 
 def is_campaign_name(text: str) -> bool:

@@ -69,6 +69,7 @@ def judge_campaign(
     tolerances: Tolerances,
     *,
     may_lack: bool = False,
+    edits: str = "",
 ) -> GateResult:
     """Judge a stored campaign, against a baseline if there is one.
 
@@ -78,6 +79,7 @@ def judge_campaign(
         path: The baseline; None for the verdicts of the campaign alone.
         tolerances: Losses of margin that do not count.
         may_lack: Whether the file may not exist, because it will be written.
+        edits: Why the campaign is not what its files plan now; then its evidence is not theirs.
 
     Raises:
         InputError: The file is no baseline, or is of another ODD.
@@ -104,6 +106,8 @@ def judge_campaign(
         left = f"{counted(now.accounted)} of {counted(now.planned)} test cases are accounted for"
         text = f"{left}; the campaign is {campaign.state}. Run it again, it goes on"
         own.append(Finding(Kind.MISSING, text))
+    if edits:
+        own.append(Finding(Kind.CHANGED, edits))
     set_aside = _set_aside(repository, campaign)
     own += map(set_aside, state_of(now))
     changed: list[Finding] = []

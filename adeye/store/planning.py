@@ -25,7 +25,7 @@ from adeye.store.pending import count_open
 from adeye.store.planned import PlannedCases
 from adeye.store.reading import latest_id
 from adeye.store.rows import PlannedCase
-from adeye.store.selection import Selection, SelectionHash
+from adeye.store.selection import SelectedCases, Selection, SelectionHash
 from adeye.store.stored import Plan
 
 if TYPE_CHECKING:
@@ -71,9 +71,7 @@ def plan_campaign(
     _require_all_fsrs(record)
     odd_digest = save_content(connection, "odd", record.odd)
     save_concept(connection, record.concept)
-    identity = SelectionHash(
-        odd_digest, concept_record(record.concept).digest, _gate_text(record), _judging_text(record)
-    )
+    identity = _identity(record)
     with large_cache(connection), Selection.begin(identity) as selection:
         _save_test_cases(connection, cases, selection, odd_digest, report or (lambda _: None))
         if identity.count == 0:
@@ -95,6 +93,24 @@ def plan_campaign(
             _save_use(connection, campaign_id)
         to_execute, to_judge = count_open(connection, campaign_id)
     return Plan(campaign_id, identity.count, to_execute, to_judge, is_new=known is None)
+
+
+def identify(record: CampaignRecord, cases: Iterable[PlannedCases]) -> str:
+    """Give the id that a campaign has or would have, without a database.
+
+    Args:
+        record: The campaign.
+        cases: Its test cases in the order of their ordinals.
+    """
+    identity = _identity(record)
+    for part in cases:
+        identity.add_all(SelectedCases.of(part, identity.count).identities())
+    return identity.campaign_id
+
+
+def _identity(record: CampaignRecord) -> SelectionHash:
+    concept = concept_record(record.concept).digest
+    return SelectionHash(record.odd.digest, concept, _gate_text(record), _judging_text(record))
 
 
 def _save_use(connection: Connection, campaign_id: str) -> None:

@@ -72,6 +72,19 @@ class SelectedCases:
     results: list[str]
     points: list[str]
 
+    @classmethod
+    def of(cls, part: PlannedCases, first: int) -> SelectedCases:
+        """Take planned test cases, the first of which has an ordinal."""
+        return cls(
+            first,
+            part.scenario,
+            part.architecture,
+            list(map(int, part.inside_odd)),
+            list(part.test_cases),
+            part.engine.result_digests(part.test_cases),
+            list(part.points),
+        )
+
     def identities(self) -> Iterable[tuple[str, ...]]:
         """Give what identifies each of them in the selection."""
         names = repeat(self.scenario), repeat(self.architecture)
@@ -107,15 +120,7 @@ class Selection:
 
     def add(self, part: PlannedCases) -> None:
         """Add test cases in the order of their ordinals."""
-        selected = SelectedCases(
-            self.identity.count,
-            part.scenario,
-            part.architecture,
-            list(map(int, part.inside_odd)),
-            list(part.test_cases),
-            part.engine.result_digests(part.test_cases),
-            list(part.points),
-        )
+        selected = SelectedCases.of(part, self.identity.count)
         self.identity.add_all(selected.identities())
         for inside, count in Counter(selected.inside).items():
             self.counted[part.architecture, part.scenario, bool(inside)] += count

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign import runner
 from adeye.testing import zoo
+from tests.chaos.bench import DB, ODD_FILE
 from tests.chaos.ways import Way
 
 if TYPE_CHECKING:
@@ -200,6 +201,24 @@ def margin_lost(bench: Bench) -> Said:
     return bench.run_and_gate()
 
 
+def edited_and_not_run(bench: Bench) -> Said:
+    with bench.fsr("FSR-06") as fsr:
+        fsr["formula"] = "always(abs(ego.lane_offset) <= 0.001 m)"
+    return bench.adeye("gate", ODD_FILE, "--db", DB)
+
+
+def put_back_to_what_failed(bench: Bench) -> Said:
+    concept = (bench.folder / CONCEPT).read_text("utf-8")
+    with bench.fsr("FSR-06") as fsr:
+        fsr["formula"] = "always(abs(ego.lane_offset) <= 0.001 m)"
+    failing_concept = (bench.folder / CONCEPT).read_text("utf-8")
+    for text in (failing_concept, concept, failing_concept):
+        (bench.folder / CONCEPT).write_text(text, "utf-8")
+        bench.run()
+    # No new campaign came of the third run, and yet it is the latest.
+    return bench.adeye("gate", "--db", DB)
+
+
 def update_of_incomplete(bench: Bench) -> Said:
     not_realised(bench)
     return bench.gate("--update")
@@ -239,5 +258,7 @@ WAYS: Final = [
     Way("waiver that was added", 3, "FSR-06: is waived until", waiver_added),
     Way("architecture that fails now", 1, "newly failing", failing),
     Way("margin lost against the baseline", 1, "margin: FSR-05", margin_lost),
+    Way("file edited since it was run", 3, "edited: requirements FSR-06", edited_and_not_run),
+    Way("files put back to what failed", 1, "FSR-06, camera_radar", put_back_to_what_failed),
     Way("baseline written from too little", 3, "was not written", update_of_incomplete),
 ]  # fmt: skip

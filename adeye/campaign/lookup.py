@@ -1,0 +1,101 @@
+"""Which campaign an ODD's file means: the one that it plans, or the latest, and what was edited."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from adeye.campaign.plan import make_plan
+from adeye.errors import UsageError
+from adeye.spec.load import load_odd
+from adeye.store.planning import identify
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from adeye.store.repository import Repository
+    from adeye.store.stored import CampaignInfo
+
+_OF_ODD = {
+    "attributes": "attributes",
+    "scenarios": "scenarios and sweeps",
+    "faults": "faults",
+    "gate": "gate",
+    "plugins": "plug-ins",
+    "replicates": "replicates",
+    "seed": "seed",
+    "step": "step",
+    "uncertainty": "uncertainty",
+}
+"""Keys of an ODD that decide what is run and judged, as people call them."""
+
+
+@dataclass(frozen=True)
+class Meant:
+    """The campaign that a file means.
+
+    Attributes:
+        campaign: The campaign.
+        edits: Why it is not what the file plans now; empty if it is.
+    """
+
+    campaign: CampaignInfo
+    edits: str = ""
+
+
+def campaign_of_file(repository: Repository, path: str | Path) -> Meant:
+    """Find the campaign that an ODD's file plans, by the traffic that its latest campaign has.
+
+    Args:
+        repository: The database.
+        path: The ODD's file.
+
+    Returns:
+        The latest campaign of the ODD, and what was edited, if none is what the file plans.
+
+    Raises:
+        InputError: Anything is wrong in the files, or the ODD has no campaign.
+    """
+    latest = repository.latest_campaign(load_odd(path).odd.spec.odd)
+    if latest is None:
+        raise UsageError(
+            f"{path} has no campaign in the database", remedy=f"Run adeye run {path} first."
+        )
+    made = {name: latest.provenance.get(name) for name in ("backend", "variant")}
+    traffic = {name: str(value) for name, value in made.items() if value}
+    plan = make_plan(path, **traffic)
+    record = plan.record()
+    wanted = identify(record, plan.planned())
+    for campaign in (latest, *repository.campaigns()):
+        if campaign.id == wanted:
+            return Meant(campaign)
+    concept = record.concept.model_dump(mode="json")
+    then = repository.content("odd", latest.odd_digest)
+    before = repository.content("concept", latest.concept_digest)
+    edits = [*_odd_edits(then, record.odd.content), *_concept_edits(before, concept)]
+    return Meant(latest, "; ".join(edits) or "the code of adeye or of a plug-in")
+
+
+def _odd_edits(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    for key, words in _OF_ODD.items():
+        if then["odd"].get(key) != now["odd"].get(key):
+            yield words
+    for kind in ("scenarios", "architectures", "data"):
+        edited = _edited(then.get(kind, {}), now.get(kind, {}))
+        if edited:
+            yield f"{kind} {', '.join(edited)}"
+
+
+def _concept_edits(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    fsrs = [{item["id"]: item for item in side["requirements"]} for side in (then, now)]
+    edited = _edited(*fsrs)
+    if edited:
+        yield f"requirements {', '.join(edited)}"
+    others = {key for key in {*then, *now} - {"requirements"} if then.get(key) != now.get(key)}
+    if others:
+        yield f"concept ({', '.join(sorted(others))})"
+
+
+def _edited(then: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    return sorted(name for name in {*then, *now} if then.get(name) != now.get(name))

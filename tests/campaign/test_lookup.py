@@ -1,0 +1,165 @@
+"""A file means the campaign that it plans; what was edited since is named, and never green."""
+
+from __future__ import annotations
+
+import shutil
+from copy import copy
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.campaign.lookup import campaign_of_file
+from adeye.errors import UsageError
+from adeye.evaluation.verdict import ExitCode
+from adeye.reporting import GateOptions, gate_campaign
+from adeye.store.repository import Repository
+from tests.project import CANDIDATE, CONCEPT, MINI, Project
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+ODD: dict[str, Any] = {
+    **MINI,
+    "scenarios": [
+        {
+            "use": "cut_in",
+            "faults": ["none"],
+            "sweep": {"parameters": {"ego_speed": ["80 km/h", "100 km/h"], "gap": ["50 m"]}},
+        }
+    ],
+    "architectures": ["architectures/camera_radar.yaml"],
+    "gate": {"architectures": ["camera_radar"]},
+    "plugins": ["./own.py:Own"],
+}
+PLUGIN = """
+import numpy as np
+
+from adeye.ports import MetricColumn
+
+
+class Own:
+    \"\"\"A metric.\"\"\"
+
+    uid, column, unit, worse, source = "own:own@1", "own_m", "m", "lower", "here"
+    scale = 1.0
+
+    def compute(self, trace):
+        value = trace["ego"][:, 0, 0] + 1.0
+        return MetricColumn(value, ["value"] * trace.runs, value * 0.0, [-1] * trace.runs)
+"""
+
+
+@pytest.fixture(scope="module")
+def executed(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    made = Project(tmp_path_factory.mktemp("lookup") / "project", ODD)
+    (made.folder / "odd" / "own.py").write_text(PLUGIN, "utf-8")
+    with made.edited(CONCEPT) as concept:
+        concept["requirements"] = concept["requirements"][:2]
+    made.run()
+    return made
+
+
+@pytest.fixture
+def project(executed: Project, tmp_path: Path) -> Project:
+    """Copy the project with what it executed."""
+    shutil.copytree(executed.folder, tmp_path / "project")
+    made = copy(executed)
+    made.folder = tmp_path / "project"
+    made.odd, made.db = made.folder / "odd" / "tested.yaml", made.folder / "adeye.db"
+    return made
+
+
+def meant(project: Project) -> tuple[int, str]:
+    with Repository.open(project.db, create=False) as repository:
+        found = campaign_of_file(repository, project.odd)
+    return found.campaign.number, found.edits
+
+
+def gated(project: Project) -> ExitCode:
+    return gate_campaign(project.db, str(project.odd), GateOptions()).exit_code
+
+
+def threshold(project: Project) -> None:
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][1]["bound"]["at_most"] += 0.25
+
+
+def value(project: Project) -> None:
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"]["gap"].append("60 m")
+
+
+def latency(project: Project) -> None:
+    with project.edited(CANDIDATE) as architecture:
+        architecture["sensors"]["front_camera"]["latency"] = "0.2 s"
+
+
+def gate(project: Project) -> None:
+    with project.edited_odd() as odd:
+        odd["architectures"].append("architectures/legacy_camera.yaml")
+        odd["gate"]["architectures"] = ["legacy_camera"]
+
+
+def plugin(project: Project) -> None:
+    path = project.folder / "odd" / "own.py"
+    path.write_text(path.read_text("utf-8").replace("+ 1.0", "+ 2.0"), "utf-8")
+
+
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (threshold, "requirements FSR-02"),
+        (value, "scenarios and sweeps"),
+        (latency, "architectures camera_radar"),
+        (gate, "gate"),
+        (plugin, "the code of adeye or of a plug-in"),
+    ],
+)
+def test_edit_is_named_and_incomplete_until_it_is_run(
+    project: Project, edit: Callable[[Project], None], words: str
+) -> None:
+    assert (meant(project), gated(project)) == ((1, ""), ExitCode.OK)
+    edit(project)
+    number, edits = meant(project)
+    assert number == 1
+    assert words in edits
+    result = gate_campaign(project.db, str(project.odd), GateOptions())
+    assert result.exit_code is ExitCode.INCOMPLETE
+    (finding,) = result.own
+    assert words in finding.text
+    assert f"Run adeye run {project.odd}" in finding.text
+    summary = project.run()
+    assert meant(project) == (2, "")
+    assert gated(project) is summary.exit_code
+
+
+def test_comment_is_no_edit(project: Project) -> None:
+    project.odd.write_text(project.odd.read_text("utf-8") + "# a comment\n", "utf-8")
+    assert (meant(project), gated(project)) == ((1, ""), ExitCode.OK)
+
+
+def test_file_that_was_put_back_means_the_campaign_that_it_had(project: Project) -> None:
+    before = (project.folder / CONCEPT).read_text("utf-8")
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][1]["bound"]["at_most"] = 0.01
+    assert project.run().exit_code is ExitCode.FAILED
+    assert (meant(project), gated(project)) == ((2, ""), ExitCode.FAILED)
+    edited = (project.folder / CONCEPT).read_text("utf-8")
+    (project.folder / CONCEPT).write_text(before, "utf-8")
+    # The evidence of what the file says is there, although another campaign is later.
+    assert (meant(project), gated(project)) == ((1, ""), ExitCode.OK)
+    assert gate_campaign(project.db, None, GateOptions()).exit_code is ExitCode.FAILED
+    assert project.run().exit_code is ExitCode.OK
+    assert gate_campaign(project.db, None, GateOptions()).exit_code is ExitCode.OK
+    (project.folder / CONCEPT).write_text(edited, "utf-8")
+    assert project.run().exit_code is ExitCode.FAILED
+    for name in (None, "mini", str(project.odd)):
+        assert gate_campaign(project.db, name, GateOptions()).exit_code is ExitCode.FAILED
+
+
+def test_odd_without_a_campaign_is_a_usage_error(project: Project) -> None:
+    with project.edited_odd() as odd:
+        odd["odd"] = "another"
+    with pytest.raises(UsageError, match="has no campaign"):
+        meant(project)
