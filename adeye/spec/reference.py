@@ -7,10 +7,49 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple, get_args
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 from adeye.errors import SourceLocation, SpecError, suggest
-from adeye.spec.channels import ReferenceParameters, ReferenceVariant
+from adeye.spec.quantity import Many, Record
+from adeye.spec.sensors import PositiveLength
+from adeye.spec.supervisor import PositiveAcceleration
+
+ReferenceVariant = Literal[
+    "jrc",
+    "jrc-guard",
+    "jrc-lateral",
+    "jrc-release",
+    "jrc-raw-acceleration",
+    "jrc-ttc-end",
+    "jrc-coasting",
+    "jrc-perception",
+    "jrc-no-emergency",
+    "jrc-rss-lateral",
+    "jrc-beside",
+    "jrc-lead",
+    "jrc-distance",
+    "esmini",
+    "esmini-gravity",
+    "esmini-reaction",
+    "esmini-perception",
+]
+
+
+class ReferenceParameters(Record):
+    """Reference channel: which driver of UN R157 drives, and how it drives without a conflict."""
+
+    model: Literal["cc", "fsm", "rss", "reg157"] = "cc"
+    """Careful and competent driver, fuzzy safety model, responsibility-sensitive safety, or the
+    cut-in rule of paragraph 5.2.5.2 made a driver."""
+    edition: Literal["r157", "r157-01", "eu-2022-1426", "eu-2022-1426-standing"] = "r157-01"
+    """Whose numbers hold; it changes ``reg157`` only."""
+    variant: Many[ReferenceVariant] = ()
+    """Differences of published code to the text, by name; ``jrc`` and ``esmini`` are all of one."""
+    standstill_gap: PositiveLength = 2.0
+    max_acceleration: PositiveAcceleration = 1.5
+    comfort_deceleration: PositiveAcceleration = 2.5
+    """Most that it slows down by to follow a vehicle that the model sees no conflict with."""
+
 
 PREFIX: Final = "reference:"
 MODELS: Final[tuple[str, ...]] = get_args(ReferenceParameters.model_fields["model"].annotation)
