@@ -280,7 +280,8 @@ class Careful(Driver):
             self.perceived = self.perceived and leaving
         elif self.noticed is None:
             self.noticed = time
-        if risk and self.has_evaluated(time, off_centre):
+        evaluated = self.has_evaluated(time, off_centre)
+        if risk and evaluated:
             self.braking = True
         elif (closing <= 0.0 < distance) or not (leaving or overlapping):
             self.braking = False

@@ -51,7 +51,7 @@ def odd(tmp_path: Path) -> Any:
 def test_names_are_those_that_the_models_have() -> None:
     assert set(MODELS) == set(reference_parameters.MODELS)
     assert set(EDITIONS) == set(reference_parameters.EDITIONS)
-    assert set(VARIANTS) == {*reference_parameters.VARIANTS, "jrc"}
+    assert set(VARIANTS) == {*reference_parameters.VARIANTS, *reference_parameters.GROUPS}
 
 
 @pytest.mark.parametrize(
