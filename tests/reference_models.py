@@ -322,4 +322,4 @@ class Careful(Driver):
         return overlapping and (leaving or near)
 
 
-DRIVERS = {"cc": Careful, "fsm": Fuzzy, "rss": Responsible, "reg157": Rule}
+DRIVERS: dict[str, type[Driver]] = {"cc": Careful, "fsm": Fuzzy, "rss": Responsible, "reg157": Rule}

@@ -33,7 +33,7 @@ from tests.kernel.test_reference_agreement import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
 Scene = second.CutIn | second.CutOut | second.Braking
 
@@ -53,7 +53,7 @@ def narrow_cut_ins() -> list[Scene]:
 
 def wide_cut_ins() -> list[Scene]:
     """Return cut-ins from a lane in which 0.3 m inside is not 0.5 m beside."""
-    found = []
+    found: list[Scene] = []
     for scene in narrow_cut_ins():
         assert isinstance(scene, second.CutIn)
         found.append(scene._replace(lane=3.75))
@@ -68,7 +68,7 @@ def braked_cut_ins() -> list[Scene]:
     ]
 
 
-SCENES = {
+SCENES: dict[str, Callable[[], list[Scene]]] = {
     "cut-ins": narrow_cut_ins,
     "wide cut-ins": wide_cut_ins,
     "braked cut-ins": braked_cut_ins,
@@ -121,7 +121,7 @@ def ours(
     question = Question(
         scene=NAMES[type(scenes[0])],
         models=(model,),
-        edition=name if name in EDITIONS else "r157-01",
+        edition=name if name is not None and name in EDITIONS else "r157-01",
         variant=() if name is None or name in EDITIONS else (name,),
         step=step,
     )
