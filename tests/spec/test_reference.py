@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from adeye import api
 from adeye.campaign.preventability import reference_architecture
 from adeye.errors import SourceLocation, SpecError
 from adeye.kernel import reference_parameters
+from adeye.selftest.bench import DB, Bench, Edit
+from adeye.selftest.project import DRIVING
 from adeye.spec.load import load_architecture, load_odd, shipped
 from adeye.spec.reference import EDITIONS, MODELS, VARIANTS, ReferenceName, read_name
 
@@ -128,3 +131,15 @@ def test_edition_and_variant_reach_the_channel_and_the_id(odd: Any) -> None:
 def test_driver_beside_a_file_of_its_id_is_listed_twice(odd: Any) -> None:
     with pytest.raises(SpecError, match="'reference_cc' is listed twice"):
         odd("reference_cc.yaml", "reference:cc")
+
+
+def test_driver_is_executed_judged_and_replayed_as_any_architecture(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    names = "[architectures/bare.yaml, 'reference:cc', 'reference:fsm+jrc']"
+    edits = (Edit(DRIVING, "architectures: [architectures/bare.yaml]", f"architectures: {names}"),)
+    assert bench.run(edits).exit_code == 0
+    db = bench.settle(edits) / DB
+    found = api.results(db=db)
+    assert set(found.architecture) == {"bare", "reference_cc", "reference_fsm_jrc"}
+    for run in found[found.architecture != "bare"].run:
+        assert api.replay(str(run), db=db).identical
