@@ -1,7 +1,7 @@
 """A second implementation of the reference drivers, from what the regulation says.
 
 Written without the product, with the numbers as they stand in the text. Meant to be read beside the
-regulation.
+regulation. A driver that is given the name of a variant does what the published code does there.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ G = 9.81
 LENGTH = 4.3
 WIDTH = 1.9
 LANE = 3.5
+NO_VARIANT: frozenset[str] = frozenset()
 TINY = 1e-9
 """Sums of steps and differences of speeds miss a round number by their rounding."""
 
@@ -44,8 +45,17 @@ class Driver:
 
     delay = 0.75
     ramp = 12.65
+    coasting = 0.0
 
-    def __init__(self, shift: int, step: float) -> None:
+    def __init__(
+        self, shift: int, step: float, variant: frozenset[str] = NO_VARIANT, lane: float = LANE
+    ) -> None:
+        self.variant = variant
+        self.lane = lane
+        self.cuts_in = False
+        # How far back the other may be: rear to front, or centre to centre.
+        self.back = -LENGTH if "jrc-beside" in variant else 0.0
+        self.prepare()
         whole = 0
         while whole * step < self.delay - TINY:
             whole += 1
@@ -55,10 +65,28 @@ class Driver:
         self.pressed = 0.0
         self.braking = False
 
+    def prepare(self) -> None:
+        """Take over what variants change in the numbers."""
+
+    def notice(self, seen: Seen) -> None:
+        """See whether the other cuts in."""
+        if seen.beside > 0.0:
+            self.cuts_in = True
+        elif seen.speed <= seen.other:
+            self.cuts_in = False
+
+    def is_bothered(self, seen: Seen, *, already: bool) -> bool:
+        """Tell whether published code brakes to standstill for a lead."""
+        if "jrc-lead" not in self.variant or self.cuts_in:
+            return False
+        if seen.beside > 0.0 or seen.distance < self.back:
+            return False
+        return already or seen.slowing > TINY or seen.speed - seen.other > TINY
+
     def press(self, most: float) -> float:
         if self.waits > 0:
             self.waits -= 1
-            self.pressed = 0.0
+            self.pressed = self.coasting
         else:
             force = self.pressed + self.rise
             self.pressed = force if force < most else most
@@ -82,7 +110,7 @@ class Fuzzy(Driver):
     def force(self, seen: Seen) -> float:
         _, speed, acceleration, other, _, distance, beside, sideways, _ = seen
         self.braking = False
-        if distance < 0.0:
+        if distance < self.back:
             return 0.0
         if beside > 0.0:
             if sideways <= 0.0 or speed <= other:
@@ -95,14 +123,14 @@ class Fuzzy(Driver):
         self.braking = True
         return self.press(most)
 
-    @staticmethod
-    def demand(speed: float, acceleration: float, other: float, distance: float) -> float:
+    def demand(self, speed: float, acceleration: float, other: float, distance: float) -> float:
         closing = speed - other
         if closing > 0.0:
             counted = acceleration if acceleration > -4.0 else -4.0
             after = closing + 0.75 * counted
             if after <= 0.0:
-                if distance < closing * closing / abs(2.0 * counted):
+                whole = "jrc-raw-acceleration" in self.variant
+                if distance < closing * closing / abs(2.0 * (acceleration if whole else counted)):
                     return 6.0
             else:
                 way = (closing + after) / 2.0 * 0.75
@@ -132,15 +160,22 @@ class Responsible(Driver):
         return 0.75 * speed + 3.0 * 0.75**2 / 2 + fast * fast / 12.0 - other * other / 12.0
 
     def follows_at(self, speed: float) -> float:
+        if "jrc-distance" in self.variant:
+            # The lead has braked by 6 m/s^2 for 0.75 s.
+            slower = speed - 0.75 * 6.0
+            return self.along(speed, slower if slower > 0.0 else 0.0) + 6.0 * 0.75**2 / 2
         return self.along(speed, speed)
 
     def force(self, seen: Seen) -> float:
         _, speed, _, other, _, distance, beside, sideways, _ = seen
         self.braking = False
-        if distance < 0.0 or distance >= self.along(speed, other) - TINY:
+        if distance < self.back or distance >= self.along(speed, other) - TINY:
             return 0.0
+        own_side = self.own_side
+        if "jrc-rss-lateral" in self.variant:
+            sideways, own_side = abs(sideways), 0.0
         towards = sideways + 0.75
-        way = (sideways + towards) / 2 * 0.75 + towards * towards / 2.0 + self.own_side
+        way = (sideways + towards) / 2 * 0.75 + towards * towards / 2.0 + own_side
         if beside >= 0.3 + (way if way > 0.0 else 0.0):
             return 0.0
         self.braking = True
@@ -150,11 +185,16 @@ class Responsible(Driver):
 class Rule(Driver):
     """Paragraph 5.2.5.2: 0.35 s, 6 m/s^2, at 0.3 m beyond the marking, as late as allowed."""
 
-    delay = 0.35
     ramp = float("inf")
+
+    def prepare(self) -> None:
+        self.reserve = 0.25 if "eu-2022-1426" in self.variant else 0.35
+        self.delay = 0.0 if "esmini-reaction" in self.variant else self.reserve
 
     def follows_at(self, speed: float) -> float:
         """Return it after paragraph 5.2.3.3: 1 s at 7.2 km/h, 1.1 s at 10, then 0.1 s per 10."""
+        if "jrc-distance" in self.variant:
+            return 2.0 * speed
         kmh = speed * 3.6
         if kmh < 10.0:
             gap = 1.0 + 0.1 * max(kmh - 7.2, 0.0) / (10.0 - 7.2)
@@ -165,21 +205,33 @@ class Rule(Driver):
     def force(self, seen: Seen) -> float:
         _, speed, _, other, slowing, distance, beside, _, _ = seen
         before, self.braking = self.braking, False
-        if distance < 0.0:
+        self.notice(seen)
+        if distance < self.back:
             return 0.0
+        # As late as allowed, or 0.1 s earlier than that.
+        early = 0.1 if "jrc-guard" in self.variant else self.step
         closing = speed - other
-        if closing > 0.0 and (beside <= 0.0 or beside + WIDTH / 2 <= LANE / 2 - 0.3):
-            left = distance / closing - (closing / 12.0 + 0.35)
-            self.braking = before or left <= self.step
+        if closing > 0.0 and self.is_in(beside):
+            time = distance / closing if distance > 0.0 else 0.0
+            left = time - (closing / 12.0 + self.reserve)
+            self.braking = left <= early or (before and "jrc-release" not in self.variant)
         if slowing > 0.0 and beside <= 0.0 and not self.braking:
-            self.braking = self.cannot_wait(speed, other, slowing, distance)
+            self.braking = self.cannot_wait(speed, other, slowing, distance, self.delay + early)
+        self.braking = self.braking or self.is_bothered(seen, already=before)
         return self.press(6.0) if self.braking else 0.0
 
-    def cannot_wait(self, speed: float, lead: float, slowing: float, distance: float) -> bool:
+    def is_in(self, beside: float) -> bool:
+        """Tell whether the other has intruded."""
+        if "jrc-lateral" in self.variant:
+            return beside <= 0.5
+        return beside <= 0.0 or beside + WIDTH / 2 <= self.lane / 2 - 0.3
+
+    def cannot_wait(
+        self, speed: float, lead: float, slowing: float, distance: float, wait: float
+    ) -> bool:
         """Tell whether 6 m/s^2, begun a step later, would not do behind a lead that brakes on."""
         if slowing >= 5.0 - TINY:
             return True
-        wait = 0.35 + self.step
         stops = lead / slowing
         if stops > wait:
             room = distance + lead * wait - slowing * wait * wait / 2.0 - speed * wait
@@ -199,11 +251,15 @@ class Rule(Driver):
 class Careful(Driver):
     """Annex 4, appendix 3: careful and competent human driver, with emergency braking."""
 
-    def __init__(self, shift: int, step: float) -> None:
-        super().__init__(shift, step)
+    def prepare(self) -> None:
         self.noticed: float | None = None
+        self.perceived = False
         self.emergency = 0.0
-        self.cuts_in = False
+        self.g = 9.8 if "esmini-gravity" in self.variant else G
+        if "esmini-gravity" in self.variant:
+            self.ramp = 0.774 * 9.8 / 0.6
+        if "jrc-coasting" in self.variant:
+            self.coasting = 0.4
 
     def follows_at(self, speed: float) -> float:
         return 2.0 * speed
@@ -212,28 +268,45 @@ class Careful(Driver):
         time, speed, _, other, _, distance, beside, _, off_centre = seen
         closing = speed - other
         overlapping = beside <= 0.0
-        if not overlapping:
-            self.cuts_in = True
-        elif closing <= 0.0:
-            self.cuts_in = False
-        leaving = off_centre > 0.375
-        risk = distance >= 0.0 and self.is_risk(seen, overlapping=overlapping, leaving=leaving)
+        self.notice(seen)
+        leaving = off_centre > 0.375 and "jrc-perception" not in self.variant
+        risk = distance >= self.back and self.is_risk(
+            seen, overlapping=overlapping, leaving=leaving
+        )
+        risk = risk or self.is_bothered(seen, already=self.braking)
         if not (leaving or risk or (overlapping and self.cuts_in)):
             self.noticed = None
+            # Once the way is made it is made.
+            self.perceived = self.perceived and leaving
         elif self.noticed is None:
             self.noticed = time
-        if risk and self.noticed is not None and time - self.noticed >= 0.4 - TINY:
+        evaluated = self.has_evaluated(time, off_centre)
+        if risk and evaluated:
             self.braking = True
         elif (closing <= 0.0 < distance) or not (leaving or overlapping):
             self.braking = False
             self.pressed = 0.0
-        force = self.press(0.774 * G) if self.braking else 0.0
-        if self.cuts_in and beside <= -0.95 * WIDTH and closing > 0.0 and distance <= 2.0 * closing:
+        force = self.press(0.774 * self.g) if self.braking else 0.0
+        return max(force, self.brakes_itself(beside, closing, distance))
+
+    def has_evaluated(self, time: float, off_centre: float) -> bool:
+        """Tell whether 0.4 s are over, or for a cut-in in esmini 0.72 m."""
+        if "jrc-perception" in self.variant:
+            return True
+        if self.cuts_in and "esmini-perception" in self.variant:
+            self.perceived = self.perceived or off_centre > 0.375 + 0.72
+            return self.perceived
+        return self.noticed is not None and time - self.noticed >= 0.4 - TINY
+
+    def brakes_itself(self, beside: float, closing: float, distance: float) -> float:
+        """Return how hard the automatic emergency braking brakes [m/s^2]."""
+        near = closing > 0.0 and distance <= 2.0 * closing
+        if self.cuts_in and beside <= -0.95 * WIDTH and near:
             begun = max(self.emergency, self.pressed)
-            self.emergency = min(begun + 0.85 * G / 0.6 * self.step, 0.85 * G)
+            self.emergency = min(begun + 0.85 * self.g / 0.6 * self.step, 0.85 * self.g)
         else:
             self.emergency = 0.0
-        return max(force, self.emergency)
+        return 0.0 if "jrc-no-emergency" in self.variant else self.emergency
 
     def is_risk(self, seen: Seen, *, overlapping: bool, leaving: bool) -> bool:
         _, speed, _, other, slowing, distance, _, _, _ = seen
@@ -244,7 +317,9 @@ class Careful(Driver):
             return False
         if self.cuts_in:
             return distance <= 2.0 * closing
-        return overlapping and (leaving or distance <= 2.0 * speed)
+        # Published code knows no headway within which a lead begins to matter.
+        near = distance <= 2.0 * speed or "jrc-perception" in self.variant
+        return overlapping and (leaving or near)
 
 
-DRIVERS = {"cc": Careful, "fsm": Fuzzy, "rss": Responsible, "reg157": Rule}
+DRIVERS: dict[str, type[Driver]] = {"cc": Careful, "fsm": Fuzzy, "rss": Responsible, "reg157": Rule}

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tests.reference_models import DRIVERS, LANE, LENGTH, WIDTH, Seen
+from tests.reference_models import DRIVERS, LANE, LENGTH, NO_VARIANT, WIDTH, Driver, Seen
 
 END_S = 300.0
 
@@ -17,12 +17,14 @@ the side of a vehicle is touched while the gap opens."""
 
 
 class CutIn(NamedTuple):
-    """Speeds [m/s], gap [m], speed of the change from one lane's centre to the next [m/s]."""
+    """Speeds [m/s], gap [m], speed of the change from one lane's centre to the next [m/s], width of
+    the lanes [m]."""
 
     ego: float
     other: float
     gap: float
     sideways: float
+    lane: float = LANE
 
 
 class CutOut(NamedTuple):
@@ -50,16 +52,16 @@ Outcome = float | None
 """Speed of the impact [m/s], ``APART``, or None after 300 s."""
 
 
-def cut_in(scene: CutIn, model: str, step: float, shift: int = 0) -> Outcome:
-    """Let a driver meet a vehicle that cuts in; its delay is ``shift`` steps too long."""
-    speed, other, gap, sideways = scene
-    driver = DRIVERS[model](shift, step)
+def cut_in(scene: CutIn, driver: Driver, step: float) -> Outcome:
+    """Let a driver meet a vehicle that cuts in."""
+    speed, other, gap, sideways, lane = scene
+    is_ended = isinstance(driver, DRIVERS["cc"]) and "jrc-ttc-end" in driver.variant
     place = 0.0
     start = gap + LENGTH
     acceleration = 0.0
     tick = 0
     while (time := tick * step) <= END_S:
-        across = LANE - sideways * time
+        across = lane - sideways * time
         moving = sideways
         if across <= 0.0:
             across = moving = 0.0
@@ -71,12 +73,15 @@ def cut_in(scene: CutIn, model: str, step: float, shift: int = 0) -> Outcome:
                 return APART
             if beside < 0.0:
                 return closing
-        off_centre = LANE - across if moving > 0.0 else 0.0
+        off_centre = lane - across if moving > 0.0 else 0.0
         seen = Seen(time, speed, acceleration, other, 0.0, distance, beside, moving, off_centre)
         force = driver.force(seen)
         if speed <= 0.0 or (distance > 0.0 and closing <= 0.0):
             return APART
         if closing < 0.01 and driver.braking and distance > 0.0 and beside <= 0.0:
+            return APART
+        far = abs(distance) > 2.0 * abs(closing)
+        if is_ended and beside <= 0.0 and distance >= driver.back and far:
             return APART
         past = speed
         if force > 0.0:
@@ -90,10 +95,9 @@ def cut_in(scene: CutIn, model: str, step: float, shift: int = 0) -> Outcome:
     return None
 
 
-def braking_lead(scene: Braking, model: str, step: float, shift: int = 0) -> Outcome:
-    """Let a driver follow a lead that brakes; see ``cut_in``."""
+def braking_lead(scene: Braking, driver: Driver, step: float) -> Outcome:
+    """Let a driver follow a lead that brakes."""
     speed, lead, gap, most, jerk = scene
-    driver = DRIVERS[model](shift, step)
     place = 0.0
     rear = driver.follows_at(speed) if gap is None else gap
     acceleration = slowing = 0.0
@@ -121,10 +125,9 @@ def braking_lead(scene: Braking, model: str, step: float, shift: int = 0) -> Out
     return None
 
 
-def cut_out(scene: CutOut, model: str, step: float, shift: int = 0) -> Outcome:
-    """Let a driver follow a lead that leaves before a standing vehicle; see ``cut_in``."""
+def cut_out(scene: CutOut, driver: Driver, step: float) -> Outcome:
+    """Let a driver follow a lead that leaves before a standing vehicle."""
     speed, lead, gap, front, sideways = scene
-    driver = DRIVERS[model](shift, step)
     place = 0.0
     start = driver.follows_at(speed) if gap is None else gap
     standing = start + LENGTH + front
@@ -168,32 +171,42 @@ def roll(speed: float, force: float, step: float) -> tuple[float, float]:
     return speed * until - force * until * until / 2.0, max(0.0, speed - force * step)
 
 
-def outcome(scene: CutIn | CutOut | Braking, model: str, step: float, shift: int = 0) -> Outcome:
+Scene = CutIn | CutOut | Braking
+Variant = frozenset[str]
+
+
+def outcome(
+    scene: Scene, model: str, step: float, shift: int = 0, variant: Variant = NO_VARIANT
+) -> Outcome:
     """Return what comes of a scene; the driver's delay is ``shift`` steps too long."""
+    lane = scene.lane if isinstance(scene, CutIn) else LANE
+    driver = DRIVERS[model](shift, step, variant, lane)
     if isinstance(scene, CutIn):
-        return cut_in(scene, model, step, shift)
+        return cut_in(scene, driver, step)
     if isinstance(scene, CutOut):
-        return cut_out(scene, model, step, shift)
-    return braking_lead(scene, model, step, shift)
+        return cut_out(scene, driver, step)
+    return braking_lead(scene, driver, step)
 
 
-def neighbours(scene: CutIn | CutOut | Braking, model: str, step: float) -> list[Outcome]:
+def neighbours(
+    scene: Scene, model: str, step: float, variant: Variant = NO_VARIANT
+) -> list[Outcome]:
     """Return what comes of a scene a step beside it: of the delay, or of the way to the other."""
     if isinstance(scene, CutIn):
         gap, way = scene.gap, (scene.ego - scene.other) * step
     else:
-        own = DRIVERS[model](0, step).follows_at(scene.ego)
+        own = DRIVERS[model](0, step, variant).follows_at(scene.ego)
         gap, way = own if scene.gap is None else scene.gap, scene.ego * step
     nearer, further = (scene._replace(gap=max(gap + side * way, 0.0)) for side in (-1, 1))
     return [
-        outcome(scene, model, step, -1),
-        outcome(scene, model, step, 1),
-        outcome(nearer, model, step),
-        outcome(further, model, step),
+        outcome(scene, model, step, -1, variant),
+        outcome(scene, model, step, 1, variant),
+        outcome(nearer, model, step, 0, variant),
+        outcome(further, model, step, 0, variant),
     ]
 
 
-def outcomes(task: tuple[list[CutIn | CutOut | Braking], str, float]) -> list[Outcome]:
+def outcomes(task: tuple[list[Scene], str, float], variant: Variant = NO_VARIANT) -> list[Outcome]:
     """Return what comes of many scenes."""
     scenes, model, step = task
-    return [outcome(scene, model, step) for scene in scenes]
+    return [outcome(scene, model, step, 0, variant) for scene in scenes]

@@ -23,6 +23,7 @@ from adeye.evaluation.preventability import (
 from adeye.kernel.reference_parameters import EDITIONS, MODELS, parameters_of
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
+from adeye.spec.reference import ReferenceName, reference_content
 from adeye.store.benchmarks import DriveRecord
 from adeye.store.repository import Repository
 from adeye.store.rows import EngineKey
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
 
 EDITION: Final = "r157-01"
 """Edition of a gate."""
-
-_SENSOR, _CHANNEL = "truth", "driver"
 
 
 @dataclass(frozen=True)
@@ -93,29 +92,11 @@ def reference_architecture(
         edition: Of its rules.
         step: Master clock [s]; the driver looks at every tick.
     """
-    rate = 1.0 / step
-    return Architecture.model_validate(
-        {
-            "architecture": f"reference_{model}",
-            "title": f"Reference driver {model} of {edition}",
-            "vehicle": {**vehicle, "acceleration_lag": 0.0},
-            "sensors": {_SENSOR: {"kind": "ground_truth", "rate": rate}},
-            "channels": {
-                _CHANNEL: {
-                    "kind": "reference",
-                    "links": [_SENSOR],
-                    "rate": rate,
-                    "parameters": {"model": model, "edition": edition},
-                }
-            },
-            "switch": {
-                "policy": "fixed_priority",
-                "priority": [_CHANNEL],
-                "default": _CHANNEL,
-            },
-        },
-        context=SI,
-    )
+    name = ReferenceName(model, edition)
+    content = reference_content(name, vehicle, 1.0 / step, 0.0)
+    # The same driver, whatever its edition: what tells them apart is the parameter.
+    content["architecture"] = f"reference_{model}"
+    return Architecture.model_validate(content, context=SI)
 
 
 def check_models(models: Sequence[str], edition: str) -> None:

@@ -46,7 +46,7 @@ VariantNames = Annotated[
         "--variant",
         metavar="NAMES",
         envvar="ADEYE_REFERENCE_VARIANT",
-        help="Differences of the published code to the text, with commas between; jrc: all.",
+        help="Differences of code to the text, with commas between; jrc, esmini: all of one.",
     ),
 ]
 SceneName = Annotated[

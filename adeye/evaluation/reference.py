@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 from adeye.errors import UsageError
 from adeye.kernel import reference_columns as columns
 from adeye.kernel.reference_distances import must_be_avoided
-from adeye.kernel.reference_parameters import EDITIONS, MODELS, VARIANTS, parameters_of, vector
+from adeye.kernel.reference_parameters import (
+    EDITIONS,
+    GROUPS,
+    MODELS,
+    VARIANTS,
+    named,
+    parameters_of,
+    vector,
+)
 from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
 
 if TYPE_CHECKING:
@@ -117,7 +125,7 @@ def check_question(question: Question) -> None:
     _known("scene", [question.scene], KINDS)
     _known("model", question.models, MODELS)
     _known("edition", [question.edition], EDITIONS)
-    _known("variant", question.variant, [*VARIANTS, "jrc"])
+    _known("variant", question.variant, [*VARIANTS, *GROUPS])
     _known("integrator", [question.integrator], INTEGRATORS)
     if not question.models:
         raise UsageError("no model is named", remedy=f"Name some of {', '.join(MODELS)}.")
@@ -234,7 +242,7 @@ def drive(
         Shape (N, RESULT_SIZE).
     """
     parameters = vector(parameters_of(model, question.edition, question.variant))
-    ends = model == "cc" and {"jrc", "jrc-ttc-end"} & set(question.variant)
+    ends = model == "cc" and "jrc-ttc-end" in named(question.variant)
     results = np.empty((len(scenes), columns.RESULT_SIZE))
 
     def block(start: int) -> int:

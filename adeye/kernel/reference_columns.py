@@ -72,6 +72,10 @@ CC_LEAD_BRAKING: Final = 9
 CC_EMERGENCY_JERK: Final = 10
 CC_EMERGENCY_BRAKING: Final = 11
 CC_FULL_OVERLAP: Final = 12
+CC_PERCEPTION_WAY: Final = 13
+"""Sideways way by which a cut-in is perceived, in place of a time [m]; infinity: by the time."""
+CC_LEAD_AT_ONCE: Final = 14
+"""1 if any lead that closes in is answered at once, to standstill."""
 
 FSM_COMFORTABLE: Final = 5
 FSM_LEAD_BRAKING: Final = 6
@@ -86,14 +90,24 @@ RSS_LATERAL_ACCELERATION: Final = 8
 RSS_LATERAL_BRAKING: Final = 9
 RSS_FLUCTUATION: Final = 10
 RSS_OTHER_ONLY: Final = 11
+RSS_LEAD_BRAKES: Final = 12
+"""For how long a lead may brake before the distance to follow it is the safe one [s]."""
 
 REG157_INTRUSION: Final = 5
 REG157_LATERAL_GAP: Final = 6
 REG157_GUARD: Final = 7
 REG157_LEAD_BRAKING: Final = 8
 REG157_LOOKS_AHEAD: Final = 9
+REG157_RESERVE: Final = 10
+"""In the threshold [s]; as long as the delay of the driver, unless that has none."""
+REG157_RELEASES: Final = 11
+"""1 if it brakes only as long as the TTC is below the threshold."""
+REG157_LEAD_AT_ONCE: Final = 12
+"""1 if any lead that closes in is answered at once, to standstill."""
+REG157_HEADWAY: Final = 13
+"""With which it follows [s]; infinity: at the distances of paragraph 5.2.3.3."""
 
-PARAMETER_SIZE: Final = 13
+PARAMETER_SIZE: Final = 15
 
 CUT_IN: Final = 0
 CUT_OUT: Final = 1

@@ -18,8 +18,10 @@ from adeye.kernel.reference_columns import (
     FSM_COMFORTABLE,
     FSM_LEAD_BRAKING,
     FSM_MARGIN,
+    REG157_HEADWAY,
     RSS,
     RSS_ACCELERATION,
+    RSS_LEAD_BRAKES,
     RSS_LEAST_BRAKING,
     RSS_MOST_BRAKING,
     S_EGO_SPEED,
@@ -87,14 +89,18 @@ def following_distance(model: int, parameters: Floats, speed: float) -> float:
         distance += speed * speed / (2.0 * parameters[FSM_COMFORTABLE])
         return distance - speed * speed / (2.0 * parameters[FSM_LEAD_BRAKING])
     if model == RSS:
-        return rss_longitudinal_distance(
+        # Where the lead is by then, and how fast.
+        time, braking = parameters[RSS_LEAD_BRAKES], parameters[RSS_MOST_BRAKING]
+        return 0.5 * braking * time * time + rss_longitudinal_distance(
             speed,
-            speed,
+            max(speed - braking * time, 0.0),
             parameters[DELAY],
             parameters[RSS_ACCELERATION],
             parameters[RSS_LEAST_BRAKING],
             parameters[RSS_MOST_BRAKING],
         )
+    if parameters[REG157_HEADWAY] < math.inf:
+        return speed * parameters[REG157_HEADWAY]
     return r157_following_distance(speed)
 
 

@@ -1,8 +1,8 @@
 """Numbers by which the reference drivers act: by edition of the rules and by named variant.
 
-An edition is a legal text. A variant is a difference between that text and the published code of
-the European Commission's Joint Research Centre (JRC-FSM), each with a name of its own; ``jrc`` is
-all of them.
+An edition is a legal text. A variant is a difference between that text and published code, each
+with a name of its own: of the European Commission's Joint Research Centre (JRC-FSM), and of esmini,
+which is written after it. ``jrc`` and ``esmini`` are all of one.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ import numpy as np
 from adeye.kernel.reference_columns import CC, FSM, PARAMETER_SIZE, REG157, RSS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from numpy.typing import NDArray
 
 __all__ = [
     "EDITIONS",
+    "GROUPS",
     "MODELS",
     "VARIANTS",
     "CarefulDriver",
@@ -31,6 +32,7 @@ __all__ = [
     "FuzzyDriver",
     "Parameters",
     "ResponsibleDriver",
+    "named",
     "parameters_of",
     "vector",
 ]
@@ -69,6 +71,7 @@ VARIANTS: Final[Mapping[str, str]] = MappingProxyType(
     {
         "jrc-guard": "reg157 brakes at 0.1 s above the threshold, without a look at the next tick",
         "jrc-lateral": "reg157 takes 0.5 m from edge to edge for the lane intrusion",
+        "jrc-release": "reg157 brakes only as long as the TTC is below the threshold",
         "jrc-raw-acceleration": "CFS takes the whole braking of an ego that is soon slow enough",
         "jrc-ttc-end": "a cut-in of cc ends without contact once the TTC at overlap is above 2 s",
         "jrc-coasting": "cc decelerates by 0.4 m/s2 during its delay",
@@ -76,9 +79,31 @@ VARIANTS: Final[Mapping[str, str]] = MappingProxyType(
         "jrc-no-emergency": "cc has no automatic emergency braking",
         "jrc-rss-lateral": "the lateral distance of rss counts the other's movement only",
         "jrc-beside": "an other beside the ego counts while its centre is ahead",
+        "jrc-lead": "cc and reg157 brake to standstill for any lead that closes in",
+        "jrc-distance": "behind a lead rss begins 0.75 s of its braking further off, reg157 at 2 s",
+        "esmini-gravity": "cc brakes by shares of 9.8 m/s2",
+        "esmini-reaction": "reg157 has no delay; its threshold keeps the 0.35 s",
+        "esmini-perception": "cc perceives a cut-in by 0.72 m of its way, not by 0.4 s",
     }
 )
 """What each variant changes."""
+
+GROUPS: Final[Mapping[str, frozenset[str]]] = MappingProxyType(
+    {
+        "jrc": frozenset(name for name in VARIANTS if name.startswith("jrc-")),
+        "esmini": frozenset(
+            {
+                *(name for name in VARIANTS if name.startswith("esmini-")),
+                *("jrc-guard", "jrc-release", "jrc-raw-acceleration"),
+                *("jrc-coasting", "jrc-rss-lateral"),
+            }
+        ),
+    }
+)
+"""Variants of one program under one name."""
+
+_ESMINI_GRAVITY: Final = 9.8
+_JRC_HEADWAY: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +124,8 @@ class CarefulDriver:
     emergency_braking: float = 0.85 * GRAVITY
     # Centres are never exactly in line in a closed loop: our reading of "full wrap".
     full_overlap: float = 0.95
+    perception_way: float = math.inf
+    lead_at_once: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +160,7 @@ class ResponsibleDriver:
     lateral_braking: float = 1.0
     fluctuation: float = 0.3
     other_only: float = 0.0
+    lead_brakes: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +177,10 @@ class CutInRule:
     guard: float = 0.0
     lead_braking: float = 5.0
     looks_ahead: float = 1.0
+    reserve: float = 0.35
+    releases: float = 0.0
+    lead_at_once: float = 0.0
+    headway: float = math.inf
 
 
 Parameters = CarefulDriver | FuzzyDriver | ResponsibleDriver | CutInRule
@@ -160,13 +192,13 @@ def parameters_of(model: str, edition: str = "r157-01", variant: Sequence[str] =
     Args:
         model: One of ``MODELS``.
         edition: One of ``EDITIONS``; it changes ``reg157`` only.
-        variant: Names out of ``VARIANTS``, or ``jrc`` for all of them.
+        variant: Names out of ``VARIANTS`` or ``GROUPS``.
 
     Raises:
         KeyError: If a name is unknown.
     """
     rules = EDITIONS[edition]
-    names = _named(variant)
+    names = named(variant)
     beside = 0.5 if "jrc-beside" in names else 0.0
     if model == "cc":
         return replace(_careful(names), beside=beside)
@@ -174,36 +206,67 @@ def parameters_of(model: str, edition: str = "r157-01", variant: Sequence[str] =
         raw = 1.0 if "jrc-raw-acceleration" in names else 0.0
         return FuzzyDriver(beside=beside, raw_acceleration=raw)
     if model == "rss":
-        only = 1.0 if "jrc-rss-lateral" in names else 0.0
-        return ResponsibleDriver(beside=beside, other_only=only)
+        rss = ResponsibleDriver(beside=beside)
+        if "jrc-rss-lateral" in names:
+            rss = replace(rss, other_only=1.0)
+        return replace(rss, lead_brakes=rss.delay) if "jrc-distance" in names else rss
     if model != "reg157":
         raise KeyError(model)
-    rule = CutInRule(beside=beside, delay=rules.delay, braking=rules.braking)
-    if "jrc-guard" in names:
-        rule = replace(rule, guard=0.1, looks_ahead=0.0)
-    if "jrc-lateral" in names:
-        rule = replace(rule, intrusion=math.inf, lateral_gap=0.5)
-    return rule
+    return replace(_rule(rules, names), beside=beside)
 
 
-def _named(variant: Sequence[str]) -> frozenset[str]:
-    """Return the names of single variants."""
-    names = frozenset(VARIANTS) if "jrc" in variant else frozenset(variant) - {"jrc"}
-    for name in names:
-        if name not in VARIANTS:
+def named(variant: Collection[str]) -> frozenset[str]:
+    """Return the single variants that some names mean.
+
+    Raises:
+        KeyError: If a name is unknown.
+
+    >>> named(("jrc-guard",)) < named(("jrc",))
+    True
+    """
+    names: set[str] = set()
+    for name in variant:
+        if name not in VARIANTS and name not in GROUPS:
             raise KeyError(name)
-    return names
+        names |= GROUPS.get(name, {name})
+    return frozenset(names)
 
 
 def _careful(names: frozenset[str]) -> CarefulDriver:
     driver = CarefulDriver()
+    if "esmini-gravity" in names:
+        share = _ESMINI_GRAVITY / GRAVITY
+        driver = replace(
+            driver,
+            braking=driver.braking * share,
+            jerk=0.774 * _ESMINI_GRAVITY / 0.6,
+            emergency_braking=driver.emergency_braking * share,
+            emergency_jerk=driver.emergency_jerk * share,
+        )
+    if "esmini-perception" in names:
+        driver = replace(driver, perception_way=0.72)
     if "jrc-coasting" in names:
         driver = replace(driver, coasting=0.4)
     if "jrc-perception" in names:
         driver = replace(driver, wandering=math.inf, perception=0.0, headway=math.inf)
     if "jrc-no-emergency" in names:
         driver = replace(driver, emergency_jerk=0.0, emergency_braking=0.0)
-    return driver
+    return replace(driver, lead_at_once=1.0) if "jrc-lead" in names else driver
+
+
+def _rule(rules: Edition, names: frozenset[str]) -> CutInRule:
+    rule = CutInRule(delay=rules.delay, reserve=rules.delay, braking=rules.braking)
+    if "esmini-reaction" in names:
+        rule = replace(rule, delay=0.0)
+    if "jrc-guard" in names:
+        rule = replace(rule, guard=0.1, looks_ahead=0.0)
+    if "jrc-lateral" in names:
+        rule = replace(rule, intrusion=math.inf, lateral_gap=0.5)
+    if "jrc-release" in names:
+        rule = replace(rule, releases=1.0)
+    if "jrc-lead" in names:
+        rule = replace(rule, lead_at_once=1.0)
+    return replace(rule, headway=_JRC_HEADWAY) if "jrc-distance" in names else rule
 
 
 def vector(parameters: Parameters) -> NDArray[np.float64]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from contextlib import closing
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from adeye.selftest.bench import DB, Bench, Edit, Seen
@@ -18,42 +19,62 @@ TOLERANCE: Final = 1e-6
 _BOUND: Final = "{metric: max_deceleration_mps2, at_most: 6.0}"
 
 
-def _plugin(name: str) -> Edit:
-    return Edit(DRIVING, "plugins: []", f"plugins: [./parts.py:{name}]")
-
-
-def _failing(name: str, metric: str, wrong: str) -> Master:
-    """A metric that gives no value: what is bounded by it is an ERROR and never a PASS."""
-
-    def bounded(plugin: str) -> Examine:
-        bound = f"{{metric: selftest_{plugin.lower()}_m, at_least: 0.5}}"
-        return running(_plugin(plugin), Edit(DRIVING_CONCEPT, _BOUND, bound))
-
-    finder = "status of the metric, fold of the verdicts"
-    return Master(
-        name, "metric", wrong, finder, 3, "FSR-02 ERROR", bounded(metric), bounded("Whole")
+def bounded(plugin: str, metric: str, bound: str) -> tuple[Edit, Edit]:
+    """Let FSR-02 be a bound on a metric of a plug-in."""
+    return (
+        Edit(DRIVING, "plugins: []", f"plugins: [./parts.py:{plugin}]"),
+        Edit(DRIVING_CONCEPT, _BOUND, f"{{metric: {metric}, {bound}}}"),
     )
 
 
-def _wrong(
-    name: str, wrong: str, metric: tuple[str, str], twin: tuple[str, str], own: str
-) -> Master:
-    """A metric with an error; the built-in one must differ from it, and agree with the good one."""
+def _failing(name: str, metric: str, wrong: str) -> Master:
+    """A metric without a value in one of two runs: over both the FSR is an ERROR, never a PASS."""
+
+    def examine(plugin: str) -> Examine:
+        return running(*bounded(plugin, f"selftest_{plugin.lower()}_m", "at_least: 0.5"))
+
+    words = f"FSR-02 ERROR for bare (selftest_{metric.lower()}_m, the metric has no finite value)"
+    finder = "status of the metric, fold of the verdicts"
+    return Master(name, "metric", wrong, finder, 3, words, examine(metric), examine("Whole"))
+
+
+@dataclass(frozen=True, slots=True)
+class Gauge:
+    """A metric of the bench and the bound on it.
+
+    Attributes:
+        plugin: Its class.
+        column: Its column.
+        bound: That FSR-02 asks for.
+    """
+
+    plugin: str
+    column: str
+    bound: str
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        """What makes FSR-02 depend on it."""
+        return bounded(self.plugin, self.column, self.bound)
+
+
+def _wrong(name: str, wrong: str, metric: Gauge, twin: Gauge, own: str) -> Master:
+    """A metric with an error by which an FSR passes that would fail by the right one.
+
+    The verdict does not tell; the built-in metric must differ from it, and agree with the good one.
+    """
     finder = f"comparison with the built-in {own}, run by run"
     return Master(
         name, "metric", wrong, finder, 4, "and not", _compared(metric, own), _compared(twin, own)
     )
 
 
-def _compared(metric: tuple[str, str], own: str) -> Examine:
-    name, column = metric
-
+def _compared(metric: Gauge, own: str) -> Examine:
     def examine(bench: Bench) -> Seen:
-        edits = (_plugin(name),)
-        seen = bench.run(edits)
+        seen = bench.run(metric.edits)
         if seen.exit_code != 0:
             return seen
-        return compare(bench.settle(edits) / DB, column, own)
+        return compare(bench.settle(metric.edits) / DB, metric.column, own)
 
     return examine
 
@@ -90,38 +111,42 @@ def compare(db: Path, column: str, own: str) -> Seen:
     return Seen(4 if apart else 0, "\n".join(apart) or f"{len(rows)} runs agree")
 
 
-_DISTANCE: Final = ("Distance", "selftest_distance_m")
-_BRAKING: Final = ("Braking", "selftest_braking_mps2")
+_DISTANCE: Final = Gauge("Distance", "selftest_distance_m", "at_least: 5.0")
+_BRAKING: Final = Gauge("Braking", "selftest_braking_mps2", "at_most: 6.0")
+
+
+def _distance(name: str, wrong: str, metric: Gauge) -> Master:
+    return _wrong(name, wrong, metric, _DISTANCE, "min_distance_m")
+
 
 METRICS: Final = (
-    _failing("metric_nan", "Broken", "a metric is not a number"),
-    _failing("metric_infinite", "Endless", "a metric is infinite without a reason"),
-    _failing("metric_raises", "Raising", "a metric raises an exception"),
-    _wrong(
+    _failing("metric_nan", "Broken", "a metric is not a number in one row of one run"),
+    _failing("metric_infinite", "Endless", "a metric is infinite in one run without a reason"),
+    _failing("metric_raises", "Raising", "a metric raises an exception in one run"),
+    _distance(
         "metric_centres",
         "distance from centre to centre",
-        ("CentreDistance", "selftest_centre_distance_m"),
-        _DISTANCE,
-        "min_distance_m",
+        Gauge("CentreDistance", "selftest_centre_distance_m", "at_least: 12.0"),
     ),
-    _wrong(
+    _distance(
         "metric_row_late",
         "the ego is taken from the row before",
-        ("LateDistance", "selftest_late_distance_m"),
-        _DISTANCE,
-        "min_distance_m",
+        Gauge("LateDistance", "selftest_late_distance_m", "at_least: 8.83"),
     ),
-    _wrong(
+    _distance(
         "metric_without_tail",
         "the metric ends at the horizon",
-        ("ShortDistance", "selftest_short_distance_m"),
-        _DISTANCE,
-        "min_distance_m",
+        Gauge("ShortDistance", "selftest_short_distance_m", "at_least: 15.0"),
+    ),
+    _distance(
+        "metric_nan_swallowed",
+        "the metric is NaN where it is worst, and leaves out what is NaN",
+        Gauge("SwallowingDistance", "selftest_swallowing_distance_m", "at_least: 11.0"),
     ),
     _wrong(
         "metric_sign",
         "acceleration for deceleration",
-        ("FlippedBraking", "selftest_flipped_braking_mps2"),
+        Gauge("FlippedBraking", "selftest_flipped_braking_mps2", "at_most: 2.0"),
         _BRAKING,
         "max_deceleration_mps2",
     ),

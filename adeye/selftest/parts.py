@@ -8,6 +8,7 @@ and share no code with those of adeye: the good ones are a second opinion on the
 from __future__ import annotations
 
 import math
+import time
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -26,8 +27,14 @@ HARDEST = -8.0
 """Hardest braking of the car [m/s²]."""
 LANE = 1.5
 """Half the width of what the car takes for its path [m]."""
-OSCILLATION = 10
+OSCILLATION = 5
 """Ticks for which an oscillating car steers to one side."""
+TWITCH = 1e-9
+"""What a car that steers by the clock adds for a microsecond [rad]."""
+NEAR = 12.0
+"""Distance below which a metric that swallows NaN has none [m]."""
+FAST = 22.0
+"""Speed at the beginning above which a metric fails; one of two runs is faster [m/s]."""
 DEGREES = 57.29577951308232
 """Degrees in a radian."""
 
@@ -39,7 +46,14 @@ class Car:
         """Which flaw it has."""
 
         flaw: Literal[
-            "none", "never_brakes", "brakes_late", "steers_off", "oscillates", "ignores", "degrees"
+            "none",
+            "never_brakes",
+            "brakes_late",
+            "ignores",
+            "steers_off",
+            "oscillates",
+            "degrees",
+            "by_the_clock",
         ] = "none"
 
     def __init__(self, parameters: Parameters, context: ScalarContext) -> None:
@@ -85,6 +99,8 @@ class Car:
             steering += 0.02
         if self.flaw == "oscillates":
             steering += 0.04 if self.tick // OSCILLATION % 2 else -0.04
+        if self.flaw == "by_the_clock":
+            steering += TWITCH * (time.perf_counter_ns() // 1000 % 1000)
         if self.flaw == "degrees":
             # A kick at 1 s, as a gust gives it; whoever takes degrees for radians never recovers.
             steering = (steering + (0.001 if self.tick == 20 else 0.0)) * DEGREES
@@ -151,6 +167,8 @@ class _Gauge:
     def compute(self, trace: Trace) -> MetricColumn:
         """Return the worst value of each run."""
         values = self.series(trace)
+        if self.flaw == "swallows":
+            values = np.where(np.isnan(values), math.inf, values)
         values = np.where(
             self.rows(trace), values, math.inf if self.worse == "lower" else -math.inf
         )
@@ -223,38 +241,18 @@ class ShortDistance(Distance):
     uid, column, flaw = "selftest:short@1", "selftest_short_distance_m", "without the tail"
 
 
-class Broken(_Gauge):
-    """A metric without a number."""
+class SwallowingDistance(Distance):
+    """The same, NaN near by, where its root has none; what is NaN is left out."""
 
-    uid, column = "selftest:broken@1", "selftest_broken_m"
-
-    def series(self, trace: Trace) -> Floats:
-        """NaN at every row."""
-        return np.full((trace.runs, trace.time.size), math.nan)
-
-
-class Endless(Broken):
-    """A metric that is infinite and does not say why."""
-
-    uid, column = "selftest:endless@1", "selftest_endless_m"
+    uid, column, flaw = "selftest:swallowing@1", "selftest_swallowing_distance_m", "swallows"
 
     def series(self, trace: Trace) -> Floats:
-        """Infinity at every row."""
-        return np.full((trace.runs, trace.time.size), math.inf)
+        """Distance by way of a root."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(NEAR + np.sqrt(super().series(trace) - NEAR) ** 2)
 
 
-class Raising(Broken):
-    """A metric that fails."""
-
-    uid, column = "selftest:raising@1", "selftest_raising_m"
-
-    def series(self, trace: Trace) -> Floats:
-        """Raise."""
-        msg = f"no value for {trace.runs} runs"
-        raise RuntimeError(msg)
-
-
-class Whole(Broken):
+class Whole(_Gauge):
     """A metric that works."""
 
     uid, column = "selftest:whole@1", "selftest_whole_m"
@@ -262,3 +260,45 @@ class Whole(Broken):
     def series(self, trace: Trace) -> Floats:
         """One at every row."""
         return np.ones((trace.runs, trace.time.size))
+
+    @staticmethod
+    def fast(trace: Trace) -> Any:
+        """Tell which runs (B,) begin fast; in those the metrics below fail."""
+        return trace["ego"][:, 0, 3] > FAST
+
+
+class Broken(Whole):
+    """A metric that is not a number in one row of one run."""
+
+    uid, column = "selftest:broken@1", "selftest_broken_m"
+
+    def series(self, trace: Trace) -> Floats:
+        """One, and NaN in the middle."""
+        values = super().series(trace)
+        values[self.fast(trace), trace.time.size // 2] = math.nan
+        return values
+
+
+class Endless(Whole):
+    """A metric that is infinite in one run and does not say why."""
+
+    uid, column = "selftest:endless@1", "selftest_endless_m"
+
+    def series(self, trace: Trace) -> Floats:
+        """One, or infinity."""
+        values = super().series(trace)
+        values[self.fast(trace)] = math.inf
+        return values
+
+
+class Raising(Whole):
+    """A metric that fails in one run."""
+
+    uid, column = "selftest:raising@1", "selftest_raising_m"
+
+    def series(self, trace: Trace) -> Floats:
+        """One, or no value at all."""
+        if self.fast(trace).any():
+            msg = f"no value for {trace.runs} runs"
+            raise RuntimeError(msg)
+        return super().series(trace)

@@ -116,7 +116,7 @@ THRESHOLDS: Final = (
         "window_beyond_the_end",
         "an obligation is longer than the tail of the scenario",
         2,
-        "and scenario 'closing' has a tail of 5 s",
+        "FSR-13: it looks 30.05 s beyond the horizon, and scenario 'closing' has a tail of 5 s",
         Edit(HANDOVER_CONCEPT, "always[0 s, 3 s]", "always[0 s, 30 s]"),
         "always[0 s, 2 s]",
     ),
@@ -173,7 +173,7 @@ FILES: Final = (
     _file(
         "exposure_swapped",
         "a controllability where the exposure belongs",
-        "('C3')",
+        "must be 'E0', 'E1', 'E2', 'E3' or 'E4' ('C3')",
         Edit(DRIVING_CONCEPT, "exposure: E4", "exposure: C3"),
         "exposure: E3",
     ),

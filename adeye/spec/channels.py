@@ -25,6 +25,7 @@ from adeye.spec.quantity import (
     Record,
     Speed,
 )
+from adeye.spec.reference import ReferenceParameters
 from adeye.spec.sensors import (
     NonNegativeDuration,
     NonNegativeLength,
@@ -37,18 +38,6 @@ from adeye.spec.supervisor import Supervisor
 FilePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
 CommandWord = Annotated[str, StringConstraints(max_length=4096, pattern="^[^\\x00]*$")]
 PositiveAcceleration = Annotated[Acceleration, Field(gt=0.0)]
-ReferenceVariant = Literal[
-    "jrc",
-    "jrc-guard",
-    "jrc-lateral",
-    "jrc-raw-acceleration",
-    "jrc-ttc-end",
-    "jrc-coasting",
-    "jrc-perception",
-    "jrc-no-emergency",
-    "jrc-rss-lateral",
-    "jrc-beside",
-]
 
 
 class _Channel(Record):
@@ -278,22 +267,6 @@ class SafetyParameters(Record):
             if getattr(self, name) == type(self).model_fields[name].default:
                 del content[name]
         return content
-
-
-class ReferenceParameters(Record):
-    """Reference channel: which driver of UN R157 drives, and how it drives without a conflict."""
-
-    model: Literal["cc", "fsm", "rss", "reg157"] = "cc"
-    """Careful and competent driver, fuzzy safety model, responsibility-sensitive safety, or the
-    cut-in rule of paragraph 5.2.5.2 made a driver."""
-    edition: Literal["r157", "r157-01", "eu-2022-1426", "eu-2022-1426-standing"] = "r157-01"
-    """Whose numbers hold; it changes ``reg157`` only."""
-    variant: Many[ReferenceVariant] = ()
-    """Differences of the published code to the text, by name; ``jrc`` is all of them."""
-    standstill_gap: PositiveLength = 2.0
-    max_acceleration: PositiveAcceleration = 1.5
-    comfort_deceleration: PositiveAcceleration = 2.5
-    """Most that it slows down by to follow a vehicle that the model sees no conflict with."""
 
 
 class NominalChannel(_Channel):

@@ -16,6 +16,7 @@ from adeye.spec.document import Document, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
 from adeye.spec.quantity import Record
+from adeye.spec.reference import ReferenceName, read_name, reference_content
 from adeye.spec.scenario import LogicalScenario
 from adeye.units import shown
 
@@ -99,22 +100,44 @@ def load_odd(path: str | Path) -> OddFiles:
                 remedy=f"Write `scenario: {use.use}`, or rename the file.",
             )
         scenarios[use.name] = scenario
-    architectures: dict[str, Loaded[Architecture]] = {}
-    for number, name in enumerate(odd.spec.architectures):
-        where = odd.locate(("architectures", number))
-        loaded = _load(_beside(odd_path, name, where), Architecture)
-        if loaded.spec.architecture in architectures:
-            raise SpecError(
-                f"architecture {loaded.spec.architecture!r} is listed twice",
-                where=where,
-                remedy="Give each architecture file an id of its own.",
-            )
-        architectures[loaded.spec.architecture] = loaded
+    architectures = _architectures(odd)
     concept_path = _beside(odd_path, odd.spec.concept, odd.locate(("concept",)))
     loaded_odd = OddFiles(odd, scenarios, architectures, _load(concept_path, Concept))
     _check_gate(loaded_odd)
     _check_asil(loaded_odd.concept)
     return loaded_odd
+
+
+def _architectures(odd: Loaded[Odd]) -> dict[str, Loaded[Architecture]]:
+    """Load the architectures of an ODD: files beside it, and reference drivers by their names."""
+    places = [odd.locate(("architectures", at)) for at in range(len(odd.spec.architectures))]
+    made: list[Loaded[Architecture] | ReferenceName] = [
+        read_name(name, where) or _load(_beside(odd.path, name, where), Architecture)
+        for name, where in zip(odd.spec.architectures, places, strict=True)
+    ]
+    usual = shipped("odd") / "architectures" / "reference_cc.yaml"
+    others = (item.content for item in made if isinstance(item, Loaded))
+    vehicle = (next(others, None) or load_document(usual).value)["vehicle"]
+    found: dict[str, Loaded[Architecture]] = {}
+    for item, where in zip(made, places, strict=True):
+        loaded = item if isinstance(item, Loaded) else _reference(item, vehicle, odd, where)
+        if loaded.spec.architecture in found:
+            raise SpecError(
+                f"architecture {loaded.spec.architecture!r} is listed twice",
+                where=where,
+                remedy="Give each architecture file an id of its own.",
+            )
+        found[loaded.spec.architecture] = loaded
+    return found
+
+
+def _reference(
+    name: ReferenceName, vehicle: Mapping[str, Any], odd: Loaded[Odd], where: SourceLocation
+) -> Loaded[Architecture]:
+    """Make the architecture of a reference driver, as if it were written where it is named."""
+    content = reference_content(name, vehicle, f"{1.0 / odd.spec.step!r} Hz", "0 s")
+    document = Document(where.path, content, {(): where}, {})
+    return Loaded(validate(document, Architecture), content, odd.path, (document,))
 
 
 def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:

@@ -15,6 +15,7 @@ from adeye.kernel import reference_columns as columns
 from adeye.kernel.reference_parameters import MODELS
 from tests import reference_scenes as second
 from tests.driven_scenes import driven, scenes_of
+from tests.reference_models import NO_VARIANT
 
 KMH = 1.0 / 3.6
 INF = math.inf
@@ -109,12 +110,20 @@ def row_of(scene: Scene) -> tuple[float, ...]:
     return (scene.ego, scene.lead, gap, 0.0, 0.0, scene.braking, scene.jerk)
 
 
-def ours(scenes: Sequence[Scene], model: str, step: float) -> list[second.Outcome]:
-    """Return what comes of scenes of one kind by the product."""
+def table_of(scenes: Sequence[Scene]) -> Any:
+    """Return scenes of one kind as rows of the product."""
     rows = np.array([row_of(scene) for scene in scenes])
     table = scenes_of(rows[:, :4])
     table[:, [columns.S_FRONT_GAP, columns.S_BRAKING, columns.S_BRAKING_JERK]] = rows[:, 4:]
-    results = driven(table, model, kind=KINDS[type(scenes[0])], step=step)
+    for row, scene in zip(table, scenes, strict=True):
+        if isinstance(scene, second.CutIn):
+            row[[columns.S_LANE_WIDTH, columns.S_LATERAL_OFFSET]] = scene.lane
+    return table
+
+
+def ours(scenes: Sequence[Scene], model: str, step: float) -> list[second.Outcome]:
+    """Return what comes of scenes of one kind by the product."""
+    results = driven(table_of(scenes), model, kind=KINDS[type(scenes[0])], step=step)
     return [outcome_of(row) for row in results]
 
 
@@ -133,13 +142,20 @@ def is_same(one: second.Outcome, other: second.Outcome) -> bool:
     return one == other or abs(one - other) <= SAME
 
 
-def is_at_the_boundary(scene: Scene, model: str, step: float, outcome: second.Outcome) -> bool:
+def is_at_the_boundary(
+    scene: Scene,
+    model: str,
+    step: float,
+    outcome: second.Outcome,
+    variant: second.Variant = NO_VARIANT,
+) -> bool:
     """Tell whether the second implementation comes to an outcome within one step of the scene.
 
     A verdict must be that of a neighbour: the delay one step shorter or longer, or the gap by the
     way of one step. An impact speed must lie between theirs.
     """
-    near = [second.outcome(scene, model, step), *second.neighbours(scene, model, step)]
+    own = second.outcome(scene, model, step, 0, variant)
+    near = [own, *second.neighbours(scene, model, step, variant)]
     if outcome is None or outcome == second.APART:
         return outcome in near
     speeds = [speed for speed in near if speed is not None and speed != second.APART]

@@ -83,3 +83,23 @@ def test_movement_seen_too_shortly_is_no_duty() -> None:
 
 def test_unknown_gap_is_an_unknown_duty() -> None:
     assert math.isnan(must_be_avoided(cut_in(math.nan, 1.0), 0.35, 6.0, 0.3))
+
+
+@pytest.mark.parametrize("kmh", [10.0, 17.0, 50.0, 130.0])
+def test_published_code_follows_where_the_lead_s_braking_has_begun(kmh: float) -> None:
+    speed = kmh / 3.6
+    text, published = (
+        following_distance(columns.RSS, vector(parameters_of("rss", variant=variant)), speed)
+        for variant in ((), ("jrc-distance",))
+    )
+    if speed > 4.5:
+        # A lead that does not stop in 0.75 s is further off by the way that it makes in them.
+        assert published - text == pytest.approx(0.75 * speed, rel=1e-9)
+    slower = max(speed - 4.5, 0.0)
+    safe = 0.75 * speed + 3 * 0.75**2 / 2 + (speed + 2.25) ** 2 / 12 - slower**2 / 12
+    assert published == pytest.approx(safe + 6 * 0.75**2 / 2, rel=1e-12)
+
+
+def test_published_code_follows_by_2_seconds_with_the_rule() -> None:
+    numbers = vector(parameters_of("reg157", variant=("jrc-distance",)))
+    assert following_distance(columns.REG157, numbers, 10.0) == 20.0

@@ -9,12 +9,14 @@ from adeye.kernel import reference_columns as columns
 from adeye.kernel.reference_distances import cut_in_threshold
 from adeye.kernel.reference_parameters import (
     EDITIONS,
+    GROUPS,
     MODELS,
     VARIANTS,
     CarefulDriver,
     CutInRule,
     FuzzyDriver,
     ResponsibleDriver,
+    named,
     parameters_of,
     vector,
 )
@@ -55,11 +57,11 @@ def test_fields_are_in_the_order_of_the_columns(record: object, prefix: str) -> 
 
 # The end of a scene is no parameter of a driver.
 @pytest.mark.parametrize("name", [name for name in VARIANTS if name != "jrc-ttc-end"])
-def test_variant_changes_something_and_jrc_holds_it(name: str) -> None:
+def test_variant_changes_something_and_the_whole_program_holds_it(name: str) -> None:
     changed = [m for m in MODELS if parameters_of(m, variant=(name,)) != parameters_of(m)]
     assert changed
     alone = parameters_of(changed[0], variant=(name,))
-    whole = parameters_of(changed[0], variant=("jrc",))
+    whole = parameters_of(changed[0], variant=(name.partition("-")[0],))
     text = parameters_of(changed[0])
     for field in fields(alone):
         if getattr(alone, field.name) != getattr(text, field.name):
@@ -70,6 +72,35 @@ def test_unknown_names_are_refused() -> None:
     for arguments in (("no", "r157"), ("cc", "no"), ("cc", "r157", ("no",))):
         with pytest.raises(KeyError):
             parameters_of(*arguments)
+
+
+def test_whole_programs_are_all_variants_between_them() -> None:
+    assert named(("jrc", "esmini")) == frozenset(VARIANTS)
+    assert named(("jrc-guard", "jrc-lead")) == {"jrc-guard", "jrc-lead"}
+    assert named(()) == frozenset()
+    assert not {*GROUPS} & {*VARIANTS}
+
+
+def test_esmini_brakes_by_shares_of_9_8() -> None:
+    driver = parameters_of("cc", variant=("esmini-gravity",))
+    assert isinstance(driver, CarefulDriver)
+    assert driver.braking == pytest.approx(0.774 * 9.8, rel=1e-12)
+    assert driver.jerk == pytest.approx(0.774 * 9.8 / 0.6, rel=1e-12)
+    assert driver.emergency_braking == pytest.approx(0.85 * 9.8, rel=1e-12)
+    assert driver.emergency_jerk == pytest.approx(0.85 * 9.8 / 0.6, rel=1e-12)
+    text = parameters_of("cc")
+    assert isinstance(text, CarefulDriver)
+    assert text.braking == 0.774 * 9.81
+
+
+@pytest.mark.parametrize("edition", EDITIONS)
+def test_threshold_and_delay_of_an_edition_are_one_number(edition: str) -> None:
+    rule = parameters_of("reg157", edition)
+    assert isinstance(rule, CutInRule)
+    assert rule.reserve == rule.delay == EDITIONS[edition].delay
+    published = parameters_of("reg157", edition, ("esmini-reaction",))
+    assert isinstance(published, CutInRule)
+    assert (published.reserve, published.delay) == (EDITIONS[edition].delay, 0.0)
 
 
 def test_edition_changes_the_rule_only() -> None:

@@ -10,12 +10,8 @@ import pytest
 from adeye.channels.factory import BUILT_IN, make_channel
 from adeye.cli.examples import EXAMPLES
 from adeye.ports import ControlChannel
-from adeye.spec.channels import (
-    NominalParameters,
-    ReferenceParameters,
-    SafetyParameters,
-    TrajectoryParameters,
-)
+from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
+from adeye.spec.reference import ReferenceParameters
 from adeye.testing import ScriptedChannel, check_channel
 
 pytestmark = pytest.mark.requirements

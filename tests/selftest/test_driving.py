@@ -27,7 +27,30 @@ def test_every_other_master_is_detected(bench: Bench, master: Master) -> None:
     check(bench, master)
 
 
-def test_master_shows_by_its_own_fsr_and_not_by_another(bench: Bench) -> None:
-    late = next(item for item in SENSORS if item.name == "sensor_late")
-    verdicts = late.examine(bench).text.splitlines()[:-1]
-    assert [line for line in verdicts if not line.endswith("PASS")] == ["FSR-06 FAIL"]
+def only(bench: Bench, name: str, fsr: str) -> None:
+    (master,) = (item for item in (*FAST, *SLOW) if item.name == name)
+    *verdicts, _ = master.examine(bench).text.splitlines()
+    assert [line for line in verdicts if not line.endswith("PASS")] == [f"{fsr} FAIL"]
+
+
+@pytest.mark.parametrize(("name", "fsr"), [("sensor_late", "FSR-06"), ("oscillates", "FSR-04")])
+def test_master_shows_by_its_own_fsr_and_not_by_another(bench: Bench, name: str, fsr: str) -> None:
+    only(bench, name, fsr)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "fsr"),
+    [
+        ("brakes_late", "FSR-02"),
+        ("steers_off", "FSR-03"),
+        ("switch_late", "FSR-12"),
+        ("switch_debounce", "FSR-12"),
+        ("switch_chatter", "FSR-13"),
+        ("monitors_frozen", "FSR-14"),
+    ],
+)
+def test_every_other_flaw_without_contact_shows_by_its_own_fsr(
+    bench: Bench, name: str, fsr: str
+) -> None:
+    only(bench, name, fsr)

@@ -1,12 +1,14 @@
 """Metrics: the second opinion agrees with the built-in ones, and every error is seen."""
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from adeye.selftest.bench import DB, Bench, Edit
 from adeye.selftest.masters import Master, is_good
-from adeye.selftest.measuring import METRICS, compare
+from adeye.selftest.measuring import METRICS, Gauge, bounded, compare
 from adeye.selftest.project import DRIVING
 
 PLUGIN = Edit(DRIVING, "plugins: []", "plugins: [./parts.py:Braking]")
@@ -41,3 +43,44 @@ def test_metric_without_values_agrees_with_nothing(db: Path) -> None:
 
 def test_metric_that_is_not_there_agrees_with_nothing(db: Path) -> None:
     assert compare(db, "no_such_column", "max_jerk_mps3").exit_code == 4
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        (Gauge("Distance", "selftest_distance_m", bound), Gauge(plugin, column, bound))
+        for plugin, column, bound in (
+            ("CentreDistance", "selftest_centre_distance_m", "at_least: 12.0"),
+            ("LateDistance", "selftest_late_distance_m", "at_least: 8.83"),
+            ("ShortDistance", "selftest_short_distance_m", "at_least: 15.0"),
+            ("SwallowingDistance", "selftest_swallowing_distance_m", "at_least: 11.0"),
+        )
+    ]
+    + [
+        (
+            Gauge("Braking", "selftest_braking_mps2", "at_most: 2.0"),
+            Gauge("FlippedBraking", "selftest_flipped_braking_mps2", "at_most: 2.0"),
+        )
+    ],
+    ids=lambda item: item.plugin,
+)
+def test_wrong_metric_lets_pass_what_the_right_one_does_not(
+    bench: Bench, right: Gauge, wrong: Gauge
+) -> None:
+    assert bench.run(wrong.edits).exit_code == 0
+    seen = bench.run(right.edits)
+    assert seen.exit_code == 1
+    assert "FSR-02 FAIL" in seen.text
+
+
+@pytest.mark.parametrize("plugin", ["Broken", "Endless", "Raising"])
+def test_run_in_which_a_metric_works_passes_beside_the_one_in_which_it_fails(
+    bench: Bench, plugin: str
+) -> None:
+    edits = bounded(plugin, f"selftest_{plugin.lower()}_m", "at_least: 0.5")
+    assert bench.run(edits).exit_code == 3
+    with closing(sqlite3.connect(bench.settle(edits) / DB)) as connection:
+        found = connection.execute(
+            "SELECT verdict FROM verdict WHERE fsr_id = 'FSR-02' ORDER BY verdict"
+        ).fetchall()
+    assert found == [("ERROR",), ("PASS",)]

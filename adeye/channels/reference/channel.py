@@ -46,7 +46,7 @@ from adeye.signals import FAULT, OK, Bools, ControlCommand, Floats, Ints, Observ
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
-    from adeye.spec.channels import ReferenceParameters
+    from adeye.spec.reference import ReferenceParameters
 
 # Columns of what the driver remembers beside the objects.
 (

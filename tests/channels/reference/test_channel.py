@@ -37,8 +37,8 @@ from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
 from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
 from adeye.signals import FAULT, OK, Floats
 from adeye.spec.architecture import Architecture
-from adeye.spec.channels import ReferenceParameters
 from adeye.spec.quantity import SI
+from adeye.spec.reference import ReferenceParameters
 from adeye.testing import channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road
 
