@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.report.assessment import assessment_of
 from adeye.report.compare import overview
 from adeye.report.contents import (
     CampaignContent,
@@ -33,11 +34,7 @@ from adeye.report.dead import dead_axes
 from adeye.report.designs import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
 from adeye.report.faults import fault_evidence
 from adeye.report.integrity import decompositions_of, dependent_failures_of, findings_of
-from adeye.report.model import (
-    Cell,
-    Report,
-    WorstCase,
-)
+from adeye.report.model import Cell, Report, WorstCase
 from adeye.report.open_points import open_points_of
 from adeye.report.parts import Label
 from adeye.report.places import places_of
@@ -54,6 +51,7 @@ from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
 
 if TYPE_CHECKING:
+    from adeye.report.assessment_parts import Assessment
     from adeye.report.fault_parts import FaultEvidence
     from adeye.store.figures import Figures
     from adeye.store.repository import Repository
@@ -204,6 +202,7 @@ class ReportBuilder:
             dead_axes=tuple(dead_axes(self.figures, self.odd, self._command)),
             metrics=tuple(summarise(self.figures, self._run_of, self.replay_command)),
             faults=self._faults(),
+            assessment=self._assessment(),
             hazards=tuple(hazards_of(content)),
             goals=tuple(goals_of(content)),
             elements=tuple(elements_of(content)),
@@ -257,6 +256,10 @@ class ReportBuilder:
                 self.replay_command,
             ),
         )
+
+    def _assessment(self) -> Assessment:
+        commands = self._command, self.replay_command
+        return assessment_of(self.repository, self.campaign, self.concept, self.figures, commands)
 
     # Commands
 

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from adeye.evaluation.dependence import Dependencies
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
+from adeye.report.assessment_parts import Assessment
 from adeye.report.comparison import Comparison
 from adeye.report.concept_parts import (
     Assumption,
@@ -27,6 +28,7 @@ from adeye.report.concept_parts import (
 )
 from adeye.report.credibility import SelfTestResult
 from adeye.report.fault_parts import FaultEvidence
+from adeye.report.impact_parts import Impact
 from adeye.report.parts import Binding, Command, Count, Id, Label, Margin, Part, Place
 from adeye.report.replay import Replay
 from adeye.report.verification_parts import Realisation, VerificationRow
@@ -236,6 +238,10 @@ class Report(Part):
     open_points: tuple[OpenPoint, ...] = ()
     """What is not shown, and what it rests on; the gate's first."""
     realisations: tuple[Realisation, ...] = ()
+    assessment: Assessment | None = None
+    """What reference drivers avoid, timing, safe stops; None if it was not asked for."""
+    impact: Impact | None = None
+    """What changed since a baseline; None without one."""
     odd_attributes: tuple[Label, ...] = ()
     """Bounds of the ODD, as it states them."""
     hazards: tuple[Hazard, ...] = ()
