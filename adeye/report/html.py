@@ -21,6 +21,7 @@ from adeye.report.files import write_atomically
 from adeye.report.front import draw_front
 from adeye.report.page import arrange, filters
 from adeye.report.suites import SPEED_HEADS, suite_views
+from adeye.report.tracing import goal_structure, ways_of
 from adeye.report.words import MEANINGS
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ STYLES: Final = (
     "suites.css",
     "faults.css",
     "verification.css",
+    "assessment.css",
 )
 
 
@@ -113,6 +115,8 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
         .render(
             report=report,
             page=page,
+            ways=ways_of(report),
+            gsn=goal_structure(report),
             views=suite_views(report.suites),
             speed_heads=SPEED_HEADS,
             kind_words=WORDS,
