@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from adeye.report.matrix import TraceGroup
     from adeye.report.model import Report
 
-_SVG: Final = "http://www.w3.org/2000/svg"
+_NAMESPACE: Final = ' xmlns="http://www.w3.org/2000/svg"'
 _WAYS: Final[tuple[tuple[By, str, tuple[By, ...]], ...]] = (
     ("hazard", "Forwards: what answers a hazardous event", ("goal", "fsr", "element", "scenario")),
     ("element", "Backwards: what an element is there for", ("fsr", "goal", "hazard", "scenario")),
@@ -86,8 +86,9 @@ def goal_structure(report: Report) -> str:
 
     Its ids get a beginning of their own, so that none is one of the page.
     """
-    ET.register_namespace("", _SVG)
-    root = ET.fromstring(render_svg(argument_of(report)))  # noqa: S314 - our own drawing
+    # Inside of HTML an SVG needs no namespace, and the page names no address.
+    drawing = render_svg(argument_of(report)).replace(_NAMESPACE, "", 1)
+    root = ET.fromstring(drawing)  # noqa: S314 - our own drawing
     for node in root.iter():
         if "id" in node.attrib:
             node.set("id", f"gsn-{node.get('id')}")

@@ -54,6 +54,7 @@ from adeye.report.replay import (
 from adeye.report.verification import verification_of
 from adeye.report.verification_parts import Realisation
 from adeye.spec.load import load_architecture, shipped
+from tests.report.fake_assessment import assessment, impact
 from tests.report.fake_faults import evidence
 
 STEP = 0.05
@@ -760,6 +761,8 @@ def _build(text: str, *, rows: int, replays: int) -> Report:
             for architecture in ARCHITECTURES
         ),
         faults=evidence(text),
+        assessment=assessment(text),
+        impact=impact(text),
         hazards=(
             Hazard(
                 id="HE-01",

@@ -180,7 +180,9 @@ def test_budget_that_no_fault_exercises_is_vacuous_only_if_all_is_measured() -> 
         (concept(fdti=1.2), Verdict.FAIL, -0.2),
     ],
 )
-def test_goal_is_held_against_its_largest_budget(of: Any, verdict: Verdict, left: float) -> None:
+def test_goal_is_held_against_its_largest_budget(
+    of: Any, verdict: Verdict, left: float | None
+) -> None:
     [row] = told(injection(), of=of).goals
     assert row.verdict is verdict
     assert row.margin_s == (None if left is None else pytest.approx(left))
