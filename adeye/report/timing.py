@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from adeye.evaluation.injections import grouped, worst_of
 from adeye.evaluation.verdict import Verdict
 from adeye.report.assessment_parts import BudgetTiming, FaultTiming, GoalTiming, Timing
@@ -73,14 +75,13 @@ def timing_of(
 def _faulty_runs(figures: Figures) -> dict[tuple[str, str, str], int]:
     """Count the executed runs with a fault by scenario, fault entry and architecture."""
     columns = figures.scenario, figures.fault_entry, figures.architecture
-    counts: dict[tuple[str, str, str], int] = {}
-    words = [column.words for column in columns]
-    codes = zip(*(column.codes.tolist() for column in columns), strict=True)
-    for scenario, fault, architecture in codes:
-        key = words[0][scenario], words[1][fault], words[2][architecture]
-        if key[1] != NO_FAULT:
-            counts[key] = counts.get(key, 0) + 1
-    return dict(sorted(counts.items()))
+    codes = np.stack([column.codes for column in columns])
+    keys, runs = np.unique(codes, axis=1, return_counts=True)
+    counts = {
+        (columns[0].words[at[0]], columns[1].words[at[1]], columns[2].words[at[2]]): count
+        for at, count in zip(keys.T.tolist(), runs.tolist(), strict=True)
+    }
+    return {key: count for key, count in sorted(counts.items()) if key[1] != NO_FAULT}
 
 
 def _goal(concept: Concept, goal: SafetyGoal) -> GoalTiming:

@@ -10,6 +10,7 @@ from adeye.evaluation.verdict import Verdict
 from adeye.report.gsn import argument_of
 from adeye.report.gsn_drawing import render_svg
 from adeye.report.matrix import By, grouped, matrix_of
+from adeye.report.page import SEVERITY
 
 if TYPE_CHECKING:
     from adeye.report.matrix import TraceGroup
@@ -71,12 +72,11 @@ def ways_of(report: Report) -> tuple[TraceWay, ...]:
 
 
 def _line(group: TraceGroup, columns: tuple[By, ...]) -> TraceLine:
-    order = [verdict.value for verdict in Verdict]
     counts = [
         (None if name == "NOT_APPLICABLE" else Verdict(name), count)
         for name, count in group.verdicts.items()
     ]
-    counts.sort(key=lambda item: len(order) if item[0] is None else order.index(item[0].value))
+    counts.sort(key=lambda item: SEVERITY.index(item[0]))
     links = tuple(group.links[column] for column in columns)
     return TraceLine(group.id, links, tuple(counts), group.gaps)
 

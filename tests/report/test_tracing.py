@@ -7,6 +7,7 @@ import pytest
 from adeye.evaluation.verdict import Verdict
 from adeye.report.gsn import argument_of
 from adeye.report.model import Report
+from adeye.report.page import SEVERITY
 from adeye.report.tracing import TraceWay, goal_structure, ways_of
 
 
@@ -29,13 +30,12 @@ def test_both_ways_have_the_same_links(ways: dict[str, TraceWay]) -> None:
 
 
 def test_verdicts_are_counted_the_worst_first(ways: dict[str, TraceWay]) -> None:
-    order = [None if name == "-" else name for name in Verdict] + [None]
     for way in ways.values():
         for line in way.lines:
-            ranks = [order.index(verdict) for verdict, _ in line.verdicts]
+            ranks = [SEVERITY.index(verdict) for verdict, _ in line.verdicts]
             assert ranks == sorted(ranks)
             assert all(count > 0 for _, count in line.verdicts)
-    assert any(verdict is Verdict.FAIL for verdict, _ in ways["hazard"].lines[0].verdicts)
+    assert ways["hazard"].lines[0].verdicts[0][0] is Verdict.FAIL
 
 
 def test_line_with_a_verdict_that_is_no_pass_has_a_gap(ways: dict[str, TraceWay]) -> None:
