@@ -50,11 +50,11 @@ STYLES: Final = (
     "page.css",
     "tables.css",
     "compare.css",
+    "assessment.css",
     "player.css",
     "suites.css",
     "faults.css",
     "verification.css",
-    "assessment.css",
 )
 
 
@@ -115,11 +115,11 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
         .render(
             report=report,
             page=page,
-            ways=ways_of(report),
-            gsn=goal_structure(report),
             views=suite_views(report.suites),
             speed_heads=SPEED_HEADS,
             kind_words=WORDS,
+            ways=ways_of(report),
+            gsn=goal_structure(report),
             verdicts=list(Verdict),
             meanings=MEANINGS,
             serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],

@@ -233,15 +233,15 @@ class Report(Part):
     dead_axes: tuple[DeadAxis, ...] = ()
     metrics: tuple[MetricSummary, ...] = ()
     faults: FaultEvidence | None = None
+    assessment: Assessment | None = None
+    """What reference drivers avoid, timing, safe stops; None if it was not asked for."""
+    impact: Impact | None = None
+    """What changed since a baseline; None without one."""
     verification: tuple[VerificationRow, ...] = ()
     """Every FSR for every architecture, from goal to evidence."""
     open_points: tuple[OpenPoint, ...] = ()
     """What is not shown, and what it rests on; the gate's first."""
     realisations: tuple[Realisation, ...] = ()
-    assessment: Assessment | None = None
-    """What reference drivers avoid, timing, safe stops; None if it was not asked for."""
-    impact: Impact | None = None
-    """What changed since a baseline; None without one."""
     odd_attributes: tuple[Label, ...] = ()
     """Bounds of the ODD, as it states them."""
     hazards: tuple[Hazard, ...] = ()

@@ -730,6 +730,8 @@ def _build(text: str, *, rows: int, replays: int) -> Report:
             for fsr, sentence, formula, asil, *_ in FSRS
         ),
         cells=cells,
+        assessment=assessment(text),
+        impact=impact(text),
         worst_cases=build_worst_cases(cells, text),
         dead_axes=(
             DeadAxis(
@@ -761,8 +763,6 @@ def _build(text: str, *, rows: int, replays: int) -> Report:
             for architecture in ARCHITECTURES
         ),
         faults=evidence(text),
-        assessment=assessment(text),
-        impact=impact(text),
         hazards=(
             Hazard(
                 id="HE-01",
