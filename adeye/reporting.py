@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from adeye.campaign.lookup import campaign_of_file
 from adeye.campaign.reproduce import Execution, rerun
 from adeye.campaign.runner import Progress
+from adeye.change import change_since
 from adeye.errors import UsageError
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder
 from adeye.report.claims import claims_of
@@ -51,6 +52,7 @@ def write_reports(  # noqa: PLR0913 - one parameter a file
     junit: Path | None = None,
     json: Path | None = None,
     exports: Mapping[str, Path] | None = None,
+    baseline: Path | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Report:
     """Build the report of a campaign and write it in the forms asked for.
@@ -64,10 +66,13 @@ def write_reports(  # noqa: PLR0913 - one parameter a file
         junit: JUnit XML to write.
         json: Machine-readable report to write.
         exports: Files for other tools by form: ``sarif``, ``gsn`` and ``reqif``.
+        baseline: File to tell the changes since; what became stale is told, too, by the files as
+            they are now.
         progress: Called for each run that is drawn.
 
     Raises:
-        InputError: There is no such campaign, or a file's name tells no form.
+        InputError: There is no such campaign or baseline, or a file's name tells no form.
+        IntegrityError: The baseline was edited.
         PlatformError: A file cannot be written.
     """
     check_exports(exports or {})
@@ -79,8 +84,11 @@ def write_reports(  # noqa: PLR0913 - one parameter a file
             database=str(db) if db is not None else "",
             created=found.created_at[:SECOND],
         )
+        # A baseline that cannot be read is said before a minute of drawing.
+        impact = None if baseline is None else change_since(repository, found, baseline, db)
         pen = _Pen(repository, builder, progress)
         report = builder.build(pen.draw, replays=MAX_REPLAYS if html else 0)
+        report = report.model_copy(update={"impact": impact})
     if html is not None:
         write_html(report, html)
     if junit is not None:

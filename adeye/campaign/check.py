@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.authorship import author
 from adeye.campaign.parts import load_code, named_files
 from adeye.channels.factory import make_channel
 from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, suggest
 from adeye.identity import digest
+from adeye.spec.budget import budgets_of
 from adeye.spec.clock import ticks
 from adeye.spec.expression import to_program
 from adeye.spec.faults.sensing import SensorFault
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from adeye.sweep.shared import Shared
 
 BATCH = 1_024
-_ROUNDING_S: Final = 1e-9
 
 
 def check_scenarios(files: OddFiles) -> None:
@@ -113,20 +113,12 @@ def over_budget(concept: Concept) -> Iterator[str]:
         ISO 26262-3:2018, 7.4.2.4: a fault is handled within its fault tolerant time interval.
     """
     for goal in concept.safety_goals:
-        own = [item for item in concept.requirements if goal.id in item.goals]
-        budgets = [
-            (item.id, item.fdti or 0.0, item.frti or 0.0) for item in own if item.fdti and item.frti
-        ]
-        detect = max(((i.fdti, i.id) for i in own if i.fdti and not i.frti), default=(0.0, ""))
-        react = max(((i.frti, i.id) for i in own if i.frti and not i.fdti), default=(0.0, ""))
-        names = " and ".join(name for name in (detect[1], react[1]) if name)
-        budgets.append((names, detect[0], react[0]))
-        for name, fdti, frti in budgets:
-            if fdti + frti > goal.ftti + _ROUNDING_S:
-                parts = [("FDTI", fdti), ("FRTI", frti)]
-                said = [f"{word} {time:g} s" for word, time in parts if time > 0.0]
+        for budget in budgets_of(concept.requirements, goal.id):
+            if budget.exceeds(goal.ftti):
+                parts = [("FDTI", budget.fdti), ("FRTI", budget.frti)]
+                said = [f"{word} {time:g} s" for word, time in parts if time is not None]
                 yield (
-                    f"{goal.id}: {' and '.join(said)} of {name} "
+                    f"{goal.id}: {' and '.join(said)} of {' and '.join(budget.fsrs)} "
                     f"{'exceed' if len(said) > 1 else 'exceeds'} its FTTI of {goal.ftti:g} s"
                 )
 

@@ -51,6 +51,16 @@ GsnFile = Annotated[
         help="Write the argument from goals to evidence: .svg a drawing, .mmd Mermaid, .json.",
     ),
 ]
+SinceFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--baseline",
+        metavar="FILE",
+        envvar="ADEYE_REPORT_BASELINE",
+        help="Tell what changed since this baseline, and what became stale by the files as they "
+        "are now.",
+    ),
+]
 ReqifFile = Annotated[
     Path | None,
     typer.Option(
@@ -175,6 +185,7 @@ def report(
     sarif: SarifReport = None,
     gsn: GsnFile = None,
     reqif: ReqifFile = None,
+    baseline: SinceFile = None,
     db: Db = None,
     quiet: Quiet = False,
 ) -> None:
@@ -186,7 +197,7 @@ def report(
     files |= {"sarif": sarif, "gsn": gsn, "reqif": reqif}
     if not any(files.values()):
         files["html"] = Path("report.html")
-    _write(files, db, campaign, quiet=quiet)
+    _write(files, db, campaign, baseline=baseline, quiet=quiet)
 
 
 def usable_processors() -> int:
@@ -311,14 +322,21 @@ def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, 
     return int(summary.exit_code)
 
 
-def _write(files: Files, db: str | None, campaign: str | None, *, quiet: bool) -> None:
+def _write(
+    files: Files,
+    db: str | None,
+    campaign: str | None,
+    *,
+    baseline: Path | None = None,
+    quiet: bool,
+) -> None:
     from adeye.reporting import write_reports
 
     asked = {form: path for form, path in files.items() if path is not None}
     own = {form: path for form, path in asked.items() if form in _OWN}
     exports = {form: path for form, path in asked.items() if form not in _OWN} or None
     with reporting("report", quiet=quiet) as progress:
-        write_reports(db, campaign, **own, exports=exports, progress=progress)
+        write_reports(db, campaign, **own, exports=exports, baseline=baseline, progress=progress)
     for path in asked.values():
         wrote(path)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.report.assessment import assessment_of
 from adeye.report.compare import overview
 from adeye.report.contents import (
     CampaignContent,
@@ -28,17 +29,13 @@ from adeye.report.contents import (
     today,
     waivers_of,
 )
-from adeye.report.credibility import read_result
+from adeye.report.credibility import determinism, read_result
 from adeye.report.dead import dead_axes
 from adeye.report.designs import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
 from adeye.report.evidence import evidence_of
 from adeye.report.faults import fault_evidence
 from adeye.report.integrity import decompositions_of, dependent_failures_of, findings_of
-from adeye.report.model import (
-    Cell,
-    Report,
-    WorstCase,
-)
+from adeye.report.model import Cell, Report, WorstCase
 from adeye.report.open_points import open_points_of
 from adeye.report.parts import Label
 from adeye.report.places import places_of
@@ -55,6 +52,7 @@ from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
 
 if TYPE_CHECKING:
+    from adeye.report.assessment_parts import Assessment
     from adeye.report.fault_parts import FaultEvidence
     from adeye.store.figures import Figures
     from adeye.store.repository import Repository
@@ -70,25 +68,6 @@ MAX_READ = 10_000
 """Test cases up to which a report hashes every row (5 s) and asks every integrity rule."""
 _LOOKED_AT = 500
 """Runs whose verdicts are read at once."""
-
-
-def determinism(backend: str, variant: str) -> str:
-    """Say what is promised about running a campaign again.
-
-    Args:
-        backend: Traffic implementation; empty if the database does not say.
-        variant: Its arithmetic.
-    """
-    if backend == "batch":
-        promise = "portable: every run re-executes bit for bit on any processor, if plug-ins do"
-    else:
-        # highway-env computes with NumPy and the mathematical library, whose last bits differ.
-        promise = "same platform: every run re-executes bit for bit on this kind of machine only"
-    traffic = f" (traffic {backend}, {variant})" if backend else ""
-    return (
-        f"Class {promise}{traffic}, whatever the batch, the order and the number of threads or "
-        "workers; `adeye replay` compares trace digests."
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +184,7 @@ class ReportBuilder:
             dead_axes=tuple(dead_axes(self.figures, self.odd, self._command)),
             metrics=tuple(summarise(self.figures, self._run_of, self.replay_command)),
             faults=self._faults(),
+            assessment=self._assessment(),
             hazards=tuple(hazards_of(content)),
             goals=tuple(goals_of(content)),
             elements=tuple(elements_of(content)),
@@ -259,6 +239,10 @@ class ReportBuilder:
                 self.replay_command,
             ),
         )
+
+    def _assessment(self) -> Assessment:
+        commands = self._command, self.replay_command
+        return assessment_of(self.repository, self.campaign, self.concept, self.figures, commands)
 
     # Commands
 

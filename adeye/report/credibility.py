@@ -1,4 +1,4 @@
-"""What is known of the tool itself: the result of its last self-test, beside the database."""
+"""What is known of the tool itself: what it promises, and the result of its last self-test."""
 
 from __future__ import annotations
 
@@ -80,3 +80,22 @@ def read_result(folder: Path, provenance: Mapping[str, Any]) -> SelfTestResult |
         return None
     wanted = (provenance.get("adeye"), provenance.get("numerics_version"))
     return found if (found.version, found.numerics_version) == wanted else None
+
+
+def determinism(backend: str, variant: str) -> str:
+    """Say what is promised about running a campaign again.
+
+    Args:
+        backend: Traffic implementation; empty if the database does not say.
+        variant: Its arithmetic.
+    """
+    if backend == "batch":
+        promise = "portable: every run re-executes bit for bit on any processor, if plug-ins do"
+    else:
+        # highway-env computes with NumPy and the mathematical library, whose last bits differ.
+        promise = "same platform: every run re-executes bit for bit on this kind of machine only"
+    traffic = f" (traffic {backend}, {variant})" if backend else ""
+    return (
+        f"Class {promise}{traffic}, whatever the batch, the order and the number of threads or "
+        "workers; `adeye replay` compares trace digests."
+    )

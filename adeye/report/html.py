@@ -22,6 +22,7 @@ from adeye.report.files import write_atomically
 from adeye.report.front import draw_front
 from adeye.report.page import arrange, filters
 from adeye.report.suites import SPEED_HEADS, suite_views
+from adeye.report.tracing import goal_structure, ways_of
 from adeye.report.words import MEANINGS
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ STYLES: Final = (
     "page.css",
     "tables.css",
     "compare.css",
+    "assessment.css",
     "player.css",
     "suites.css",
     "faults.css",
@@ -119,6 +121,8 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
             views=suite_views(report.suites),
             speed_heads=SPEED_HEADS,
             kind_words=WORDS,
+            ways=ways_of(report),
+            gsn=goal_structure(report),
             verdicts=list(Verdict),
             meanings=MEANINGS,
             serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from adeye.evaluation.dependence import Dependencies
 from adeye.evaluation.suite.results import Suite
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
+from adeye.report.assessment_parts import Assessment
 from adeye.report.claims import Claims
 from adeye.report.comparison import Comparison
 from adeye.report.concept_parts import (
@@ -29,6 +30,7 @@ from adeye.report.concept_parts import (
 from adeye.report.credibility import SelfTestResult
 from adeye.report.evidence_parts import OddCoverage, StepUncertainty
 from adeye.report.fault_parts import FaultEvidence
+from adeye.report.impact_parts import Impact
 from adeye.report.parts import Binding, Command, Count, Id, Label, Margin, Part, Place
 from adeye.report.replay import Replay
 from adeye.report.verification_parts import Realisation, VerificationRow
@@ -233,6 +235,10 @@ class Report(Part):
     dead_axes: tuple[DeadAxis, ...] = ()
     metrics: tuple[MetricSummary, ...] = ()
     faults: FaultEvidence | None = None
+    assessment: Assessment | None = None
+    """What reference drivers avoid, timing, safe stops; None if it was not asked for."""
+    impact: Impact | None = None
+    """What changed since a baseline; None without one."""
     verification: tuple[VerificationRow, ...] = ()
     """Every FSR for every architecture, from goal to evidence."""
     open_points: tuple[OpenPoint, ...] = ()

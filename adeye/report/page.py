@@ -21,7 +21,7 @@ from adeye.report.words import (
 if TYPE_CHECKING:
     from adeye.report.model import Architecture, Cell, Fsr, Report
 
-_SEVERITY: tuple[Verdict | None, ...] = (
+SEVERITY: tuple[Verdict | None, ...] = (
     Verdict.FAIL,
     Verdict.ERROR,
     Verdict.INVALID,
@@ -31,6 +31,7 @@ _SEVERITY: tuple[Verdict | None, ...] = (
     Verdict.VACUOUS,
     Verdict.PASS,
 )
+"""Verdicts from the worst; None is "not applicable"."""
 _NO_MARGIN = float("inf")
 
 
@@ -119,7 +120,7 @@ def arrange(report: Report) -> Page:
         rows.append(MatrixRow(report.fsrs.index(fsr) + 1, fsr, tuple(cells)))
     cards = tuple(_card(report, architecture) for architecture in architectures)
     gates = [report.verdict_of(item.id) for item in architectures if item.is_gate]
-    gate = min(gates, key=_SEVERITY.index) if gates else Verdict.NOT_RUN
+    gate = min(gates, key=SEVERITY.index) if gates else Verdict.NOT_RUN
     return Page(badge(gate), cards, tuple(architectures), tuple(rows), tuple(details))
 
 
@@ -147,7 +148,7 @@ def _rank(report: Report, fsr: Fsr) -> tuple[Any, ...]:
         ids = [item.id for item in report.architectures if item.is_gate is in_gate]
         cells = [report.cell(fsr.id, architecture) for architecture in ids]
         states = [Verdict.NOT_RUN if cell is None else cell.verdict for cell in cells]
-        severity = min((_SEVERITY.index(state) for state in states), default=len(_SEVERITY))
+        severity = min((SEVERITY.index(state) for state in states), default=len(SEVERITY))
         return severity, min((_robustness(cell) for cell in cells), default=_NO_MARGIN)
 
     return (not fsr.mandatory, *worst(in_gate=True), *worst(in_gate=False))
@@ -220,7 +221,7 @@ def _detail(
 def _card(report: Report, architecture: Architecture) -> ArchitectureCard:
     cells = [report.cell(fsr.id, architecture.id) for fsr in report.fsrs if fsr.mandatory]
     states = Counter(Verdict.NOT_RUN if cell is None else cell.verdict for cell in cells)
-    counts = tuple((badge(state), states[state]) for state in _SEVERITY if states[state])
+    counts = tuple((badge(state), states[state]) for state in SEVERITY if states[state])
     worst = min((cell for cell in cells if cell is not None), key=_robustness, default=None)
     text = ""
     if worst is not None and _robustness(worst) < _NO_MARGIN:

@@ -58,6 +58,16 @@ JOIN run r ON r.result_digest = c.result_digest
 JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
 WHERE c.campaign_id = ? AND f.fsr_id = ? AND c.architecture = ? AND v.verdict = 'FAIL'"""
 
+_OPEN = """
+SELECT COUNT(DISTINCT c.result_digest)
+FROM campaign_case c
+JOIN run r ON r.result_digest = c.result_digest
+JOIN metric m ON m.run_number = r.number
+WHERE c.campaign_id = ?
+    AND (m.contact_status <> 'value' OR m.contact IS NULL OR m.contact <> 0.0 OR NOT r.realised)
+    AND NOT EXISTS (SELECT 1 FROM benchmark b
+        WHERE b.result_digest = c.result_digest AND b.version = ?)"""
+
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
@@ -134,6 +144,12 @@ class Benchmarks:
         with self._database.read() as connection:
             found = _compared(connection, campaign)
         return list({(item.run, item.model, item.edition): item for item in found}.values())
+
+    def open_contacts(self, campaign: str) -> int:
+        """Count the runs with a contact, or of which it is not known, that have no drive."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(_OPEN, (campaign, BENCHMARK_VERSION)).scalar_one()
+        return int(found)
 
     def save(
         self,

@@ -129,6 +129,25 @@ class Hindsight:
             known = {item["result_digest"]: _injection(item) for item in found}
         return tuple(known.values())
 
+    def exercised(self, campaign: str, fsrs: Iterable[str]) -> frozenset[tuple[str, str]]:
+        """Give pairs of run and FSR: runs whose faults are known, and that exercised the FSR.
+
+        Args:
+            campaign: Id of the campaign.
+            fsrs: Ids of the FSRs that are asked for.
+        """
+        with self._database.read() as connection:
+            return frozenset(
+                (run, fsr)
+                for fsr in fsrs
+                for (run,) in connection.exec_driver_sql(
+                    "SELECT DISTINCT v.run FROM v_verdicts v JOIN injection i "
+                    "ON i.result_digest = v.run WHERE v.campaign = ? AND v.fsr = ? AND v.exercised "
+                    "AND i.version = ?",
+                    (campaign, fsr, TIMELINE_VERSION),
+                )
+            )
+
     def save_takeovers(self, found: Sequence[TakeoverLine]) -> None:
         """Keep what the decisions of runs were, beside their forks; what is known stays.
 

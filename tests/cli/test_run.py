@@ -294,6 +294,7 @@ def test_report_without_a_database_is_an_input_error(adeye: Any) -> None:
     ("arguments", "asked", "outputs"),
     [
         ((), None, {"html": "report.html"}),
+        (("--baseline", "b.json"), None, {"html": "report.html", "baseline": "b.json"}),
         (("3", "-o", "r.html"), "3", {"html": "r.html"}),
         (("--junit", "j.xml"), None, {"junit": "j.xml"}),
         (("--json", "r.json"), None, {"json": "r.json"}),

@@ -54,6 +54,7 @@ from adeye.report.replay import (
 from adeye.report.verification import verification_of
 from adeye.report.verification_parts import Realisation
 from adeye.spec.load import load_architecture, shipped
+from tests.report.fake_assessment import assessment, impact
 from tests.report.fake_evidence import coverage, some_claims, step
 from tests.report.fake_faults import evidence
 
@@ -730,6 +731,8 @@ def _build(text: str, *, rows: int, replays: int) -> Report:
             for fsr, sentence, formula, asil, *_ in FSRS
         ),
         cells=cells,
+        assessment=assessment(text),
+        impact=impact(text),
         worst_cases=build_worst_cases(cells, text),
         dead_axes=(
             DeadAxis(

@@ -186,3 +186,35 @@ def test_fan_is_drawn_with_its_key_and_can_be_hidden(tab: Browser, page: Path) -
     tab.click("#show-fan")
     assert picture(tab, "belief") == shown
     assert_quiet(tab, page)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_argument_unfolds_and_scrolls_inside_of_its_box(
+    browser: Browser, page: Path, *, dark: bool
+) -> None:
+    browser.problems.clear()
+    browser.open(page, width=800, dark=dark)
+    box = "document.querySelector('#argument .gsn')"
+    browser.run(
+        "document.querySelectorAll('details.fold').forEach((fold) => { fold.open = true; })"
+    )
+    assert browser.run(f"{box}.scrollWidth > {box}.clientWidth")
+    assert browser.run(f"{box}.scrollHeight > {box}.clientHeight")
+    # The page itself does not become wider than its window.
+    root = "document.documentElement"
+    assert browser.run(f"{root}.scrollWidth === {root}.clientWidth")
+    assert browser.problems == []
+
+
+def test_filter_leaves_the_timing_of_one_architecture(browser: Browser, page: Path) -> None:
+    browser.open(page)
+    shown = (
+        "[...document.querySelectorAll('#timing-faults tbody tr')].filter((row) => !row.hidden)"
+        ".map((row) => row.dataset.architecture).join()"
+    )
+    assert browser.run(shown) == "camera_radar,legacy_camera"
+    browser.run(
+        "filters.architecture.value = 'legacy_camera';"
+        "filters.dispatchEvent(new Event('change', {bubbles: true}))"
+    )
+    assert browser.run(shown) == "legacy_camera"

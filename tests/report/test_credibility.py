@@ -5,7 +5,14 @@ from typing import Any
 
 import pytest
 
-from adeye.report.credibility import NOT_RUN, RESULT, SelfTestResult, read_result, write_result
+from adeye.report.credibility import (
+    NOT_RUN,
+    RESULT,
+    SelfTestResult,
+    determinism,
+    read_result,
+    write_result,
+)
 from adeye.report.html import render
 from adeye.report.json_report import parse_json, render_json
 from adeye.report.model import Report
@@ -69,3 +76,10 @@ def test_page_and_json_say_it_or_that_it_was_not_run(report: Report) -> None:
     tested = report.model_copy(update={"self_test": GOOD})
     assert "34 of 34 detected" in render(tested)
     assert parse_json(render_json(tested)).self_test == GOOD
+
+
+def test_bits_are_promised_where_no_other_library_computes_them() -> None:
+    assert determinism("batch", "reference-1").startswith("Class portable")
+    assert determinism("highway", "highway-env-1.12.1").startswith("Class same platform")
+    # A database that does not say promises no more than the least.
+    assert determinism("", "").startswith("Class same platform")

@@ -111,3 +111,21 @@ def test_findings_cannot_be_changed_and_an_altered_one_is_named(
     raw.commit()
     named = {(item.table, item.problem) for item in repository.verify()}
     assert (table, "altered") in named
+
+
+def test_exercised_are_pairs_of_measured_runs_only(
+    repository: Repository, example: Any, campaign: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, _ = example.hindsight(repository, campaign)
+    with sqlite3.connect(repository.path) as connection:
+        rows = connection.execute(
+            "SELECT run, fsr FROM v_verdicts WHERE campaign = ? AND exercised", (campaign,)
+        ).fetchall()
+    fsrs = sorted({fsr for _, fsr in rows})
+    expected = {(run, fsr) for run, fsr in rows if run == found.run}
+    assert 0 < len(expected) < len(set(rows))
+    assert repository.hindsight.exercised(campaign, fsrs) == expected
+    assert repository.hindsight.exercised(campaign, ["FSR-99"]) == frozenset()
+    assert repository.hindsight.exercised("f" * 32, fsrs) == frozenset()
+    monkeypatch.setattr(hindsight, "TIMELINE_VERSION", 9)
+    assert repository.hindsight.exercised(campaign, fsrs) == frozenset()

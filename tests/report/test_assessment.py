@@ -1,0 +1,153 @@
+"""What the report of the mini campaign tells beyond verdicts, before and after it is measured."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from typing import TYPE_CHECKING
+
+import pytest
+from lxml import html as lxml_html
+
+from adeye.campaign.preventability import prevent
+from adeye.campaign.timing import campaign_injections
+from adeye.evaluation.verdict import Verdict
+from adeye.report.build import ReportBuilder
+from adeye.report.html import render
+from adeye.report.json_report import parse_json, render_json
+from adeye.store.repository import Repository
+from tests.report.fake_assessment import impact
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.report.assessment_parts import Assessment
+    from adeye.report.model import Report
+    from tests.project import Executed
+
+
+def built(db: Path) -> Report:
+    with Repository.open(db, create=False) as repository:
+        newest = repository.latest_campaign()
+        assert newest is not None
+        return ReportBuilder(repository, newest, "my.db").build(lambda _: ())
+
+
+def told(report: Report) -> Assessment:
+    assert report.assessment is not None
+    return report.assessment
+
+
+def section(report: Report, name: str) -> str:
+    [found] = lxml_html.document_fromstring(render(report)).xpath(f"//section[@id='{name}']")
+    return " ".join(found.text_content().split())
+
+
+@pytest.fixture(scope="module")
+def plain(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Report:
+    return built(shutil.copyfile(mini.db, tmp_path_factory.mktemp("plain") / "adeye.db"))
+
+
+@pytest.fixture(scope="module")
+def measured(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Report:
+    db = shutil.copyfile(mini.db, tmp_path_factory.mktemp("measured") / "adeye.db")
+    campaign_injections(db)
+    prevent(db)
+    return built(db)
+
+
+def test_what_was_not_evaluated_is_said_with_its_command(plain: Report) -> None:
+    found = told(plain).preventability
+    assert (found.compared, found.open_contacts, found.findings) == (0, 6, 0)
+    text = section(plain, "preventability")
+    assert "Nothing was evaluated" in text
+    assert f"adeye preventability {plain.campaign[:10]} --db my.db" in text
+    assert "No finding" not in text
+    assert "None:" not in text
+
+
+def test_contacts_that_the_model_avoids_are_findings(measured: Report) -> None:
+    found = told(measured).preventability
+    assert (found.compared, found.open_contacts, found.findings) == (6, 0, 6)
+    assert {item.architecture for item in found.listed} == {"legacy_camera"}
+    speeds = [item.impact_speed_mps or 0.0 for item in found.listed]
+    assert speeds == sorted(speeds, reverse=True)
+    tree = lxml_html.document_fromstring(render(measured))
+    commands = tree.xpath("//section[@id='preventability']//button/@data-command")
+    for item in found.listed:
+        assert item.command == f"adeye replay {item.run[:12]} --db my.db"
+        assert {item.command, item.drive_command} <= set(map(str, commands))
+
+
+def test_timing_that_was_not_measured_is_never_green(plain: Report) -> None:
+    found = told(plain).timing
+    assert len(found.faults) == 4
+    assert {row.verdict for row in found.faults} == {Verdict.NOT_RUN}
+    assert {row.verdict for row in found.budgets} == {Verdict.NOT_RUN}
+    text = section(plain, "timing")
+    assert "Not measured: 4 of 4 faults" in text
+    assert f"adeye faults {plain.campaign[:10]} --sample 0 --db my.db" in text
+    assert "PASS" not in text
+
+
+def test_silent_channel_is_handled_in_time_and_within_its_budget(measured: Report) -> None:
+    found = told(measured).timing
+    assert found.assumed_s == 1.0
+    rows = {(row.fault_entry, row.architecture): row for row in found.faults}
+    silent = rows["nominal_silent", "camera_radar"]
+    assert (silent.verdict, silent.handled, silent.runs) == (Verdict.PASS, 4, 4)
+    assert silent.margin_s == pytest.approx(1.0 - (silent.fhti_s or 0.0))
+    assert rows["nominal_silent", "legacy_camera"].verdict is Verdict.FAIL
+    assert rows["front_camera_out", "camera_radar"].verdict is Verdict.INCONCLUSIVE
+    budgets = {(row.fsr, row.fault_entry, row.architecture): row for row in found.budgets}
+    budget = budgets["FSR-03", "nominal_silent", "camera_radar"]
+    assert (budget.fdti_budget_s, budget.verdict, budget.runs) == (0.5, Verdict.PASS, 4)
+    assert "Not measured" not in section(measured, "timing")
+
+
+def test_safe_stops_are_told_without_a_further_measurement(plain: Report) -> None:
+    found = told(plain).safe_stops
+    assert (found.runs, found.asked, found.unknown) == (28, 4, 0)
+    [row] = found.rows
+    assert (row.fault_entry, row.architecture) == ("nominal_silent", "camera_radar")
+    assert (row.reached, row.verdict) == (4, Verdict.PASS)
+    assert "4 of 28 runs asked for one" in section(plain, "safe-stops")
+
+
+def test_json_has_the_same(measured: Report) -> None:
+    text = render_json(measured)
+    assert json.loads(text)["assessment"]["preventability"]["findings"] == 6
+    assert told(parse_json(text)) == told(measured)
+    changed = measured.model_copy(update={"impact": impact()})
+    assert parse_json(render_json(changed)).impact == impact()
+
+
+def test_change_is_told_or_its_command(plain: Report) -> None:
+    assert plain.impact is None
+    text = section(plain, "change")
+    assert "written without a baseline" in text
+    assert "--baseline reports/baselines/mini.json" in text
+    told_of = section(plain.model_copy(update={"impact": impact()}), "change")
+    assert "without a baseline" not in told_of
+    for word in ("newly failing", "decides", "scenario cut_in has changed", "6 of 10 verdicts"):
+        assert word in told_of
+    gone = impact(stale=None, not_asked="The ODD is gone.")
+    assert "The ODD is gone." in section(plain.model_copy(update={"impact": gone}), "change")
+
+
+def test_every_section_is_in_the_navigation(plain: Report) -> None:
+    tree = lxml_html.document_fromstring(render(plain))
+    linked = set(map(str, tree.xpath("//nav/a/@href")))
+    for name in ("preventability", "timing", "safe-stops", "change", "traceability"):
+        assert f"#{name}" in linked
+        assert len(tree.xpath(f"//section[@id='{name}']")) == 1
+
+
+def test_page_has_no_id_twice_beside_the_drawing(plain: Report) -> None:
+    ids = list(map(str, lxml_html.document_fromstring(render(plain)).xpath("//@id")))
+    assert len(ids) == len(set(ids))
+    assert any(name.startswith("gsn-") for name in ids)
+
+
+def test_same_campaign_gives_the_same_page(mini: Executed, plain: Report) -> None:
+    assert render(built(mini.db)) == render(plain)
