@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -13,7 +12,12 @@ import pytest
 from adeye.kernel import criticality, encounter, evasion, fuzzy_safety, geometry, margins
 from adeye.kernel import reference_distances as distances
 from tests.second import evading, following, plane, rules
-from tests.second.agreement import Draw, between, disagreements
+from tests.second.agreement import between, disagreements
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.second.agreement import Draw
 
 INF = math.inf
 
@@ -63,31 +67,29 @@ def raised_pfs(gap: float, u_e: float, u_c: float, *some: float) -> float:
 
 
 def raw_cfs(*state: float) -> float:
-    return fuzzy_safety.critical_fuzzy_safety(*state[:6], state[5] + state[6], state[7] > 0.5)
+    whole: list[Any] = [*state[:6], state[5] + state[6], state[7] > 0.5]
+    return fuzzy_safety.critical_fuzzy_safety(*whole)
 
 
 def second_cfs(*state: float) -> float:
-    return rules.cfs(*state[:6], state[5] + state[6], state[7] > 0.5)
+    whole: list[Any] = [*state[:6], state[5] + state[6], state[7] > 0.5]
+    return rules.cfs(*whole)
 
 
-def boxes(heading_1: float, length_1: float, width_1: float, *second: float) -> Any:
-    dx, dy, heading_2, length_2, width_2 = second
-    return (
-        plane.Box(0.0, 0.0, heading_1, length_1, width_1),
-        plane.Box(dx, dy, heading_2, length_2, width_2),
-    )
+def boxes(dx: float, dy: float, *bodies: float) -> tuple[plane.Box, plane.Box]:
+    return plane.Box(0.0, 0.0, *bodies[:3]), plane.Box(dx, dy, *bodies[3:])
 
 
 def second_planar(dx: float, dy: float, rate_x: float, rate_y: float, *bodies: float) -> float:
-    pair = boxes(*bodies[:3], dx, dy, *bodies[3:])
-    return plane.ttc(*pair, (rate_x, rate_y))
+    one, other = boxes(dx, dy, *bodies)
+    return plane.ttc(one, other, (rate_x, rate_y))
 
 
 def second_closest(
     dx: float, dy: float, rate_x: float, rate_y: float, *bodies: float
 ) -> tuple[float, float]:
-    pair = boxes(*bodies[:3], dx, dy, *bodies[3:])
-    return plane.closest(*pair, (rate_x, rate_y))
+    one, other = boxes(dx, dy, *bodies)
+    return plane.closest(one, other, (rate_x, rate_y))
 
 
 def second_distance(*bodies: float) -> float:

@@ -7,7 +7,10 @@ tau says whether it does; nothing of the product is used.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 INF = math.inf
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from decimal import Decimal, localcontext
+from itertools import pairwise
 from typing import NamedTuple
 
 INF = math.inf
@@ -226,5 +227,5 @@ def ramped_stopping(
     # Simpson's rule is exact for a speed that is no more than quadratic.
     return sum(
         (b - a) / 6.0 * (speed_at(a) + 4.0 * speed_at(0.5 * (a + b)) + speed_at(b))
-        for a, b in zip(edges, edges[1:], strict=False)
+        for a, b in pairwise(edges)
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from itertools import pairwise
 
 INF = math.inf
 
@@ -41,7 +42,7 @@ def rss_opposite(
     return max(0.0, ways)
 
 
-def rss_lateral(
+def rss_lateral(  # noqa: PLR0913, PLR0917 - as the definition has it
     v_1: float, v_2: float, rho_1: float, rho_2: float, a_lat: float, b_lat: float, mu: float
 ) -> float:
     """Definition 6, with its signs as printed."""
@@ -60,7 +61,7 @@ def between(x: float, unsafe: float, safe: float) -> float:
     return (x - safe) / (unsafe - safe)
 
 
-def pfs(
+def pfs(  # noqa: PLR0913, PLR0917 - as the definition has it
     gap: float, u_e: float, u_c: float, tau: float, b_comf: float, b_max: float, b_lead: float,
     d_1: float,
 ) -> float:  # fmt: skip
@@ -69,7 +70,7 @@ def pfs(
     return between(gap - d_1, d_unsafe, d_safe)
 
 
-def cfs(
+def cfs(  # noqa: PLR0913, PLR0917 - as the definition has it
     gap: float, u_e: float, u_c: float, a_e: float, tau: float, b_comf: float, b_max: float,
     is_raw: bool,  # noqa: FBT001 - as the product has it
 ) -> float:  # fmt: skip
@@ -97,7 +98,7 @@ def r157_following(speed: float) -> float:
     table = [(Fraction(a) * Fraction(5, 18), Fraction(b)) for a, b in TIME_GAPS.items()]
     v = Fraction(speed)
     gap = table[0][1] if v <= table[0][0] else table[-1][1]
-    for (v_0, t_0), (v_1, t_1) in zip(table, table[1:], strict=False):
+    for (v_0, t_0), (v_1, t_1) in pairwise(table):
         if v_0 < v <= v_1:
             gap = t_0 + (t_1 - t_0) * (v - v_0) / (v_1 - v_0)
     return float(max(v * gap, Fraction(2)))
