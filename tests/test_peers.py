@@ -13,9 +13,6 @@ from docs.peers import compare, states
 
 FOUND = list(compare.results())
 
-NOT_UNDERSTOOD = {"TTB": 17}
-"""States near a contact in which the simulated braking of CommonRoad-CriMe may wait longer."""
-
 
 def name_of(found: compare.Result) -> str:
     return f"{found.peer.split()[0]}-{found.comparison.theirs}-{found.comparison.name}"
@@ -24,8 +21,8 @@ def name_of(found: compare.Result) -> str:
 @pytest.mark.parametrize("found", FOUND, ids=name_of)
 def test_every_difference_is_understood(found: compare.Result) -> None:
     assert found.states >= 200
-    assert len(found.open) == NOT_UNDERSTOOD.get(found.comparison.theirs, 0)
-    assert found.agreeing + sum(found.reasons.values()) + len(found.open) == found.states
+    assert found.open == []
+    assert found.agreeing + sum(found.reasons.values()) == found.states
 
 
 @pytest.mark.parametrize("found", FOUND, ids=name_of)
@@ -41,7 +38,7 @@ def test_other_value_of_ours_is_not_understood(found: compare.Result) -> None:
     ]
     changed = compare.compared(found.peer, replace(found.comparison, ours=off, reasons=()), stored)
     unchanged = compare.compared(found.peer, replace(found.comparison, reasons=()), stored)
-    assert len(unchanged.open) == sum(found.reasons.values()) + len(found.open)
+    assert len(unchanged.open) == sum(found.reasons.values())
     finite = [row for row in stored if row[-1] is not None and abs(row[-1]) < float("inf")]
     assert len(changed.open) >= len(unchanged.open)
     if found.agreeing and any(found.comparison.ours(*row[:-1]) == row[-1] for row in finite):

@@ -124,8 +124,7 @@ What other tools answer in the same states. Two numbers agree where they differ 
 a millionth of the larger one, or of 1; infinities agree with infinities only, and no answer
 with no conflict. The greatest difference is that of all pairs of finite numbers. Behind each
 count of differences stands its reason: a formula that gives the other tool's answer in each of
-those states (for TTB of CommonRoad-CriMe and its like to one of its steps of time). What no
-formula gives is counted as not understood."""
+those states."""
 
 HOW: Final = """\
 The other tools are no part of adeye. What they answered is stored in `docs/peers/answers`; the

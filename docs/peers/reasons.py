@@ -259,16 +259,29 @@ def _ttb(gap: float, rear: float, front: float, _: float) -> float:
     return time_to_brake(gap, rear - front, rear, INF, BRAKING)
 
 
-def _ramped(gap: float, rear: float, front: float, length: float) -> float:
-    """Last step at which braking helps that gets stronger by 2.5 m/s² a step, up to 8 m/s²."""
-    closing, way, braking = rear - front, 0.0, 0.0
-    while closing > 0.0:
-        braking = min(braking + 25.0 * STEP, 8.0)
-        time = min(STEP, closing / braking)
-        way += time * (closing - 0.5 * braking * time)
-        closing -= braking * time
-    last = (gap - way) / (rear - front) if rear > front else INF
-    return _last_step(last, _closing(gap, rear, front, length))
+def _braked(start: int, speed: float) -> list[float]:
+    """Places of the ego at all steps, if it brakes from one on: harder by 2.5 m/s² a step, to 8."""
+    places, braking = [0.0], 0.0
+    for step in range(round(HORIZON / STEP)):
+        if step >= start:
+            braking = min(braking + 25.0 * STEP, 8.0)
+        time = min(STEP, speed / braking) if braking > 0.0 else STEP
+        places.append(places[-1] + time * (speed - 0.5 * braking * time))
+        speed -= braking * time
+    return places
+
+
+def _simulated(gap: float, rear: float, front: float, length: float) -> float:
+    """Last step at which the simulated braking avoids a collision with the ego one step late."""
+    arrival = _stepped(_closing(gap, rear, front, length))
+    if arrival == INF:
+        return INF
+    # Without its rounding the quotient may be a step less.
+    for start in range(int(arrival / STEP) - 1, -1, -1):
+        late = _braked(start, rear)[:-1]
+        if all(gap + front * STEP * (k + 1) > place for k, place in enumerate(late)):
+            return start * STEP
+    return -INF
 
 
 def _ttk(gap: float, rear: float, front: float, length: float) -> float:
@@ -432,9 +445,9 @@ CRIME: Final = {
         (
             Reason(
                 f"{_LAST} Its braking gets stronger by 2.5 m/s² a step and ends at 8 m/s², "
-                "whatever the vehicle is able to do.",
-                _ramped,
-                STEP,
+                "whatever the vehicle is able to do; and it looks for contact with the ego one "
+                "step late, so that bodies that overlap by the way of a step do not touch.",
+                _simulated,
             ),
         ),
     ),
