@@ -255,11 +255,23 @@ def report_schema() -> str:
     return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
 
 
+# --- other tools ----------------------------------------------------------------------------------
+
+
+def other_tools_page() -> str:
+    """Compare metrics with what other tools answered."""
+    from docs.peers import compare
+
+    found = table(compare.HEADERS, compare.rows())
+    return _page("Other tools", compare.LEAD, found, compare.HOW)
+
+
 PAGES: Final[Mapping[str, Callable[[], str]]] = {
     "cli.md": cli_page,
     "metrics.md": metrics_page,
     "signals.md": signals_page,
     "database.md": database_page,
+    "other-tools.md": other_tools_page,
 }
 """Generated pages by file name."""
 

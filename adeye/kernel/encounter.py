@@ -24,6 +24,10 @@ _ENOUGH = 1e-13
 
 _STEPS = 60
 
+_PARALLEL = 1e-12
+"""Sine below which an edge lies along the motion: headings are no better known, and the corner at
+which two bodies are nearest first would be a matter of rounding."""
+
 
 @compiled
 def planar_time_to_collision(
@@ -106,7 +110,7 @@ def passing_line(
         x, y = (cosine, sine) if axis % 2 == 0 else (-sine, cosine)
         across, along = side * (y * u - x * v), x * u + y * v
         apart -= half * abs(across)
-        if across == 0.0:
+        if abs(across) <= _PARALLEL:
             # An edge along the motion: nearest for as long as it passes.
             spread += half * abs(along)
         else:

@@ -65,6 +65,10 @@ def time_to_brake(
         needed = math.sqrt(2.0 * (closing_speed * leave - gap) / braking)
         if needed * braking <= min(closing_speed, speed):
             wait = max(wait, leave - needed)
+        elif closing_speed > speed > 0.0:
+            # The ego stands before somebody who comes towards it has left.
+            room = gap - (closing_speed - speed) * leave
+            wait = room / speed - 0.5 * speed / braking
     return wait
 
 

@@ -115,6 +115,19 @@ def test_passing_neighbour_has_its_lateral_distance() -> None:
     assert distance == pytest.approx(math.hypot(26.0, 1.5), rel=1e-12)
 
 
+@pytest.mark.parametrize("place", range(315))
+def test_passing_neighbour_is_nearest_first_on_a_road_of_any_heading(place: int) -> None:
+    # Sine and cosine of a heading are rounded: no edge is along the motion to the last digit.
+    heading = 0.01 * place
+    c, s = math.cos(heading), math.sin(heading)
+    time, distance = closest_encounter(
+        50.0 * c - 5.0 * s, 50.0 * s + 5.0 * c, -10.0 * c, -10.0 * s,
+        heading, 4.0, 2.0, heading, 2.0, 2.0,
+    )  # fmt: skip
+    assert time == pytest.approx((50.0 - 2.0 - 1.0) / 10.0, rel=1e-12)
+    assert distance == pytest.approx(5.0 - 1.0 - 1.0, rel=1e-12)
+
+
 @pytest.mark.parametrize("which", range(4))
 def test_unknown_number_stays_one(which: int) -> None:
     motion = [10.0, 1.0, -1.0, 0.0]

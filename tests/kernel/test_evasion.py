@@ -49,6 +49,20 @@ def test_braking_does_not_help_against_who_comes() -> None:
     assert time_to_brake(50.0, 30.0, 15.0, INF, 8.0) == -INF
 
 
+def test_ego_that_stands_in_time_lets_him_pass_who_comes_and_crosses() -> None:
+    # He comes 18 m nearer before he is gone; 1.75 m at 2 m/s and 0.25 m of braking are left.
+    assert time_to_brake(20.0, 8.0, 2.0, 3.0, 8.0) == pytest.approx(0.875, rel=1e-12)
+    # 24 m: braking should have begun 2.125 s ago, with the ego 4.25 m farther back.
+    assert time_to_brake(20.0, 8.0, 2.0, 4.0, 8.0) == pytest.approx(-2.125, rel=1e-12)
+    assert time_to_brake(20.0, 6.0, 0.0, 4.0, 8.0) == -INF
+
+
+def test_braking_for_who_comes_slowly_tends_to_that_for_who_only_crosses() -> None:
+    # The ego stands for him before he has left.
+    steady = time_to_brake(20.0, 5.0, 5.0, 9.0, 8.0)
+    assert time_to_brake(20.0, 5.0 + 1e-9, 5.0, 9.0, 8.0) == pytest.approx(steady, abs=1e-8)
+
+
 def test_no_conflict_is_infinite_and_contact_never() -> None:
     assert time_to_brake(20.0, 0.0, 20.0, INF, 8.0) == INF
     assert time_to_brake(0.0, 5.0, 20.0, INF, 8.0) == -INF

@@ -223,7 +223,7 @@ def _predicted(own: Body, other: Body, corridor: float) -> float:
 
     Returns:
         0 where both would be in the conflict area at once, infinity for an actor that has left the
-        corridor or is not ahead, and for an ego that stands.
+        corridor or is not ahead, for an ego that will be past, and for one that stands.
     """
     gap = other[S] - own[S] - own[HALF_LENGTH] - other[HALF_LENGTH]
     speed, across = own[ALONG], other[ACROSS]
@@ -234,9 +234,14 @@ def _predicted(own: Body, other: Body, corridor: float) -> float:
     leave = (math.copysign(reach, across) - beside) / across
     if leave < 0.0:
         return math.inf
-    first = gap / speed
-    gone = first + 2.0 * (own[HALF_LENGTH] + other[HALF_LENGTH]) / speed
-    return max(0.0, first - leave, enter - gone)
+    # Along the road it goes on while it crosses.
+    begin, end = other[ALONG] * max(enter, 0.0), other[ALONG] * leave
+    first = (gap + min(begin, end)) / speed
+    way = 2.0 * (own[HALF_LENGTH] + other[HALF_LENGTH])
+    gone = (gap + max(begin, end) + way) / speed
+    if gone <= 0.0:
+        return math.inf
+    return max(0.0, max(first, 0.0) - leave, enter - gone)
 
 
 @inlined

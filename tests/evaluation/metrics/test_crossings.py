@@ -84,6 +84,22 @@ def test_prediction_is_the_time_itself_at_constant_speed(hand_made: Any) -> None
     )
 
 
+@pytest.mark.parametrize(("heading", "first"), [(1.0, 50.0), (2.1, 70.0), (-1.0, 50.0)])
+def test_prediction_is_the_time_itself_for_who_crosses_askew(
+    hand_made: Any, heading: float, first: float
+) -> None:
+    # It goes on along the road while it crosses: the conflict area is not where it is seen.
+    made = hand_made(rows=61)
+    side = np.sign(heading)
+    made.ego(s=20.0 * made.time, d=5.25)
+    made.object(
+        "lead", s=first + 5.0 * np.cos(heading) * made.time, speed=5.0, heading=heading,
+        d=5.25 + side * (5.0 * abs(np.sin(heading)) * made.time - 3.0), size=(0.5, 0.5),
+    )  # fmt: skip
+    predicted, status = measure(made, "min_predicted_pet_s")[:2]
+    assert (predicted, status) == (pytest.approx(measure(made, "min_pet_s")[0], rel=1e-9), "value")
+
+
 def test_time_converges_with_the_square_of_the_step(hand_made: Any) -> None:
     # The braking ego enters between rows: 20 t - 2 t² = 41.75.
     exact = (20.0 - (400.0 - 8.0 * 41.75) ** 0.5) / 4.0 - (6.5 - 0.03) / 5.0
