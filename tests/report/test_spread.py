@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from adeye.report.model import MetricSummary
 
 UNITLESS = {
-    *("contact", "nominal_availability", "takeovers", "trips"),
+    *("contact", "contact_at_fault", "nominal_availability", "takeovers", "trips"),
     *("stop_rating", "stop_regret"),
     *("min_mtc", "min_psd", "max_btn", "max_stn", "min_rss_ratio"),
     *("tet_share", "crash_potential", "fatality_probability"),
