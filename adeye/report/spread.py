@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 UNITS = {
     "mps": "m/s",
     "mps2": "m/s²",
+    "rad": "rad",
     "mps3": "m/s³",
     "m": "m",
     "s": "s",
