@@ -133,16 +133,20 @@ def must_be_avoided(scene: Floats, delay: float, braking: float, intrusion: floa
         intrusion: Into the lane, at which the TTC is taken [m].
 
     Returns:
-        NaN if a number is unknown.
+        NaN if a number is unknown, and where the other has intruded before the scene begins: the
+        rule is about the moment at which it does.
     """
     closing = scene[S_EGO_SPEED] - scene[S_OTHER_SPEED]
     lateral = scene[S_LATERAL_SPEED]
     place = 0.5 * (scene[S_LANE_WIDTH] + scene[S_OTHER_WIDTH]) - intrusion
     if math.isnan(closing + lateral + place + scene[S_LATERAL_OFFSET] + scene[S_GAP]):
         return math.nan
+    way = abs(scene[S_LATERAL_OFFSET]) - place
+    if way < 0.0:
+        return math.nan
     if closing <= 0.0 or lateral <= 0.0:
         return 0.0
-    moment = (abs(scene[S_LATERAL_OFFSET]) - place) / lateral
+    moment = way / lateral
     if moment < VISIBLE:
         return 0.0
     ttc = time_to_collision(scene[S_GAP] - moment * closing, closing)

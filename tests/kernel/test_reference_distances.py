@@ -81,6 +81,15 @@ def test_movement_seen_too_shortly_is_no_duty() -> None:
     assert must_be_avoided(cut_in(80.0, 1.1 / 0.71), 0.35, 6.0, 0.3) == 0.0
 
 
+def test_intrusion_before_the_scene_is_an_unknown_duty() -> None:
+    scene = cut_in(80.0, 1.0)
+    for offset in (2.39, -2.39):
+        scene[columns.S_LATERAL_OFFSET] = offset
+        assert math.isnan(must_be_avoided(scene, 0.35, 6.0, 0.3))
+    scene[columns.S_LATERAL_OFFSET] = 2.41
+    assert not math.isnan(must_be_avoided(scene, 0.35, 6.0, 0.3))
+
+
 def test_unknown_gap_is_an_unknown_duty() -> None:
     assert math.isnan(must_be_avoided(cut_in(math.nan, 1.0), 0.35, 6.0, 0.3))
 

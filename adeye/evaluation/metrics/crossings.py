@@ -53,6 +53,7 @@ _NO_CROSSING: Final = 0.7
 
 _VALUE: Final = CODES["value"]
 _FREE: Final = CODES["no_conflict"]
+_NOT_APPLICABLE: Final = CODES["not_applicable"]
 _UNDEFINED: Final = CODES["undefined"]
 _INCOMPLETE: Final = CODES["incomplete"]
 _ERROR: Final = CODES["error"]
@@ -95,7 +96,8 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
         actors: (4, B) out.
         codes: (4, B) out: index into the statuses of metrics. The post-encroachment time is
             ``undefined`` where an actor and the ego are in the conflict area at once or touch, and
-            ``incomplete`` where the run ends before the second one enters.
+            ``incomplete`` where the run ends before the second one enters. Where nobody crosses,
+            all of them are ``not_applicable``.
     """
     turns = np.zeros((2, 3))
     crossing = np.zeros(actor_count, dtype=np.bool_)
@@ -109,7 +111,7 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
         if is_error or length[run] == 0:
             codes[:, run] = _ERROR if is_error else _UNDEFINED
             continue
-        codes[:, run] = _FREE
+        codes[:, run] = _NOT_APPLICABLE
         last = length[run] - 1
         touched = contact[run, last]
         is_together, is_open, is_cut = False, False, False
@@ -131,6 +133,8 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
                               OBJECT_HEADING, OBJECT_SPEED, turns, 1)  # fmt: skip
                 if not abs(other[ACROSS]) > abs(other[ALONG]):
                     continue
+                if not is_crossing and codes[ENCROACHMENT, run] == _NOT_APPLICABLE:
+                    codes[:, run] = _FREE
                 is_crossing = True
                 own = _body(ego[run, row], ego_place[run, row], ego_size[run],
                             EGO_HEADING, EGO_SPEED, turns, 0)  # fmt: skip

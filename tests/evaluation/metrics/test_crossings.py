@@ -74,7 +74,7 @@ def test_ego_that_never_comes_leaves_it_incomplete(hand_made: Any) -> None:
 
 def test_who_drives_along_does_not_cross(hand_made: Any) -> None:
     for column in ("min_pet_s", "pet_overlap_s", "max_encroachment_time_s", "min_predicted_pet_s"):
-        assert measure(hand_made(), column)[1] == "no_conflict"
+        assert measure(hand_made(), column)[1] == "not_applicable"
 
 
 def test_prediction_is_the_time_itself_at_constant_speed(hand_made: Any) -> None:
