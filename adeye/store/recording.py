@@ -372,16 +372,15 @@ def _new_verdicts(
 
 
 def _is_respelt(connection: Connection, new: Row) -> bool:
-    """Tell whether a verdict is the stored one but for the words of its predicate.
-
-    One FSR may be written in several ways; the row keeps the words of the first.
-    """
+    """Tell whether a verdict is the stored one but for the words of its predicate: the first's."""
     table = tables.verdict
     same = table.c.run_number == new[0], table.c.fsr_digest == new[1]
     stored = connection.execute(table.select().where(*same)).first()
     if stored is None:
         return False
-    pairs = zip(table.columns, stored, new, strict=True)
+    # NaN becomes NULL in the table.
+    told = [None if isinstance(now, float) and np.isnan(now) else now for now in new]
+    pairs = zip(table.columns, stored, told, strict=True)
     return all(old == now for c, old, now in pairs if c.name not in {"predicate", "row_hash"})
 
 
