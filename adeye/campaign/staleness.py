@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.campaign.content import FOLDER
 from adeye.campaign.keeping import SUFFIX, folder_of
 from adeye.evaluation.extremes import measure_of
+from adeye.evaluation.measured import measured, reads_odd
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.requirements import JUDGE_VERSION
 from adeye.spec.architecture import Architecture
@@ -316,9 +317,9 @@ class _Requirements:
         if now is None or stored.architecture in now.not_applicable:
             return "not_asked", fsr
         if now.digest != self._digests[fsr]:
-            if now.requirement.judged() != self._before[fsr].judged():
+            if measured(now.requirement) != measured(self._before[fsr]):
                 return "requirement", fsr
-            if not self._has_same_attributes and "in_odd" in (now.requirement.formula or ""):
+            if not self._has_same_attributes and reads_odd(now.requirement):
                 return "attributes", fsr
             return "judging", fsr
         if not now.concerns(stored.scenario, is_inside=is_inside):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.evaluation.bounds import Bound, bound_of
+from adeye.evaluation.measured import measured, reads_odd
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import is_decision, plan_dictionary
 from adeye.evaluation.stl.check import TRUTH_LABELS
@@ -111,16 +112,19 @@ CheckedRequirements = tuple[CheckedRequirement, ...]
 
 
 def requirement_digest(requirement: Requirement, attributes: Attributes | None = None) -> str:
-    """Identify everything that a verdict depends on beside the trace.
+    """Identify everything that a verdict depends on beside the trace, however it is spelt.
 
     Args:
         requirement: What the concept says.
         attributes: Attributes of the ODD; they count where a formula names ``in_odd``.
+
+    Raises:
+        ExpressionError: The formula cannot be read.
     """
-    preimage: dict[str, Any] = {"requirement": requirement.judged(), "judge": JUDGE_VERSION}
+    preimage: dict[str, Any] = {"requirement": measured(requirement), "judge": JUDGE_VERSION}
     if requirement.bound is not None and requirement.bound.metric in METRICS:
         preimage["metric"] = METRICS[requirement.bound.metric].uid
-    if attributes is not None and "in_odd" in (requirement.formula or ""):
+    if attributes is not None and reads_odd(requirement):
         preimage["attributes"] = attributes.model_dump(mode="json")
     return digest(preimage)
 

@@ -361,12 +361,27 @@ def _new_verdicts(
         if stored is None:
             known[number, fsr_digest] = new[-1]
             added.append(new)
-        elif stored != new[-1] and existing[number] not in differing:
+        elif not (
+            stored == new[-1] or existing[number] in differing or _is_respelt(connection, new)
+        ):
             raise IntegrityError(
                 f"run {existing[number][:12]}: FSR {fsr_id} was judged differently before. "
                 f"Judging must be deterministic; a changed FSR has another digest."
             )
     return added
+
+
+def _is_respelt(connection: Connection, new: Row) -> bool:
+    """Tell whether a verdict is the stored one but for the words of its predicate: the first's."""
+    table = tables.verdict
+    same = table.c.run_number == new[0], table.c.fsr_digest == new[1]
+    stored = connection.execute(table.select().where(*same)).first()
+    if stored is None:
+        return False
+    # NaN becomes NULL in the table.
+    told = [None if isinstance(now, float) and np.isnan(now) else now for now in new]
+    pairs = zip(table.columns, stored, told, strict=True)
+    return all(old == now for c, old, now in pairs if c.name not in {"predicate", "row_hash"})
 
 
 def record_artifact(connection: Connection, artifact: Artifact) -> None:

@@ -150,6 +150,32 @@ def threshold(concept: Any, fsr: str) -> None:
         item["formula"] = f"{item['formula']} and always(ego.speed < 90 m/s)"
 
 
+SPELLINGS = {
+    "always(not contact)": "always  ((not (contact)))",
+    "always(abs(ego.lane_offset) <= 0.6 m)": "always(abs( ego.lane_offset )<=60 cm)",
+    "always(in_odd)": "always in_odd",
+    1.5: "1500 ms",
+    1: "100 cm",
+}
+"""Other words for the measures."""
+
+
+def respell(concept: Any) -> None:
+    """Write every requirement otherwise, in another order of its keys."""
+    for number, item in enumerate(concept["requirements"]):
+        if "formula" in item:
+            item["formula"] = SPELLINGS.get(item["formula"], f"({item['formula']} )")
+        else:
+            least = item["bound"]["at_least"]
+            item["bound"]["at_least"] = SPELLINGS.get(least, float(least))
+        concept["requirements"][number] = dict(reversed(item.items()))
+
+
+def comment(project: Project) -> None:
+    path = project.folder / CONCEPT
+    path.write_text(f"# Said before.\n{path.read_text('utf-8')}\n# Said after.\n", "utf-8")
+
+
 def edits(graph: Graph, rnd: random.Random) -> list[Edit]:
     """Draw one edit of every kind with what depends on it, told from the kind alone."""
     scenario = rnd.choice(sorted(graph.scenarios))
@@ -187,6 +213,7 @@ def edits(graph: Graph, rnd: random.Random) -> list[Edit]:
             lambda _: False,
         ),
         (change(CONCEPT, lambda c: c.update(title="Another")), lambda _: False),
+        (comment, lambda _: False),
         (change(odd, lambda c: c.update(seed=8)), lambda _: True),
         (change(odd, lambda c: c.update(step="0.025 s")), lambda _: True),
         (
@@ -298,6 +325,11 @@ def check(seed: int) -> set[str]:
             assert (untouched.evidence, untouched.counts) == (len(where), len(where))
             assert untouched.planned == untouched.there == len(where)
             chosen = rnd.sample(edits(graph, rnd), rnd.randint(1, 3))
+            change(CONCEPT, respell)(project)
+            respelt = find_stale(repository, make_plan(project.odd), info)
+            assert (respelt.stale, respelt.counts) == ((), len(where))
+            assert respelt.planned == respelt.there == len(where)
+            graph.write(project)
             for edit, _ in chosen:
                 edit(project)
             found = find_stale(repository, make_plan(project.odd), info)

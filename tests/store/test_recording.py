@@ -103,6 +103,23 @@ def test_machine_dependent_result_may_differ_and_the_first_is_kept(
     assert (example.fsr_digest("FSR2"), "PASS") in kept
 
 
+@pytest.mark.parametrize("other", ["gap>=200 cm", None])
+def test_predicate_in_other_words_is_the_same_verdict(
+    repository: Repository, example: Any, *, other: str | None
+) -> None:
+    block = claimed(repository, example, 1)
+    run = example.run(block.cases[0])
+    assert repository.complete_block(block, [run])
+    again = [replace(item, predicate=other) for item in run.verdicts]
+    assert repository.add_verdicts({run.result_digest: again}) == 0
+    stored = repository.run_row(run.result_digest)
+    assert stored is not None
+    assert {item.predicate for item in stored.verdicts} == {"gap >= 2"}
+    worse = [replace(item, threshold=3.0) for item in again]
+    with pytest.raises(IntegrityError, match="judged differently"):
+        repository.add_verdicts({run.result_digest: worse})
+
+
 def test_judging_one_fsr_differently_is_an_integrity_error(
     repository: Repository, example: Any
 ) -> None:
