@@ -119,8 +119,3 @@ def test_missing_column_and_file_are_refused(adeye: Any, cases: Path) -> None:
     assert "has no column 'ego_speed_mps'" in adeye("reference", str(cases)).err
     cases.unlink()
     assert adeye("reference", str(cases)).code == 2
-
-
-def test_output_that_cannot_be_written_is_refused(adeye: Any, cases: Path) -> None:
-    ended = adeye("reference", str(cases), "-o", str(cases.parent / "no" / "out.csv"))
-    assert ended.code == 2

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _ROW_SLACK: Final = 1e-6
 """Part of a step by which a window bound may miss a row, for bounds such as 0.3 s at 0.1 s."""
+_MAX_ROWS: Final = float(2**40)
+"""Rows beyond the end of any trace, which 64 bits still hold."""
 
 Span: TypeAlias = tuple[int, int]
 
@@ -281,8 +283,8 @@ def window_rows(window: Window, step_s: float) -> tuple[int, int]:
     Raises:
         ExpressionError: The window lies between two rows and contains none.
     """
-    first = math.ceil(window.first_s / step_s - _ROW_SLACK)
-    last = math.floor(window.last_s / step_s + _ROW_SLACK)
+    first = math.ceil(min(window.first_s / step_s - _ROW_SLACK, _MAX_ROWS))
+    last = math.floor(min(window.last_s / step_s + _ROW_SLACK, _MAX_ROWS))
     if first > last:
         raise ExpressionError(
             f"the window from {window.first_s:g} s to {window.last_s:g} s contains no row at a "
