@@ -77,6 +77,7 @@ def test_saved_queries_are_listed(adeye: Any, arguments: tuple[str, ...]) -> Non
 def test_list_as_json_and_csv(adeye: Any) -> None:
     names = [item["name"] for item in adeye("query", "--list", "--json").document["queries"]]
     assert names == list(SAVED)
+    assert "adeye run ODD" in adeye("query", "--list").out
     assert adeye("query", "--list", "--format", "csv").out.startswith("name,text\n")
 
 
@@ -86,3 +87,17 @@ def test_saved_query_fits_the_schema(adeye: Any, name: str) -> None:
     assert ended.code == 0, ended.err
     assert ended.document["columns"]
     assert ended.document["rows"] == []
+
+
+@pytest.mark.parametrize("name", sorted(SAVED))
+def test_no_rows_for_want_of_evidence_are_no_answer(adeye: Any, name: str) -> None:
+    done = adeye("query", name)
+    assert done.code == 0
+    assert f"note: no rows, and that says nothing: {SAVED[name].lacking}" in done.err
+    assert "'adeye " in SAVED[name].lacking
+
+
+def test_no_rows_although_there_is_evidence_are_an_answer(adeye: Any, mini: Any) -> None:
+    assert adeye("query", "failing-fsrs", "--db", str(mini.db)).err.strip() == "note: no rows"
+    err = adeye("query", "undetected-faults", "--db", str(mini.db)).err
+    assert "the latest campaign has no faults" in err
