@@ -147,7 +147,7 @@ ORDER BY architecture, fault_entry""",
 WHERE campaign = $latest AND fault_entry <> 'none'
     AND fault_detection_time_s_status IN ('value', 'incomplete')""",
         "no run says how long a fault took to be detected: the latest campaign has no faults, "
-        "their runs have no result yet ('adeye run ODD'), or none took effect ('adeye faults' tells)",
+        "their runs have no result yet ('adeye run ODD'), or none took effect ('adeye faults')",
     ),
     SavedQuery(
         "evidence-by-element",

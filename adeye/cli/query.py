@@ -131,7 +131,7 @@ def _list(wanted: Format) -> None:
         return
     rows = [[item.name, item.text] for item in SAVED.values()]
     if wanted is Format.csv:
-        emit_csv(("name", "text", "lacking"), rows)
+        emit_csv(("name", "text"), rows)
     else:
         emit_table(("Saved query", "Answers"), rows)
         emit(

@@ -277,6 +277,29 @@ def needed_time(node: Node, horizon_s: float) -> float:
     return max((needed_time(child, horizon_s) for child in children(node)), default=0.0)
 
 
+def response_time(node: Node, *, is_due: bool = False) -> float | None:
+    """Give the longest time that a formula leaves for what an implication asks for [s].
+
+    Args:
+        node: The formula's root.
+        is_due: Whether an implication asks for it.
+
+    Returns:
+        Infinity for ``eventually`` or ``until`` without a window; None where nothing is asked for
+        in response to anything.
+    """
+    if isinstance(node, Connective) and node.operator == "implies":
+        parts = [response_time(node.left, is_due=is_due), response_time(node.right, is_due=True)]
+    else:
+        parts = [response_time(child, is_due=is_due) for child in children(node)]
+    found = max((part for part in parts if part is not None), default=None)
+    is_eventually = isinstance(node, Temporal) and node.operator == "eventually"
+    if not (is_due and (is_eventually or isinstance(node, Until))):
+        return found
+    window = window_of(node)
+    return (math.inf if window is None else window.last_s) + (found or 0.0)
+
+
 def window_rows(window: Window, step_s: float) -> tuple[int, int]:
     """Give the first and last row of a window after its start.
 
