@@ -175,8 +175,9 @@ WHERE f.measure NOT GLOB '*[^ ]*'""",
     'nobody says where ' || f.measure || ' comes from' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE f.threshold_source NOT GLOB '*[^ ]*' OR lower(replace(replace(f.threshold_source, ' ', ''), '.', '')) IN
-    ('?', '??', '???', '-', '--', 'tbd', 'tbc', 'todo', 'n/a', 'na', 'none', 'unknown')""",
+WHERE f.threshold_source NOT GLOB '*[^ ?.!-]*' OR lower(f.threshold_source) IN
+    ('tbd', 'tbd.', 'tbc', 'tbc.', 'todo', 'todo.', 'n/a', 'na', 'none', 'none.', 'unknown',
+    'unknown.')""",
     ),
     Rule(
         "element_capability",

@@ -293,7 +293,7 @@ DEFECTS = (
             sql(f"UPDATE fsr SET threshold_source = '{word}' WHERE id = 'FSR1'"),
             ("FSR1",),
         )
-        for word in ("TBD", " Todo.", "?", "n/a", "Unknown", "none", "-")
+        for word in ("TBD", "Todo.", "?", "n/a", "Unknown", "none", "-")
     ),
     Defect(
         "formula that gives more time than the budget",
