@@ -10,12 +10,14 @@ from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
 from adeye.campaign.runner import Progress, run_campaign
 from adeye.engine import DEFAULT_BACKEND
+from adeye.errors import UsageError
 from adeye.evaluation.judged_table import JudgedTable, Reading, judge_table
 from adeye.evaluation.stl.table import read_table, table_of
 from adeye.report.compare import compare as compare_architectures
 from adeye.report.options import CompareOptions
 from adeye.reporting import find_campaign, find_compared
 from adeye.store.repository import Repository
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -75,10 +77,27 @@ def replay(run: str, *, db: str | Path | None = None) -> Replayed:
         run: Beginning of its result digest.
         db: Database, by default ``.adeye/adeye.db``.
     """
+    if not isinstance(run, str):
+        raise UsageError(
+            f"{shown(run)} is no run",
+            remedy="Give the beginning of its result digest as text, at least 4 characters.",
+        )
     return replay_run(db, run)
 
 
-def results(campaign: str | None = None, *, db: str | Path | None = None) -> pd.DataFrame:
+def _name_of(campaign: str | int | None) -> str | None:
+    """Write a campaign's number as the text that every verb takes."""
+    if campaign is None or isinstance(campaign, str):
+        return campaign
+    if isinstance(campaign, bool) or not isinstance(campaign, int):
+        raise UsageError(
+            f"{shown(campaign)} is no campaign",
+            remedy="Give its number, or its id or the beginning of it as text.",
+        )
+    return str(campaign)
+
+
+def results(campaign: str | int | None = None, *, db: str | Path | None = None) -> pd.DataFrame:
     """Return the runs of a campaign as a typed table, one row a run.
 
     Parameters and points are JSON text; a metric without a value is NaN and says why in its
@@ -91,13 +110,13 @@ def results(campaign: str | None = None, *, db: str | Path | None = None) -> pd.
     import pandas as pd
 
     with Repository.open(db, create=False) as repository:
-        table = repository.results(find_campaign(repository, campaign).id)
+        table = repository.results(find_campaign(repository, _name_of(campaign)).id)
     frame = pd.DataFrame(list(table.rows), columns=list(table.columns))
     return frame.convert_dtypes()
 
 
 def compare(
-    campaign: str | None = None,
+    campaign: str | int | None = None,
     options: CompareOptions | None = None,
     *,
     db: str | Path | None = None,
@@ -116,7 +135,9 @@ def compare(
         adeye.errors.InputError: There is no such campaign or architecture, or nothing to compare.
     """
     with Repository.open(db, create=False) as repository:
-        return compare_architectures(repository, find_compared(repository, campaign), options)
+        return compare_architectures(
+            repository, find_compared(repository, _name_of(campaign)), options
+        )
 
 
 def stl(  # noqa: PLR0913 - as the verb

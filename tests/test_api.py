@@ -84,3 +84,15 @@ def test_comparison_is_of_the_newest_campaign_unless_said(mini: Executed) -> Non
         assert adeye.compare(name, db=mini.db) == found
     with pytest.raises(InputError, match="There are: 1 "):
         adeye.compare("legacy_camera", db=mini.db)
+
+
+def test_a_campaign_may_be_a_number(mini: Executed) -> None:
+    assert adeye.results(1, db=mini.db).equals(adeye.results("1", db=mini.db))
+    with pytest.raises(InputError, match="9"):
+        adeye.results(9, db=mini.db)
+    with pytest.raises(InputError, match=r"1\.0 is no campaign"):
+        adeye.results(1.0, db=mini.db)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="True is no campaign"):
+        adeye.compare(True, db=mini.db)  # noqa: FBT003 - what is refused
+    with pytest.raises(InputError, match="1 is no run"):
+        adeye.replay(1, db=mini.db)  # type: ignore[arg-type]

@@ -45,6 +45,7 @@ _KEYS: Final[Mapping[str, str]] = {
     "expired_assumption": "valid_until",
     "expired_waiver": "expires",
     "fhti_budget": "fdti",
+    "response_beyond_budget": "formula",
     "emergency_operation": "emergency_operation_interval",
 }
 """Key of what breaks a rule that has to be looked at."""

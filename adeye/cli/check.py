@@ -10,6 +10,7 @@ import typer
 from adeye.cli.completion import complete_campaigns
 from adeye.cli.options import Db, Json
 from adeye.cli.output import clean, emit, emit_json, short, talk, wrote
+from adeye.cli.writing import keep_apart, named
 
 if TYPE_CHECKING:
     from adeye.store.checking import Checked, CheckFinding
@@ -32,6 +33,7 @@ SarifFile = Annotated[
         "--sarif",
         metavar="FILE",
         envvar="ADEYE_SARIF",
+        callback=named,
         help="Write the findings as SARIF, which code hosts show beside the lines.",
     ),
 ]
@@ -52,6 +54,8 @@ def check(
     """
     from adeye.campaign.integrity import check_odd, check_stored
 
+    if sarif is not None and subject is not None:
+        keep_apart(sarif, Path(subject))
     if subject is not None and _is_file(subject):
         checked: Checked | None = check_odd(subject, db)
     else:
@@ -79,8 +83,9 @@ def _write_sarif(checked: Checked, path: Path) -> None:
     from json import dumps
 
     from adeye.report.check_sarif import check_sarif
+    from adeye.report.files import write_atomically
 
-    path.write_text(dumps(check_sarif(checked), indent=1) + "\n", encoding="utf-8")
+    write_atomically((dumps(check_sarif(checked), indent=1) + "\n").encode(), path)
 
 
 def _print(checked: Checked) -> None:

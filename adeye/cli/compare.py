@@ -10,6 +10,7 @@ import typer
 from adeye.cli.completion import complete_campaigns
 from adeye.cli.options import Db, Json
 from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, listed, short, wrote
+from adeye.cli.writing import named_page
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -67,7 +68,11 @@ Epsilon = Annotated[
 HtmlFile = Annotated[
     Path | None,
     typer.Option(
-        "--html", metavar="FILE", envvar="ADEYE_HTML", help="Write the comparison as an HTML page."
+        "--html",
+        metavar="FILE",
+        envvar="ADEYE_HTML",
+        callback=named_page,
+        help="Write the comparison as an HTML page.",
     ),
 ]
 

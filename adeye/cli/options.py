@@ -12,6 +12,7 @@ import typer
 
 from adeye.cli.apart import results_apart
 from adeye.cli.completion import complete_campaigns, complete_runs
+from adeye.cli.writing import named, named_page
 from adeye.errors import IntegrityError
 
 OddFile = Annotated[
@@ -94,6 +95,7 @@ ReportFile = Annotated[
         "--report",
         metavar="FILE",
         envvar="ADEYE_REPORT",
+        callback=named_page,
         help="Write the report: one HTML page that needs no network.",
     ),
 ]
@@ -104,12 +106,19 @@ OutputFile = Annotated[
         "-o",
         metavar="FILE",
         envvar="ADEYE_REPORT",
+        callback=named_page,
         help="The HTML page; default: report.html if no other file is asked for.",
     ),
 ]
 JunitFile = Annotated[
     Path | None,
-    typer.Option("--junit", metavar="FILE", envvar="ADEYE_JUNIT", help="Write JUnit XML for CI."),
+    typer.Option(
+        "--junit",
+        metavar="FILE",
+        envvar="ADEYE_JUNIT",
+        callback=named,
+        help="Write JUnit XML for CI.",
+    ),
 ]
 ReportJsonFile = Annotated[
     Path | None,
@@ -117,6 +126,7 @@ ReportJsonFile = Annotated[
         "--report-json",
         metavar="FILE",
         envvar="ADEYE_REPORT_JSON",
+        callback=named,
         help="Write the report as JSON.",
     ),
 ]
@@ -126,6 +136,7 @@ SarifReport = Annotated[
         "--sarif",
         metavar="FILE",
         envvar="ADEYE_REPORT_SARIF",
+        callback=named,
         help="Write what does not pass as SARIF, which code hosts show beside the lines.",
     ),
 ]

@@ -15,11 +15,15 @@ class SavedQuery:
         name: What it is called by.
         text: What it answers.
         sql: One SELECT.
+        basis: One SELECT of a number: of how much the query can tell anything.
+        lacking: What no rows mean where that number is 0, and what brings it.
     """
 
     name: str
     text: str
     sql: str
+    basis: str = "SELECT COUNT(*) FROM campaign"
+    lacking: str = "the database has no campaign: 'adeye run ODD' makes one"
 
 
 _LATEST: Final = "(SELECT campaign FROM v_campaigns WHERE recency = 1)"
@@ -39,6 +43,9 @@ FROM v_campaigns ORDER BY recency""",
 FROM v_fsr_status
 WHERE campaign = $latest AND verdict = 'FAIL'
 ORDER BY in_gate DESC, architecture, fsr, n_fail DESC""",
+        "SELECT COUNT(*) FROM v_fsr_status WHERE campaign = $latest AND exercised > 0",
+        "no FSR of the latest campaign was exercised: 'adeye run ODD' executes what has no result, "
+        "'adeye query unexercised' tells the rest",
     ),
     SavedQuery(
         "gate",
@@ -81,6 +88,9 @@ ORDER BY fault_entry, scenario, architecture""",
 FROM v_architecture_pairs WHERE campaign = $latest
 GROUP BY architecture_a, architecture_b, scenario, fault_entry
 ORDER BY architecture_a, architecture_b, scenario, fault_entry""",
+        "SELECT COUNT(*) FROM v_architecture_pairs WHERE campaign = $latest",
+        "no two architectures of the latest campaign have a result in the same situation: name "
+        "two in the ODD, and 'adeye run ODD' executes them",
     ),
     SavedQuery(
         "metrics-by-architecture",
@@ -111,6 +121,9 @@ ORDER BY architecture, scenario, outcome, channel, end_reason""",
 FROM v_fsr_status
 WHERE campaign = $latest AND mandatory AND (worst_margin IS NOT NULL OR verdict = 'FAIL')
 ORDER BY in_gate DESC, worst_robustness, architecture, fsr, scenario""",
+        """SELECT COUNT(*) FROM v_fsr_status
+WHERE campaign = $latest AND mandatory AND (worst_margin IS NOT NULL OR verdict = 'FAIL')""",
+        "no mandatory FSR of the latest campaign has a margin yet: 'adeye run ODD' measures them",
     ),
     SavedQuery(
         "unexercised",
@@ -130,6 +143,11 @@ WHERE campaign = $latest AND fault_entry <> 'none'
     AND fault_detection_time_s_status IN ('value', 'incomplete')
 GROUP BY architecture, fault_entry HAVING detected = 0
 ORDER BY architecture, fault_entry""",
+        """SELECT COUNT(*) FROM v_runs
+WHERE campaign = $latest AND fault_entry <> 'none'
+    AND fault_detection_time_s_status IN ('value', 'incomplete')""",
+        "no run says how long a fault took to be detected: the latest campaign has no faults, "
+        "their runs have no result yet ('adeye run ODD'), or none took effect ('adeye faults')",
     ),
     SavedQuery(
         "evidence-by-element",
@@ -149,11 +167,17 @@ ORDER BY element, g.in_gate DESC, g.architecture, g.fsr""",
     contact_time_s AS time_s, contact_actor AS actor, parameters
 FROM v_runs WHERE campaign = $latest AND contact = 1
 ORDER BY impact_speed_mps DESC, ordinal""",
+        "SELECT COUNT(*) FROM v_runs WHERE campaign = $latest AND contact IS NOT NULL",
+        "no run of the latest campaign has a result: 'adeye run ODD' executes it",
     ),
 )
 
 SAVED: Final = {
-    query.name: replace(query, sql=Template(query.sql).substitute(latest=_LATEST))
+    query.name: replace(
+        query,
+        sql=Template(query.sql).substitute(latest=_LATEST),
+        basis=Template(query.basis).substitute(latest=_LATEST),
+    )
     for query in _QUERIES
 }
 """Saved queries by name; each is about the latest campaign, but for ``campaigns``."""

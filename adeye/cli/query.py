@@ -11,7 +11,7 @@ import typer
 
 from adeye.cli.completion import complete_queries
 from adeye.cli.options import Db, Json
-from adeye.cli.output import clean, emit_csv, emit_json, emit_table, talk
+from adeye.cli.output import clean, emit, emit_csv, emit_json, emit_table, talk
 
 if TYPE_CHECKING:
     from adeye.store.query import QueryResult
@@ -87,7 +87,7 @@ def query(
     result = run_query(db, _statement(sql), max_rows=max_rows, timeout_s=timeout_s)
     _print(result, wanted)
     if not result.rows:
-        talk("note: no rows")
+        talk(f"note: no rows{_reason(db, sql)}")
     if result.is_cut:
         talk(f"note: only the first {max_rows} rows are printed; see --max-rows.")
 
@@ -110,6 +110,19 @@ def _statement(sql: str) -> str:
     return sql
 
 
+def _reason(db: str | None, sql: str) -> str:
+    """Say why a saved query has no rows, if that is for want of what it asks about."""
+    from adeye.cli.queries import SAVED
+    from adeye.store.query import run_query
+
+    saved = SAVED.get(sql)
+    if saved is None:
+        return ""
+    # A query that finds nothing is good news only where there was something to find.
+    ((basis,),) = run_query(db, saved.basis).rows
+    return "" if basis else f", and that says nothing: {saved.lacking}"
+
+
 def _list(wanted: Format) -> None:
     from adeye.cli.queries import SAVED
 
@@ -121,6 +134,9 @@ def _list(wanted: Format) -> None:
         emit_csv(("name", "text"), rows)
     else:
         emit_table(("Saved query", "Answers"), rows)
+        emit(
+            "\nWithout a campaign that was executed ('adeye run ODD') none of them tells anything."
+        )
 
 
 def _print(result: QueryResult, wanted: Format) -> None:

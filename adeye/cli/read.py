@@ -9,6 +9,7 @@ import typer
 
 from adeye.cli.options import Db, Json, RunId
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, plain, wrote
+from adeye.cli.writing import named, named_page
 from adeye.errors import UsageError
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ HtmlFile = Annotated[
         "--html",
         metavar="FILE",
         envvar="ADEYE_HTML",
+        callback=named_page,
         help="Write the run as an HTML page with its replay.",
     ),
 ]
@@ -71,6 +73,7 @@ DumpFile = Annotated[
         "--dump",
         metavar="FILE",
         envvar="ADEYE_DUMP",
+        callback=named,
         help="Save what the channel is shown, as lines of JSON; with --grid, the grid map.",
     ),
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import typer
 from adeye.cli.options import Json
 from adeye.cli.output import emit, emit_json, emit_table, talk, wrote
 from adeye.cli.progress import watching
+from adeye.cli.writing import keep_apart, named, write_rows
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -80,6 +80,7 @@ OutputFile = Annotated[
         "--output",
         metavar="FILE",
         envvar="ADEYE_OUTPUT",
+        callback=named,
         help="Write one row per scene with contact and impact speed of each model.",
     ),
 ]
@@ -124,6 +125,8 @@ def reference(
         integrator=integrator,
     )
     check_question(question)
+    if output is not None:
+        keep_apart(output, cases)
     rows, scenes = read(cases, scene)
     progress = _Progress(len(scenes) * len(question.models))
     results: dict[str, Floats] = {}
@@ -183,25 +186,17 @@ def _write(
     results: Mapping[str, Floats],
     duty: Floats | None,
 ) -> None:
-    from adeye.errors import UsageError
-
     fields = ("contact", "impact_speed_mps", "min_gap_m", "braking_time_s")
     header = [*rows[0], *(f"{model}_{field}" for model in results for field in fields)]
     if duty is not None:
         header.append("reg157_must_be_avoided")
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(header)
-            for k, row in enumerate(rows):
-                line = [*row.values()]
-                for result in results.values():
-                    line += _cells(result[k])
-                writer.writerow(line if duty is None else [*line, _word(duty[k])])
-    except OSError as error:
-        raise UsageError(
-            f"{path} cannot be written: {error.strerror}", remedy="Name a file in a folder."
-        ) from error
+    lines = []
+    for k, row in enumerate(rows):
+        line = [*row.values()]
+        for result in results.values():
+            line += _cells(result[k])
+        lines.append(line if duty is None else [*line, _word(duty[k])])
+    write_rows(header, lines, path)
 
 
 def _counts(results: Mapping[str, Floats], duty: Floats | None) -> list[dict[str, Any]]:

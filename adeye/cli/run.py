@@ -29,6 +29,7 @@ from adeye.cli.options import (
 from adeye.cli.output import clean, emit, emit_json, talk, wrote
 from adeye.cli.progress import reporting
 from adeye.cli.verdicts import ordered, print_verdicts
+from adeye.cli.writing import named
 from adeye.errors import ASKED_TO_END
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ GsnFile = Annotated[
         "--gsn",
         metavar="FILE",
         envvar="ADEYE_REPORT_GSN",
+        callback=named,
         help="Write the argument from goals to evidence: .svg a drawing, .mmd Mermaid, .json.",
     ),
 ]
@@ -67,6 +69,7 @@ ReqifFile = Annotated[
         "--reqif",
         metavar="FILE",
         envvar="ADEYE_REPORT_REQIF",
+        callback=named,
         help="Write goals and FSRs with their verdicts as ReqIF, for requirement tools.",
     ),
 ]
@@ -78,6 +81,7 @@ ReportJson = Annotated[
         "--report-json",
         metavar="FILE",
         envvar="ADEYE_REPORT_JSON",
+        callback=named,
         help="Write the report as JSON.",
     ),
 ]

@@ -10,6 +10,7 @@ import typer
 from adeye.cli.options import Json
 from adeye.cli.output import emit_json, wrote
 from adeye.cli.suites import print_suites
+from adeye.cli.writing import named_page
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -42,6 +43,7 @@ SuitesFile = Annotated[
         "--html",
         metavar="FILE",
         envvar="ADEYE_HTML",
+        callback=named_page,
         help="Write the tables and a drawing of each suite as one HTML page.",
     ),
 ]

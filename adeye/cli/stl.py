@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,12 +10,14 @@ import typer
 
 from adeye.cli.options import Json
 from adeye.cli.output import emit_fields, emit_json, verdict_cell, wrote
-from adeye.errors import PlatformError, UsageError
+from adeye.cli.writing import keep_apart, named, write_rows
+from adeye.errors import UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from adeye.evaluation.judged_table import JudgedTable
+    from adeye.evaluation.judgement import Judgement
 
 Formula = Annotated[
     str,
@@ -82,6 +84,7 @@ SeriesFile = Annotated[
         "-o",
         metavar="FILE",
         envvar="ADEYE_OUTPUT",
+        callback=named,
         help="Write the robustness at each row as CSV.",
     ),
 ]
@@ -111,6 +114,8 @@ def stl(  # noqa: PLR0917 - options
     from adeye.evaluation.stl.table import read_table
     from adeye.evaluation.verdict import exit_of_verdict
 
+    if output is not None:
+        keep_apart(output, table)
     declared = _pairs("--words", words)
     reading = Reading(
         time=time,
@@ -146,14 +151,14 @@ def _pairs(option: str, texts: Sequence[str] | None) -> dict[str, str]:
 def _shown(found: JudgedTable) -> dict[str, object]:
     item = found.judgement
     unit = "" if item.unit in {None, "1"} else f" {item.unit}"
-    at = "" if item.time_s is None else f" at {item.time_s:.10g} s"
+    at = "" if item.time_s is None else f" at {item.time_s:.15g} s"
     return {
         "Verdict": verdict_cell(item.verdict),
         "Robustness": _interval(item.robustness_low, item.robustness_high),
         "Decided by": None if item.predicate is None else f"{item.predicate}{at}",
         "Value": None if item.value is None else f"{item.value:.6g}{unit}",
         "Threshold": None if item.threshold is None else f"{item.threshold:.6g}{unit}",
-        "Difference": None if item.margin is None else f"{item.margin:+.6g}{unit}",
+        "Difference": None if _gap(item) is None else f"{_gap(item):+.6g}{unit}",
         "Why": item.detail,
         "Parameters": ", ".join(
             f"{name} = {value:.6g}" for name, value in found.parameters.items()
@@ -161,6 +166,27 @@ def _shown(found: JudgedTable) -> dict[str, object]:
         "Rows": f"{len(found.time_s):,}, one every {found.step_s:.6g} s, obligations over "
         f"{found.horizon_s:.6g} s",
     }
+
+
+def _gap(item: Judgement) -> float | None:
+    """Give value less threshold; None where nothing was tried, so that nothing was kept either."""
+    from adeye.evaluation.verdict import Verdict
+
+    return None if item.verdict is Verdict.VACUOUS else item.margin
+
+
+def _statuses(bounds: Iterable[float | None]) -> list[str]:
+    """Tell apart what is null in JSON: without a bound on one side, or no robustness at all."""
+    return [
+        "undefined"
+        if bound is None or math.isnan(bound)
+        else "value"
+        if math.isfinite(bound)
+        else "+inf"
+        if bound > 0.0
+        else "-inf"
+        for bound in bounds
+    ]
 
 
 def _interval(low: float | None, high: float | None) -> str | None:
@@ -177,12 +203,13 @@ def _document(found: JudgedTable) -> dict[str, object]:
         "verdict": item.verdict,
         "is_exercised": item.is_exercised,
         "robustness": [item.robustness_low, item.robustness_high],
+        "robustness_status": _statuses((item.robustness_low, item.robustness_high)),
         "predicate": item.predicate,
         "signal": item.signal,
         "time_s": item.time_s,
         "value": item.value,
         "threshold": item.threshold,
-        "difference": item.margin,
+        "difference": _gap(item),
         "unit": item.unit,
         "detail": item.detail,
         "parameters": found.parameters,
@@ -192,18 +219,15 @@ def _document(found: JudgedTable) -> dict[str, object]:
             "time_s": found.time_s.tolist(),
             "robustness_low": found.robustness_low.tolist(),
             "robustness_high": found.robustness_high.tolist(),
+            "robustness_low_status": _statuses(found.robustness_low.tolist()),
+            "robustness_high_status": _statuses(found.robustness_high.tolist()),
         },
     }
 
 
 def _write(found: JudgedTable, path: Path) -> None:
     columns = (found.time_s, found.robustness_low, found.robustness_high)
-    try:
-        with path.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(["time_s", "robustness_low", "robustness_high"])
-            for row in zip(*(column.tolist() for column in columns), strict=True):
-                # Not a number: nothing is known there, which is an empty cell.
-                writer.writerow(["" if cell != cell else cell for cell in row])  # noqa: PLR0124
-    except OSError as error:
-        raise PlatformError(f"{path} cannot be written: {error.strerror}") from error
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    # Not a number: nothing is known there, which is an empty cell.
+    cells = ([None if cell != cell else cell for cell in row] for row in rows)  # noqa: PLR0124
+    write_rows(("time_s", "robustness_low", "robustness_high"), cells, path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import difflib
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -193,6 +194,24 @@ def _check_header(path: Path, names: Sequence[str], wanted: Mapping[str, _Column
             f"{path}:1: the header {said}",
             remedy=f"Columns are {', '.join(wanted)}; those with a default may be left out.",
         )
+    _refuse_misspelt(path, names, wanted)
+
+
+def _refuse_misspelt(path: Path, names: Sequence[str], wanted: Mapping[str, _Column]) -> None:
+    """Refuse a name that is nearly one of ours: its column would be ignored for a default."""
+    absent = [name for name in wanted if name not in names]
+    elsewhere = {name for scene in COLUMNS.values() for name in scene}
+    for name in names:
+        if name in elsewhere:
+            continue
+        word = name.strip().lower()
+        meant = [known for known in absent if word in {known, known.rpartition("_")[0]}]
+        meant = meant or difflib.get_close_matches(word, absent, n=1, cutoff=0.8)
+        if meant:
+            raise UsageError(
+                f"{path}:1: column {name!r} is none that is read",
+                remedy=f"Write {meant[0]!r} if that is meant, or give it quite another name.",
+            )
 
 
 def _scene(where: str, row: Mapping[str, str], wanted: Mapping[str, _Column]) -> list[float]:

@@ -96,7 +96,7 @@ class Tolerances:
             if name not in {*fsrs, *units, "1"}:
                 raise UsageError(
                     f"--tolerance {name!r} is neither an FSR nor a unit of a margin",
-                    remedy=f"There are: {', '.join([*sorted(fsrs), *sorted(set(units))])}.",
+                    remedy=f"There are: {', '.join([*sorted(set(fsrs)), *sorted(set(units))])}.",
                 )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
+from adeye.store.budget_rules import BUDGET_RULES
 from adeye.store.campaign_rules import CAMPAIGN_RULES, FRAGMENTS
 from adeye.store.rules import Rule
 
@@ -174,7 +175,9 @@ WHERE f.measure NOT GLOB '*[^ ]*'""",
     'nobody says where ' || f.measure || ' comes from' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE f.threshold_source NOT GLOB '*[^ ]*'""",
+WHERE f.threshold_source NOT GLOB '*[^ ?.!-]*' OR lower(f.threshold_source) IN
+    ('tbd', 'tbd.', 'tbc', 'tbc.', 'todo', 'todo.', 'n/a', 'na', 'none', 'none.', 'unknown',
+    'unknown.')""",
     ),
     Rule(
         "element_capability",
@@ -342,7 +345,7 @@ WHERE s.emergency_operation_s
 )
 """Rules about what the concept says."""
 
-RULES: Final = (*CONCEPT_RULES, *CAMPAIGN_RULES)
+RULES: Final = (*CONCEPT_RULES, *BUDGET_RULES, *CAMPAIGN_RULES)
 """Every rule, in the order in which findings are listed."""
 
 _RANKED: Final = "WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4"

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
+from adeye.errors import ExpressionError
+from adeye.evaluation.stl.formula import parse_formula
+from adeye.evaluation.stl.syntax import response_time
 from adeye.identity import canonical_json
 from adeye.spec.decomposition import scheme
 from adeye.store import tables
@@ -105,9 +109,22 @@ def _fsr(key: str, item: Requirement) -> Row:
             item.text,
             item.measure,
             item.threshold_source,
-            json_text(item.model_dump(mode="json")),
+            json_text({**item.model_dump(mode="json"), **_response(item)}),
         ),
     )
+
+
+def _response(item: Requirement) -> dict[str, float | str]:
+    """Give the time that the formula leaves to respond [s], for the rules; nothing for none."""
+    try:
+        formula = parse_formula(item.formula or "", None, item.constants)
+    except ExpressionError:
+        # What is no formula is refused with its place where a plan is made.
+        return {}
+    time = response_time(formula.root)
+    if time is None:
+        return {}
+    return {"response_s": time if math.isfinite(time) else "unbounded"}
 
 
 def _elements(key: str, concept: Concept) -> list[Row]:

@@ -2,10 +2,12 @@
 
 import io
 import sys
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from adeye.cli import queries
 from adeye.cli.queries import SAVED
 from adeye.store import schema
 
@@ -77,6 +79,7 @@ def test_saved_queries_are_listed(adeye: Any, arguments: tuple[str, ...]) -> Non
 def test_list_as_json_and_csv(adeye: Any) -> None:
     names = [item["name"] for item in adeye("query", "--list", "--json").document["queries"]]
     assert names == list(SAVED)
+    assert "adeye run ODD" in adeye("query", "--list").out
     assert adeye("query", "--list", "--format", "csv").out.startswith("name,text\n")
 
 
@@ -86,3 +89,19 @@ def test_saved_query_fits_the_schema(adeye: Any, name: str) -> None:
     assert ended.code == 0, ended.err
     assert ended.document["columns"]
     assert ended.document["rows"] == []
+
+
+@pytest.mark.parametrize("name", sorted(SAVED))
+def test_no_rows_for_want_of_evidence_are_no_answer(adeye: Any, name: str) -> None:
+    done = adeye("query", name)
+    assert done.code == 0
+    assert f"note: no rows, and that says nothing: {SAVED[name].lacking}" in done.err
+    assert "'adeye " in SAVED[name].lacking
+
+
+def test_no_rows_although_there_is_evidence_are_an_answer(
+    adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nothing = replace(SAVED["contacts"], sql="SELECT 1 AS a WHERE 0")
+    monkeypatch.setitem(queries.SAVED, "contacts", nothing)
+    assert adeye("query", "contacts", "--db", str(mini.db)).err == "note: no rows\n"

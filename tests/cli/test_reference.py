@@ -121,6 +121,40 @@ def test_missing_column_and_file_are_refused(adeye: Any, cases: Path) -> None:
     assert adeye("reference", str(cases)).code == 2
 
 
-def test_output_that_cannot_be_written_is_refused(adeye: Any, cases: Path) -> None:
-    ended = adeye("reference", str(cases), "-o", str(cases.parent / "no" / "out.csv"))
+@pytest.mark.parametrize(
+    ("scene", "name", "meant"),
+    [
+        ("cut_in", "lateral_offset", "lateral_offset_m"),
+        ("cut_in", "ego_length", "ego_length_m"),
+        ("cut_in", "latral_offset_m", "lateral_offset_m"),
+        ("cut_in", "Ego_Width_m", "ego_width_m"),
+        ("deceleration", "jerk", "jerk_mps3"),
+        ("deceleration", "gap", "gap_m"),
+    ],
+)
+def test_misspelt_optional_column_is_refused(
+    adeye: Any, cases: Path, scene: str, name: str, meant: str
+) -> None:
+    required = {
+        "cut_in": HEADER.removeprefix("case,"),
+        "deceleration": "ego_speed_mps,other_speed_mps,max_deceleration_mps2",
+    }[scene]
+    cells = ",".join(["8"] * (required.count(",") + 2))
+    cases.write_text(f"{required},{name}\n{cells}", encoding="utf-8")
+    ended = adeye("reference", str(cases), "--scene", scene)
     assert ended.code == 2
+    assert f"{cases}:1: column {name!r} is none that is read" in ended.err
+    assert f"Write {meant!r}" in ended.err
+
+
+def test_columns_of_others_are_handed_through(adeye: Any, cases: Path) -> None:
+    cases.write_text(
+        f"{HEADER},id,name,ego_speed_kmh,front_gap_m\nfar,16,8,30,1,7,x,57.6,9", encoding="utf-8"
+    )
+    out = cases.with_name("out.csv")
+    assert adeye("reference", str(cases), "-o", str(out)).code == 0
+    with out.open(encoding="utf-8", newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert [row[key] for key in ("id", "name", "ego_speed_kmh", "front_gap_m")] == [
+        "7", "x", "57.6", "9",
+    ]  # fmt: skip

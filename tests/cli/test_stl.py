@@ -64,7 +64,6 @@ def test_the_series_is_written_as_csv(adeye: Any, table: str, folder: Path) -> N
         ["0.2", "-1.0", "-1.0"],
         ["0.3", "", ""],
     ]
-    assert adeye("stl", "always(gap > 4)", table, "-o", "no/rho.csv").code == 5
 
 
 def test_an_empty_cell_is_an_error_with_its_line(adeye: Any, folder: Path) -> None:
@@ -92,3 +91,52 @@ def test_options_that_do_not_fit_are_usage_errors(
     assert done.code == 2
     assert message in done.err
     assert "Traceback" not in done.err
+
+
+def test_json_tells_what_null_means(adeye: Any, table: str) -> None:
+    found = adeye("stl", "always(eventually[0 s, 1 s](gap > 5))", table, "--json").document
+    assert found["robustness_status"] == ["value", "+inf"]
+    assert found["series"]["robustness_high_status"] == ["+inf"] * 4
+    assert found["series"]["robustness_low_status"] == ["value"] * 4
+    found = adeye("stl", "always(1 / (gap - 4) > 0)", table, "--json").document
+    assert found["robustness"] == [None, None]
+    assert found["robustness_status"] == ["undefined", "undefined"]
+    assert found["series"]["robustness_low_status"] == ["undefined"] * 4
+    cut = adeye("stl", "eventually[5 s, 6 s](gap > 5)", table, "--json").document
+    assert cut["robustness_status"] == ["-inf", "+inf"]
+
+
+def test_window_beyond_any_trace_is_a_trace_that_ends_too_early(adeye: Any, table: str) -> None:
+    for last in ("1e3 s", "1e20 s", "1e300 s"):
+        done = adeye("stl", f"always(eventually[0 s, {last}](gap > 10))", table, "--json")
+        assert (done.code, done.document["verdict"]) == (3, "INCONCLUSIVE")
+    assert adeye("stl", "always(eventually[1e20 s, 1e300 s](gap > 10))", table).code == 3
+
+
+def test_what_was_not_tried_has_no_difference(adeye: Any, table: str) -> None:
+    done = adeye("stl", "always(gap > 10 implies gap > 2)", table)
+    assert "VACUOUS" in done.out
+    assert "Difference" not in done.out
+    found = adeye("stl", "always(gap > 10 implies gap > 2)", table, "--json").document
+    assert found["difference"] is None
+
+
+def test_times_since_1970_are_shown_with_their_fraction(adeye: Any, folder: Path) -> None:
+    rows = (f"{1_700_000_000 + k / 10:.1f},{9 - k}" for k in range(5))
+    (folder / "drive.csv").write_text("\n".join(("t,gap", *rows)), "utf-8")
+    assert "at 1700000000.4 s" in adeye("stl", "always(gap > 5)", "drive.csv").out
+
+
+def test_a_slip_among_truth_values_has_its_line(adeye: Any, folder: Path) -> None:
+    (folder / "drive.csv").write_text("t,gap,brake\n0,1,true\n1,1,flase\n2,1,\n", "utf-8")
+    done = adeye("stl", "always(brake)", "drive.csv")
+    assert done.code == 2
+    assert "drive.csv:3:3: 'flase' among the truth values of column 'brake'" in done.err
+    words = ("--words", "brake=true,false,flase")
+    assert adeye("stl", "always(brake == true)", "drive.csv", *words).code == 3
+
+
+def test_a_long_formula_is_not_repeated_whole(adeye: Any, table: str) -> None:
+    done = adeye("stl", "always(" + " and ".join(["gap > 1"] * 300) + ")", table)
+    assert done.code == 2
+    assert len(done.err) < 500

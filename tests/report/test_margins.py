@@ -114,8 +114,8 @@ def test_tolerance_of_an_fsr_goes_before_that_of_its_unit() -> None:
 
 
 def test_tolerance_for_nothing_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"'km' is neither.*FSR-1, m"):
-        Tolerances({"km": 1.0}).check(["FSR-1"], ["m", "m"])
+    with pytest.raises(UsageError, match=r"'km' is neither.*There are: FSR-1, FSR-2, m\.$"):
+        Tolerances({"km": 1.0}).check(["FSR-2", "FSR-1", "FSR-2"], ["m", "m"])
 
 
 def test_loss_that_the_step_is_worth_is_told_and_no_regression() -> None:

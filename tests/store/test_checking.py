@@ -286,6 +286,27 @@ DEFECTS = (
         sql("UPDATE fsr SET threshold_source = '  ' WHERE id = 'FSR1'"),
         ("FSR1",),
     ),
+    *(
+        Defect(
+            f"threshold from {word}",
+            "threshold_without_source",
+            sql(f"UPDATE fsr SET threshold_source = '{word}' WHERE id = 'FSR1'"),
+            ("FSR1",),
+        )
+        for word in ("TBD", "Todo.", "?", "n/a", "Unknown", "none", "-")
+    ),
+    Defect(
+        "formula that gives more time than the budget",
+        "response_beyond_budget",
+        content("fsr", "FSR1", fdti=0.2, frti=0.2, response_s=0.5),
+        ("FSR1",),
+    ),
+    Defect(
+        "formula that gives unbounded time",
+        "response_beyond_budget",
+        content("fsr", "FSR1", fdti=0.2, response_s="unbounded"),
+        ("FSR1",),
+    ),
     Defect(
         "element that is not capable",
         "element_capability",

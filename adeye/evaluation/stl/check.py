@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
 from adeye.errors import ExpressionError
+from adeye.evaluation.stl.lexer import cut
 from adeye.evaluation.stl.syntax import (
     Arithmetic,
     Assertion,
@@ -103,7 +104,7 @@ class _Checker:
 
     def _refuse(self, node: Node, what: str, remedy: str) -> NoReturn:
         raise ExpressionError(
-            f"formula '{self._text}', character {node.span[0] + 1}: {what}",
+            f"formula '{cut(self._text)}', character {node.span[0] + 1}: {what}",
             where=self._where,
             remedy=remedy,
         )

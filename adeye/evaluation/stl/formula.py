@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from adeye.errors import ExpressionError
 from adeye.evaluation.stl.check import check_condition
+from adeye.evaluation.stl.lexer import cut
 from adeye.evaluation.stl.parser import Parameters, parse_with
 from adeye.evaluation.stl.syntax import (
     Condition,
@@ -92,8 +93,8 @@ def parse_formula(
     if looking_back is not None:
         part = " ".join(text[slice(*looking_back.span)].split())
         raise ExpressionError(
-            f"formula '{text}', character {looking_back.span[0] + 1}: '{part}' would look back "
-            "from the first row only",
+            f"formula '{cut(text)}', character {looking_back.span[0] + 1}: '{part}' would look "
+            "back from the first row only",
             where=where,
             remedy=f"Ask for it at every row: always({part}).",
         )

@@ -21,6 +21,9 @@ KEYWORDS: Final = frozenset(
 )
 """Words that cannot be the name of a signal."""
 
+MAX_SHOWN: Final = 200
+"""Longest formula that a message repeats whole, in characters."""
+
 _SPACE = re.compile(r"\s+")
 _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _WORD = re.compile(r"[^\W\d]\w*(?:\.\w+)*")
@@ -57,6 +60,15 @@ class Token:
     has_unit: bool = False
 
 
+def cut(text: str) -> str:
+    """Shorten a formula for a message, which gives a place in it anyway.
+
+    >>> cut("a > 1")
+    'a > 1'
+    """
+    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."
+
+
 def scan(text: str, where: SourceLocation | None = None) -> list[Token]:
     """Split a formula into tokens.
 
@@ -84,7 +96,8 @@ def _token_at(text: str, position: int, where: SourceLocation | None) -> Token:
         return Token("symbol", symbol.group(), symbol.span())
     character = text[position]
     raise ExpressionError(
-        f"formula '{text}', character {position + 1}: '{character}' is not part of the language",
+        f"formula '{cut(text)}', character {position + 1}: '{character}' is not part of the "
+        "language",
         where=where,
         remedy=_MISTAKES.get(character, "Remove it."),
     )
@@ -104,7 +117,7 @@ def _number(text: str, number: re.Match[str], where: SourceLocation | None) -> T
             span = (number.start(), end)
             return Token("number", text[slice(*span)], span, value, known.exponents, has_unit=True)
     raise ExpressionError(
-        f"formula '{text}', character {unit.start(1) + 1}: '{unit.group(1)}' is not a unit",
+        f"formula '{cut(text)}', character {unit.start(1) + 1}: '{unit.group(1)}' is not a unit",
         where=where,
         remedy="Write a unit such as m, s, m/s, km/h, m/s^2, deg, or none.",
     )
@@ -113,7 +126,8 @@ def _number(text: str, number: re.Match[str], where: SourceLocation | None) -> T
 def _finite(value: float, text: str, number: re.Match[str], where: SourceLocation | None) -> float:
     if not math.isfinite(value):
         raise ExpressionError(
-            f"formula '{text}', character {number.start() + 1}: '{number.group()}' is too large",
+            f"formula '{cut(text)}', character {number.start() + 1}: '{number.group()}' is too "
+            "large",
             where=where,
             remedy="Write a finite number.",
         )

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final, Literal, NoReturn, TypeAlias, cast
 
 from adeye.errors import ExpressionError
-from adeye.evaluation.stl.lexer import KEYWORDS, Token, scan
+from adeye.evaluation.stl.lexer import KEYWORDS, Token, cut, scan
 from adeye.evaluation.stl.syntax import (
     TERMS,
     Arithmetic,
@@ -129,7 +129,9 @@ class _Parser:
     def _refuse(self, what: str, remedy: str, at: int | None = None) -> NoReturn:
         column = (self._token.span[0] if at is None else at) + 1
         raise ExpressionError(
-            f"formula '{self._text}', character {column}: {what}", where=self._where, remedy=remedy
+            f"formula '{cut(self._text)}', character {column}: {what}",
+            where=self._where,
+            remedy=remedy,
         )
 
     def _span(self, first: int) -> Span:

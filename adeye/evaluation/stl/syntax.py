@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _ROW_SLACK: Final = 1e-6
 """Part of a step by which a window bound may miss a row, for bounds such as 0.3 s at 0.1 s."""
+_MAX_ROWS: Final = float(2**40)
+"""Rows beyond the end of any trace, which 64 bits still hold."""
 
 Span: TypeAlias = tuple[int, int]
 
@@ -275,14 +277,37 @@ def needed_time(node: Node, horizon_s: float) -> float:
     return max((needed_time(child, horizon_s) for child in children(node)), default=0.0)
 
 
+def response_time(node: Node, *, is_due: bool = False) -> float | None:
+    """Give the longest time that a formula leaves for what an implication asks for [s].
+
+    Args:
+        node: The formula's root.
+        is_due: Whether an implication asks for it.
+
+    Returns:
+        Infinity for ``eventually`` or ``until`` without a window; None where nothing is asked for
+        in response to anything.
+    """
+    if isinstance(node, Connective) and node.operator == "implies":
+        parts = [response_time(node.left, is_due=is_due), response_time(node.right, is_due=True)]
+    else:
+        parts = [response_time(child, is_due=is_due) for child in children(node)]
+    found = max((part for part in parts if part is not None), default=None)
+    is_eventually = isinstance(node, Temporal) and node.operator == "eventually"
+    if not (is_due and (is_eventually or isinstance(node, Until))):
+        return found
+    window = window_of(node)
+    return (math.inf if window is None else window.last_s) + (found or 0.0)
+
+
 def window_rows(window: Window, step_s: float) -> tuple[int, int]:
     """Give the first and last row of a window after its start.
 
     Raises:
         ExpressionError: The window lies between two rows and contains none.
     """
-    first = math.ceil(window.first_s / step_s - _ROW_SLACK)
-    last = math.floor(window.last_s / step_s + _ROW_SLACK)
+    first = math.ceil(min(window.first_s / step_s - _ROW_SLACK, _MAX_ROWS))
+    last = math.floor(min(window.last_s / step_s + _ROW_SLACK, _MAX_ROWS))
     if first > last:
         raise ExpressionError(
             f"the window from {window.first_s:g} s to {window.last_s:g} s contains no row at a "

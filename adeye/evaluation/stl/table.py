@@ -214,7 +214,7 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float]:
     steps = np.diff(times)
     for row in np.flatnonzero(~(steps > 0.0))[:1]:
         table.refuse(
-            f"time {times[row + 1]:.10g} s does not come after {times[row]:.10g} s",
+            f"time {times[row + 1]:.15g} s does not come after {times[row]:.15g} s",
             "Sort the rows, and keep one of each time.",
             int(row) + 1,
             name,
@@ -230,7 +230,7 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float]:
     step = _whole_step(times)
     for row in np.flatnonzero(_misplaced(times, step))[:1]:
         table.refuse(
-            f"time {times[row]:.10g} s is off an even spacing of {step:.6g} s",
+            f"time {times[row]:.15g} s is off an even spacing of {step:.6g} s",
             "Sample the signals evenly; adeye invents no samples.",
             int(row),
             name,
@@ -286,6 +286,7 @@ class TableSignals:
         present = [text for text in texts if text]
         if present and all(text.lower() in TRUTH_LABELS for text in present):
             return self._coded(name, [text.lower() for text in texts], TRUTH_LABELS, "boolean")
+        self._refuse_mixed_truth(name, texts)
         numbers = [_number(cell) for cell in cells]
         odd = [row for row, text in enumerate(texts) if text and numbers[row] is None]
         if odd and len(odd) == len(present):
@@ -298,6 +299,19 @@ class TableSignals:
                 name,
             )
         return self._numbers(name, numbers)
+
+    def _refuse_mixed_truth(self, name: str, texts: Sequence[str]) -> None:
+        """Refuse true and false beside other words that nobody declared: one is a slip."""
+        is_truth = [text.lower() in TRUTH_LABELS for text in texts]
+        row = next((at for at, text in enumerate(texts) if text and not is_truth[at]), None)
+        if any(is_truth) and row is not None and _number(texts[row]) is None:
+            self.table.refuse(
+                f"{shown(texts[row])} among the truth values of column {shown(name)}",
+                f"Write {' or '.join(TRUTH_LABELS)}, leave the cell empty where there is no value, "
+                "or declare the words of the column.",
+                row,
+                name,
+            )
 
     def _numbers(self, name: str, numbers: Sequence[float | None]) -> Series:
         unit = UNITS.get(self.units.get(name, ""))

@@ -663,7 +663,9 @@ SELECT c.id AS campaign, 'fsr' AS part, f.id,
     'nobody says where ' || f.measure || ' comes from' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE f.threshold_source NOT GLOB '*[^ ]*'
+WHERE f.threshold_source NOT GLOB '*[^ ?.!-]*' OR lower(f.threshold_source) IN
+    ('tbd', 'tbd.', 'tbc', 'tbc.', 'todo', 'todo.', 'n/a', 'na', 'none', 'none.', 'unknown',
+    'unknown.')
 
 --
 
@@ -822,6 +824,22 @@ JOIN v_fsr_goals s ON s.concept = c.concept_digest
 JOIN safety_goal g ON g.concept_digest = s.concept AND g.id = s.goal
 WHERE s.emergency_operation_s
     > COALESCE((SELECT value FROM json_each(g.content, '$.eotti')), 0.0) + 1e-9
+
+--
+
+CREATE VIEW v_check_response_beyond_budget AS
+SELECT c.id AS campaign, 'fsr' AS part, f.id,
+    'the formula gives ' || CASE typeof(w.value) WHEN 'text' THEN 'unbounded time'
+        ELSE w.value || ' s' END || ' to respond, fdti and frti give '
+        || b.budget_s || ' s' AS detail
+FROM campaign c
+JOIN fsr f ON f.concept_digest = c.concept_digest
+JOIN json_each(f.content, '$.response_s') w
+JOIN (
+    SELECT DISTINCT concept, fsr, COALESCE(fdti_s, 0.0) + COALESCE(frti_s, 0.0) AS budget_s
+    FROM v_fsr_goals WHERE COALESCE(fdti_s, frti_s) IS NOT NULL) b
+    ON b.concept = f.concept_digest AND b.fsr = f.id
+WHERE w.value > b.budget_s + 1e-9
 
 --
 
@@ -1003,6 +1021,8 @@ UNION ALL
 SELECT 'fhti_budget' AS rule, campaign, part, id, detail FROM v_check_fhti_budget
 UNION ALL
 SELECT 'emergency_operation' AS rule, campaign, part, id, detail FROM v_check_emergency_operation
+UNION ALL
+SELECT 'response_beyond_budget' AS rule, campaign, part, id, detail FROM v_check_response_beyond_budget
 UNION ALL
 SELECT 'fsr_without_scenario' AS rule, campaign, part, id, detail FROM v_check_fsr_without_scenario
 UNION ALL

@@ -1,0 +1,29 @@
+"""The integrity rule that holds the formula of a requirement against its own time budget."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from adeye.store.rules import Rule
+
+BUDGET_RULES: Final = (
+    Rule(
+        "response_beyond_budget",
+        "The formula of a requirement lets more time pass than its FDTI and FRTI.",
+        "Shorten the window of the formula, or correct fdti and frti.",
+        # A text, such as 'unbounded', is greater than every number.
+        """SELECT c.id AS campaign, 'fsr' AS part, f.id,
+    'the formula gives ' || CASE typeof(w.value) WHEN 'text' THEN 'unbounded time'
+        ELSE w.value || ' s' END || ' to respond, fdti and frti give '
+        || b.budget_s || ' s' AS detail
+FROM campaign c
+JOIN fsr f ON f.concept_digest = c.concept_digest
+JOIN json_each(f.content, '$.response_s') w
+JOIN (
+    SELECT DISTINCT concept, fsr, COALESCE(fdti_s, 0.0) + COALESCE(frti_s, 0.0) AS budget_s
+    FROM v_fsr_goals WHERE COALESCE(fdti_s, frti_s) IS NOT NULL) b
+    ON b.concept = f.concept_digest AND b.fsr = f.id
+WHERE w.value > b.budget_s + 1e-9""",
+    ),
+)
+"""Rules about time that a formula gives; ``response_s`` is written beside the requirement."""
