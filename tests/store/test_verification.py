@@ -20,6 +20,8 @@ def campaign(repository: Repository, example: Any) -> str:
     planned = str(example.campaign(repository, 8))
     example.hindsight(repository, planned)
     example.halved(repository, planned)
+    example.campaign(repository, 2)
+    example.campaign(repository, 8)
     return planned
 
 
