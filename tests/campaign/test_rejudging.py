@@ -109,6 +109,10 @@ def edit(project: Project) -> None:
 def made(tmp_path_factory: pytest.TempPathFactory) -> Project:
     project = Project(tmp_path_factory.mktemp("project"), ODD)
     (project.folder / "odd" / "touchy.py").write_text(METRIC_PLUGIN, "utf-8")
+    with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
+        # With the larger time gap the lead never brakes: those runs are invalid for every FSR.
+        brake = scenario["storyboard"]["brake"]
+        brake["when"] = "time >= if_(time_gap > 1.5 s, 100 s, 1 s)"
     with project.edited(CONCEPT) as concept:
         pattern = next(item for item in concept["requirements"] if item["id"] == "FSR-01")
         bare = {key: value for key, value in pattern.items() if key not in {"formula", "bound"}}
@@ -155,7 +159,7 @@ def test_every_way_gives_the_rows_of_a_direct_judgement(
 ) -> None:
     before, kept, direct = fresh
     kinds = {row[10] for row in direct}
-    assert {"PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "ERROR"} <= kinds
+    assert {"PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "ERROR", "INVALID"} <= kinds
 
     def never(*_: Any, **__: Any) -> Any:
         msg = "a run was executed"
@@ -165,7 +169,7 @@ def test_every_way_gives_the_rows_of_a_direct_judgement(
         patched.setattr(work, "run_batch", never)
         rows = judge_campaign(made.plan(), db=before)
         assert rows.exit_code is not ExitCode.OK
-        assert set(rows.ways) == {"metric", "samples"}
+        assert set(rows.ways) == {"invalid", "metric", "samples"}
         assert 0 < rows.to_replay <= rows.reused
         told = verdicts(before, rows.campaign)
         assert {row[7] for row in told if row[10] == "NOT_RUN"} == FROM_TRACES
@@ -174,7 +178,7 @@ def test_every_way_gives_the_rows_of_a_direct_judgement(
         assert list(differences(found, same)) == []
 
         traces = judge_campaign(made.plan(), db=kept)
-        assert set(traces.ways) == {"metric", "samples", "trace"}
+        assert set(traces.ways) == {"invalid", "metric", "samples", "trace"}
         assert (traces.to_replay, traces.replayed, traces.executed) == (0, 0, 0)
         assert list(differences(verdicts(kept, traces.campaign), direct)) == []
 
@@ -207,7 +211,8 @@ def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path) -> 
     for path in folder_of(db).iterdir():
         path.unlink()
     summary = judge_campaign(made.plan(), db=db)
-    assert summary.to_replay == summary.planned
+    # Of a run that is invalid nothing is read.
+    assert summary.to_replay + summary.ways["invalid"] == summary.planned
 
 
 @pytest.mark.parametrize("is_same", [True, False])
