@@ -140,4 +140,5 @@ def _plot(
         ),
         labels=labels,
         thresholds=tuple(lines.get(name, ())) if kind.kind == NUMBER else (),
+        cap=kind.cap,
     )

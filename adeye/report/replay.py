@@ -204,6 +204,8 @@ class SignalPlot(Part):
     labels: tuple[str, ...] = ()
     """Words of an enumeration or of a boolean, by code; empty for a number."""
     thresholds: tuple[ThresholdLine, ...] = ()
+    cap: float | None = None
+    """Value from which on a larger one says no more: the axis need not show it."""
 
 
 class Replay(Part):

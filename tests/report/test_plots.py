@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.campaign.reproduce import Execution, rerun
+from adeye.evaluation.series import SERIES
 from adeye.report.plots import ALWAYS, MAX_PLOTS, plots_of
 from adeye.spec.concept import MetricBound, Requirement
 from adeye.store.repository import Repository
@@ -82,6 +83,12 @@ def test_numbers_are_in_si_and_rounded(done: Execution) -> None:
     speed = plots(done, [])["ego.speed"]
     assert speed.unit == "m/s"
     assert speed.values == tuple(np.round(done.trace["ego"][0, : len(speed.values), 3], 3) + 0.0)
+
+
+def test_axis_ends_where_a_larger_value_says_no_more(done: Execution) -> None:
+    made = plots(done, [])
+    assert made["ttc"].cap == SERIES["ttc"].type.cap
+    assert made["required_deceleration"].cap is None
 
 
 def test_no_conflict_is_a_gap_and_never_a_number(done: Execution) -> None:

@@ -8,6 +8,8 @@ function rangeOf(signal) {
   // Far above a lower limit nothing is decided: keep the limit readable.
   const floor = Math.max(0, ...signal.thresholds.filter((line) => line.side === "at_least").map((line) => line.value));
   if (floor > 0) high = Math.min(high, 6 * floor);
+  // A time to collision of hours would leave nothing to see of one of seconds.
+  if (signal.cap) high = Math.min(high, Math.max(1.5 * signal.cap, ...limits));
   if (!(high > low)) {
     low = Number.isFinite(low) ? low - 1 : 0;
     high = low + 2;
