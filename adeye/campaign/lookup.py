@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.plan import make_plan
 from adeye.errors import UsageError
@@ -17,18 +17,8 @@ if TYPE_CHECKING:
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo
 
-_OF_ODD = {
-    "attributes": "attributes",
-    "scenarios": "scenarios and sweeps",
-    "faults": "faults",
-    "gate": "gate",
-    "plugins": "plug-ins",
-    "replicates": "replicates",
-    "seed": "seed",
-    "step": "step",
-    "uncertainty": "uncertainty",
-}
-"""Keys of an ODD that decide what is run and judged, as people call them."""
+_WORDS: Final = {"plugins": "plug-ins", "scenarios": "scenarios and sweeps"}
+"""Keys of an ODD that people call otherwise."""
 
 
 @dataclass(frozen=True)
@@ -78,9 +68,8 @@ def campaign_of_file(repository: Repository, path: str | Path) -> Meant:
 
 
 def _odd_edits(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    for key, words in _OF_ODD.items():
-        if then["odd"].get(key) != now["odd"].get(key):
-            yield words
+    for key in _edited(then["odd"], now["odd"]):
+        yield _WORDS.get(key, key)
     for kind in ("scenarios", "architectures", "data"):
         edited = _edited(then.get(kind, {}), now.get(kind, {}))
         if edited:

@@ -101,6 +101,11 @@ def gate(project: Project) -> None:
         odd["gate"]["architectures"] = ["legacy_camera"]
 
 
+def title(project: Project) -> None:
+    with project.edited_odd() as odd:
+        odd["title"] = "Another"
+
+
 def plugin(project: Project) -> None:
     path = project.folder / "odd" / "own.py"
     path.write_text(path.read_text("utf-8").replace("+ 1.0", "+ 2.0"), "utf-8")
@@ -113,6 +118,7 @@ def plugin(project: Project) -> None:
         (value, "scenarios and sweeps"),
         (latency, "architectures camera_radar"),
         (gate, "gate"),
+        (title, "title"),
         (plugin, "the code of adeye or of a plug-in"),
     ],
 )
