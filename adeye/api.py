@@ -6,6 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from adeye.campaign.lookup import find_called
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
 from adeye.campaign.runner import Progress, run_campaign
@@ -15,7 +16,6 @@ from adeye.evaluation.judged_table import JudgedTable, Reading, judge_table
 from adeye.evaluation.stl.table import read_table, table_of
 from adeye.report.compare import compare as compare_architectures
 from adeye.report.options import CompareOptions
-from adeye.reporting import find_campaign, find_compared
 from adeye.store.repository import Repository
 from adeye.units import shown
 
@@ -110,7 +110,7 @@ def results(campaign: str | int | None = None, *, db: str | Path | None = None) 
     import pandas as pd
 
     with Repository.open(db, create=False) as repository:
-        table = repository.results(find_campaign(repository, _name_of(campaign)).id)
+        table = repository.results(repository.find_campaign(_name_of(campaign)).id)
     frame = pd.DataFrame(list(table.rows), columns=list(table.columns))
     return frame.convert_dtypes()
 
@@ -136,7 +136,7 @@ def compare(
     """
     with Repository.open(db, create=False) as repository:
         return compare_architectures(
-            repository, find_compared(repository, _name_of(campaign)), options
+            repository, find_called(repository, _name_of(campaign)), options
         )
 
 

@@ -6,7 +6,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adeye.campaign.plan import make_plan
+from adeye.campaign.lookup import planned_as
 from adeye.campaign.staleness import find_stale
 from adeye.errors import InputError
 from adeye.report.baseline import read_baseline
@@ -66,12 +66,11 @@ def stale_now(repository: Repository, campaign: CampaignInfo) -> StaleFiles | st
         repository: The database.
         campaign: The campaign; its ODD is looked for where it was when it ran.
     """
-    known = campaign.provenance
-    path = Path(str(known.get("odd_path", "")))
+    path = Path(str(campaign.provenance.get("odd_path", "")))
     if not path.is_file():
         return f"The ODD of the campaign is no longer at {path}."
     try:
-        plan = make_plan(path, backend=str(known["backend"]), variant=str(known["variant"]))
+        plan = planned_as(campaign, path)
     except InputError as error:
         return f"The files cannot be planned as they are now: {error}"
     return _told(find_stale(repository, plan, campaign), path)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adeye.campaign.lookup import campaign_of_file
+from adeye.campaign.lookup import (
+    campaign_called,
+    campaign_of_file,
+    find_called,
+    is_file_name,
+)
 from adeye.campaign.reproduce import Execution, rerun
 from adeye.campaign.runner import Progress
 from adeye.change import change_since
-from adeye.errors import UsageError
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder
 from adeye.report.claims import claims_of
 from adeye.report.compare import compare
@@ -25,12 +28,12 @@ from adeye.report.margins import Tolerances
 from adeye.report.parts import Label
 from adeye.report.plots import plots_of
 from adeye.report.recorded import replay_events, run_verdicts
-from adeye.spec.load import load_odd
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
 
     from adeye.report.claims import ClaimOptions, Claims
     from adeye.report.comparison import Comparison
@@ -41,7 +44,6 @@ if TYPE_CHECKING:
     from adeye.store.stored import CampaignInfo
 
 SECOND = len("YYYY-MM-DDTHH:MM:SS")
-YAML = frozenset({".yaml", ".yml"})
 
 
 def write_reports(  # noqa: PLR0913 - one parameter a file
@@ -77,7 +79,7 @@ def write_reports(  # noqa: PLR0913 - one parameter a file
     """
     check_exports(exports or {})
     with Repository.open(db, create=False) as repository:
-        found = find_campaign(repository, campaign)
+        found = repository.find_campaign(campaign)
         builder = ReportBuilder(
             repository,
             found,
@@ -111,7 +113,7 @@ def read_report(db: str | Path | None, campaign: str | None) -> Report:
         InputError: There is no such campaign.
     """
     with Repository.open(db, create=False) as repository:
-        found = find_compared(repository, campaign)
+        found = find_called(repository, campaign)
         builder = ReportBuilder(repository, found, database=str(db) if db is not None else "")
         return builder.build(lambda _: (), replays=0)
 
@@ -137,20 +139,6 @@ def write_replay(db: str | Path | None, run: str, path: Path) -> None:
         report = builder.build(pen.draw, replays=0)
         drawn = pen.draw([ReplayRequest(ref, "asked for")])
     write_html(report.model_copy(update={"replays": drawn}), path)
-
-
-def find_campaign(repository: Repository, name: str | None) -> CampaignInfo:
-    """Find a campaign by name, or the newest.
-
-    Raises:
-        InputError: There is none.
-    """
-    if name is not None:
-        return repository.find_campaign(name)
-    found = repository.latest_campaign()
-    if found is None:
-        raise UsageError("the database has no campaign", remedy="Run an ODD first.")
-    return found
 
 
 def compare_campaign(
@@ -193,7 +181,7 @@ def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Cla
         InputError: There is no such campaign, or an option is out of range.
     """
     with Repository.open(db, create=False) as repository:
-        return claims_of(repository, find_compared(repository, name), options)
+        return claims_of(repository, find_called(repository, name), options)
 
 
 def _campaign_among(
@@ -201,36 +189,11 @@ def _campaign_among(
 ) -> tuple[CampaignInfo, Sequence[str]]:
     """Tell the campaign from the architectures that follow it."""
     if not names:
-        return find_campaign(repository, None), ()
-    found = _campaign_called(repository, names[0])
+        return repository.find_campaign(), ()
+    found = campaign_called(repository, names[0])
     if found is None:
-        return find_campaign(repository, None), names
+        return repository.find_campaign(), names
     return found, names[1:]
-
-
-def _campaign_called(repository: Repository, name: str) -> CampaignInfo | None:
-    """Find a campaign by its ODD, number or digest; None for a word that can be none of them."""
-    if Path(name).suffix in YAML:
-        found = repository.latest_campaign(load_odd(name).odd.spec.odd)
-        if found is None:
-            raise UsageError(
-                f"{name} has no campaign in the database", remedy=f"Run adeye run {name} first."
-            )
-        return found
-    of_odd = repository.latest_campaign(name)
-    if of_odd is None and is_campaign_name(name):
-        return repository.find_campaign(name)
-    return of_odd
-
-
-def find_compared(repository: Repository, name: str | None) -> CampaignInfo:
-    """Find a campaign by its ODD's file or id, its number or digest, or the newest.
-
-    Raises:
-        InputError: There is none.
-    """
-    found = None if name is None else _campaign_called(repository, name)
-    return find_campaign(repository, name) if found is None else found
 
 
 @dataclass(frozen=True)
@@ -295,8 +258,8 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
 
 def _gated(repository: Repository, name: str | None) -> tuple[CampaignInfo, str]:
     """Find the campaign to judge and, of an ODD's file, what makes it another one by now."""
-    if name is None or Path(name).suffix not in YAML:
-        return find_compared(repository, name), ""
+    if name is None or not is_file_name(name):
+        return find_called(repository, name), ""
     meant = campaign_of_file(repository, name)
     if not meant.edits:
         return meant.campaign, ""
@@ -305,15 +268,6 @@ def _gated(repository: Repository, name: str | None) -> tuple[CampaignInfo, str]
         f"{meant.edits}. Run adeye run {name}, what is there already is not executed again"
     )
     return meant.campaign, text
-
-
-def is_campaign_name(text: str) -> bool:
-    """Tell whether a word can be the number or digest of a campaign.
-
-    >>> is_campaign_name("3"), is_campaign_name("3f2a91"), is_campaign_name("camera_radar")
-    (True, True, False)
-    """
-    return text.isdecimal() or (len(text) >= 4 and set(text) <= set("0123456789abcdef"))
 
 
 class _Pen:

@@ -10,7 +10,7 @@ import pytest
 
 from adeye.errors import InputError, UsageError
 from adeye.evaluation.verdict import ExitCode
-from adeye.reporting import find_campaign, read_report, write_replay, write_reports
+from adeye.reporting import read_report, write_replay, write_reports
 from adeye.store.repository import Repository
 from tests.project import Executed, count_rows, table_hash
 
@@ -130,8 +130,8 @@ def test_unknown_campaign_and_missing_database_are_input_errors(
 
 def test_campaign_is_found_by_its_beginning_or_as_the_newest(mini: Executed) -> None:
     with Repository.open(mini.db, create=False) as repository:
-        assert find_campaign(repository, None).id == mini.summary.campaign
-        assert find_campaign(repository, mini.summary.campaign[:10]).id == mini.summary.campaign
+        assert repository.find_campaign().id == mini.summary.campaign
+        assert repository.find_campaign(mini.summary.campaign[:10]).id == mini.summary.campaign
 
 
 def test_exports_are_written_without_a_page(mini: Executed, tmp_path: Path) -> None:

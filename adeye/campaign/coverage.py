@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.forks import campaign_of
 from adeye.campaign.plan import make_plan
 from adeye.errors import SpecError
 from adeye.store.covered import coverage_of_runs, executed_runs
@@ -85,7 +84,7 @@ def executed_coverage(db: str | Path | None, campaign: str | None, strength: int
         InputError: There is no such campaign.
     """
     with Repository.open(db, create=False) as repository:
-        info = campaign_of(repository, campaign)
+        info = repository.find_campaign(campaign)
         odd = repository.content("odd", info.odd_digest)["odd"]
         runs = executed_runs(repository.path, info.id)
     found = coverage_of_runs(runs, odd, strength)

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from adeye.campaign.recalling import Report
     from adeye.campaign.reproduce import Recalled
     from adeye.evaluation.judge import Evaluation
-    from adeye.store.stored import CampaignInfo
     from adeye.trace import Trace
 
 
@@ -159,20 +158,6 @@ def _check(recalled: Recalled, override: AuthorityOverride) -> None:
             f"tick {override.from_tick} is behind the end of run {name}",
             remedy=f"Its last decision is that of tick {last}, at {last * case.step:g} s.",
         )
-
-
-def campaign_of(repository: Repository, name: str | None) -> CampaignInfo:
-    """Find a campaign, by default the newest.
-
-    Raises:
-        InputError: There is none.
-    """
-    if name is not None:
-        return repository.find_campaign(name)
-    newest = repository.latest_campaign()
-    if newest is None:
-        raise InputError(f"database {repository.path} has no campaign", remedy="Run an ODD first.")
-    return newest
 
 
 def _fork_together(

@@ -1,8 +1,9 @@
-"""Which campaign an ODD's file means: the one that it plans, or the latest, and what was edited."""
+"""Which campaign is meant: by an ODD's file or id, a number or a digest, and what was edited."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.plan import make_plan
@@ -12,8 +13,8 @@ from adeye.store.planning import identify
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-    from pathlib import Path
 
+    from adeye.campaign.plan import CampaignPlan
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo
 
@@ -34,6 +35,67 @@ class Meant:
     edits: str = ""
 
 
+def is_file_name(name: str) -> bool:
+    """Tell whether a name is that of an ODD's file.
+
+    >>> is_file_name("odd/first.yaml"), is_file_name("first")
+    (True, False)
+    """
+    return Path(name).suffix in {".yaml", ".yml"}
+
+
+def is_campaign_name(text: str) -> bool:
+    """Tell whether a word can be the number or digest of a campaign.
+
+    >>> is_campaign_name("3"), is_campaign_name("3f2a91"), is_campaign_name("camera_radar")
+    (True, True, False)
+    """
+    return text.isdecimal() or (len(text) >= 4 and set(text) <= set("0123456789abcdef"))
+
+
+def campaign_called(repository: Repository, name: str) -> CampaignInfo | None:
+    """Find a campaign by its ODD, number or digest; None for a word that can be none of them.
+
+    Raises:
+        InputError: The ODD's file is wrong, or has no campaign.
+    """
+    if is_file_name(name):
+        return _latest_of_file(repository, name)
+    of_odd = repository.latest_campaign(name)
+    if of_odd is None and is_campaign_name(name):
+        return repository.find_campaign(name)
+    return of_odd
+
+
+def find_called(repository: Repository, name: str | None) -> CampaignInfo:
+    """Find a campaign by its ODD's file or id, its number or digest, or the latest.
+
+    Raises:
+        InputError: There is none.
+    """
+    found = None if name is None else campaign_called(repository, name)
+    return repository.find_campaign(name) if found is None else found
+
+
+def planned_as(campaign: CampaignInfo, path: str | Path) -> CampaignPlan:
+    """Plan an ODD's file as it is now, with the traffic that a campaign was planned with.
+
+    Raises:
+        InputError: Anything is wrong in the files.
+    """
+    made = {name: campaign.provenance.get(name) for name in ("backend", "variant")}
+    return make_plan(path, **{name: str(value) for name, value in made.items() if value})
+
+
+def _latest_of_file(repository: Repository, path: str | Path) -> CampaignInfo:
+    latest = repository.latest_campaign(load_odd(path).odd.spec.odd)
+    if latest is None:
+        raise UsageError(
+            f"{path} has no campaign in the database", remedy=f"Run adeye run {path} first."
+        )
+    return latest
+
+
 def campaign_of_file(repository: Repository, path: str | Path) -> Meant:
     """Find the campaign that an ODD's file plans, by the traffic that its latest campaign has.
 
@@ -47,14 +109,8 @@ def campaign_of_file(repository: Repository, path: str | Path) -> Meant:
     Raises:
         InputError: Anything is wrong in the files, or the ODD has no campaign.
     """
-    latest = repository.latest_campaign(load_odd(path).odd.spec.odd)
-    if latest is None:
-        raise UsageError(
-            f"{path} has no campaign in the database", remedy=f"Run adeye run {path} first."
-        )
-    made = {name: latest.provenance.get(name) for name in ("backend", "variant")}
-    traffic = {name: str(value) for name, value in made.items() if value}
-    plan = make_plan(path, **traffic)
+    latest = _latest_of_file(repository, path)
+    plan = planned_as(latest, path)
     record = plan.record()
     wanted = identify(record, plan.planned())
     for campaign in (latest, *repository.campaigns()):

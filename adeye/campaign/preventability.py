@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.content import Contents
 from adeye.campaign.executors import InProcess, Threads
-from adeye.campaign.forks import campaign_of
 from adeye.campaign.recalling import MOST_TOGETHER, Counter, recalled_parts
 from adeye.campaign.work import describe, evaluate
 from adeye.engine import identity
@@ -210,7 +209,7 @@ def prevent(  # noqa: PLR0913 - what is asked, and how
 def _named(repository: Repository, name: str | None) -> tuple[str, str | None]:
     """Return the campaign and, if a run is named, that run."""
     try:
-        return campaign_of(repository, name).id, None
+        return repository.find_campaign(name).id, None
     except InputError as error:
         if name is None:
             raise

@@ -6,7 +6,7 @@ import collections
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from adeye.campaign.forks import campaign_of, make_forks
+from adeye.campaign.forks import make_forks
 from adeye.campaign.recalling import Counter, recalled_parts
 from adeye.evaluation.takeovers import (
     TAKEOVER_CLASSES,
@@ -89,7 +89,7 @@ def look_back(
         IntegrityError: A run does not come out as it was recorded.
     """
     with Repository.open(db, create=False) as repository:
-        info = campaign_of(repository, campaign)
+        info = repository.find_campaign(campaign)
         executed = repository.progress(info.id).executed
         chosen = repository.hindsight.executed(info.id, most)
         known = {line.run: line for line in repository.hindsight.takeovers(info.id)}

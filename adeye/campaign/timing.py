@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.forks import campaign_of, require_as_recorded
+from adeye.campaign.forks import require_as_recorded
 from adeye.campaign.recalling import Counter, recalled_parts, together
 from adeye.campaign.reproduce import recall
 from adeye.errors import InputError
@@ -93,7 +93,7 @@ def campaign_injections(
         IntegrityError: A run does not come out as it was recorded.
     """
     with Repository.open(db, create=False) as repository:
-        info = campaign_of(repository, campaign)
+        info = repository.find_campaign(campaign)
         designs = _designs(repository.content("odd", info.odd_digest))
         known = {item.run: item for item in repository.hindsight.injections(info.id)}
         chosen = repository.hindsight.executed(info.id, most, only_faulty=True)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from adeye.campaign.lookup import find_called
 from adeye.errors import InputError
-from adeye.spec.load import load_odd
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from adeye.store.halving import UncertaintyRecord
-    from adeye.store.stored import CampaignInfo
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def uncertainty_table(db: str | Path | None, what: str | None = None) -> Uncerta
         InputError: There is no such campaign, or it has no uncertainty.
     """
     with Repository.open(db, create=False) as repository:
-        info = _campaign(repository, what)
+        info = find_called(repository, what)
         odd = repository.content("odd", info.odd_digest)["odd"]
         lines = repository.hindsight.half_steps.uncertainty(info.id)
     if odd.get("uncertainty") is None:
@@ -57,18 +57,3 @@ def uncertainty_table(db: str | Path | None, what: str | None = None) -> Uncerta
             remedy="Its twins with half the step are not all executed; run it again to go on.",
         )
     return UncertaintyTable(info.id, info.odd, float(odd["step"]), lines)
-
-
-def _campaign(repository: Repository, what: str | None) -> CampaignInfo:
-    """Find a campaign by itself, or the newest of an ODD."""
-    name = what
-    if what is not None and (what.endswith((".yaml", ".yml")) or Path(what).is_file()):
-        name = load_odd(what).odd.spec.odd
-    newest = repository.latest_campaign(name)
-    if newest is not None:
-        return newest
-    if what is None:
-        raise InputError(f"database {repository.path} has no campaign", remedy="Run an ODD first.")
-    if name != what:
-        raise InputError(f"ODD {name} has no campaign yet", remedy=f"Run it: adeye run {what}")
-    return repository.find_campaign(what)

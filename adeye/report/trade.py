@@ -152,13 +152,7 @@ def trades_by(
         InputError: There is no such campaign or axis.
     """
     with Repository.open(db, create=False) as repository:
-        info = (
-            repository.latest_campaign() if campaign is None else repository.find_campaign(campaign)
-        )
-        if info is None:
-            raise InputError(
-                f"database {repository.path} has no campaign", remedy="Run an ODD first."
-            )
+        info = repository.find_campaign(campaign)
         figures = repository.figures(info.id)
         odd = repository.content("odd", info.odd_digest)
     return info.id, trade_curves(figures, odd, _axis(axis, list(figures.points)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import select, text
 
-from adeye.errors import InputError
+from adeye.errors import InputError, UsageError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.forking import find_drive, find_fork, fork_of_case
@@ -57,12 +57,17 @@ def latest_campaign(connection: Connection, odd: str | None) -> CampaignInfo | N
     )
 
 
-def find_campaign(connection: Connection, name: str) -> CampaignInfo:
-    """Find a campaign by its id, the beginning of it, or its number.
+def find_campaign(connection: Connection, name: str | None = None) -> CampaignInfo:
+    """Find a campaign by its id, the beginning of it, or its number; without a name the latest.
 
     Raises:
         InputError: None or several match; the message names those that there are.
     """
+    if name is None:
+        latest = latest_campaign(connection, None)
+        if latest is None:
+            raise UsageError("the database has no campaign", remedy="Run an ODD first.")
+        return latest
     table = tables.campaign
     if name.isascii() and name.isdigit() and len(name) < 10:
         numbered = connection.execute(table.select().where(table.c.number == int(name))).first()

@@ -283,8 +283,8 @@ class Repository:
         with self._database.read() as connection:
             return reading.latest_campaign(connection, odd)
 
-    def find_campaign(self, name: str) -> CampaignInfo:
-        """Find a campaign by its id, the beginning of it, or its number."""
+    def find_campaign(self, name: str | None = None) -> CampaignInfo:
+        """Find a campaign by its id, the beginning of it, or its number; without, the latest."""
         with self._database.read() as connection:
             return reading.find_campaign(connection, name)
 
