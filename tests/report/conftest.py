@@ -1,5 +1,6 @@
 """What the tests of the report share: a report, a page on disk, a browser."""
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -7,13 +8,21 @@ import pytest
 
 from adeye.report.html import write_html
 from adeye.report.model import Report
+from tests.project import Executed
 from tests.report.browser import CHROMIUM, Browser
 from tests.report.fake import build_report
+from tests.report.pages import built
 
 
 @pytest.fixture(scope="session")
 def report() -> Report:
     return build_report()
+
+
+@pytest.fixture(scope="session")
+def plain(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Report:
+    """The report of a campaign of which nothing was measured beyond its runs."""
+    return built(shutil.copyfile(mini.db, tmp_path_factory.mktemp("plain") / "adeye.db"))
 
 
 @pytest.fixture(scope="session")

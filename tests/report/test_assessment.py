@@ -12,40 +12,20 @@ from lxml import html as lxml_html
 from adeye.campaign.preventability import prevent
 from adeye.campaign.timing import campaign_injections
 from adeye.evaluation.verdict import Verdict
-from adeye.report.build import ReportBuilder
 from adeye.report.html import render
 from adeye.report.json_report import parse_json, render_json
-from adeye.store.repository import Repository
 from tests.report.fake_assessment import impact
+from tests.report.pages import built, section
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from adeye.report.assessment_parts import Assessment
     from adeye.report.model import Report
     from tests.project import Executed
 
 
-def built(db: Path) -> Report:
-    with Repository.open(db, create=False) as repository:
-        newest = repository.latest_campaign()
-        assert newest is not None
-        return ReportBuilder(repository, newest, "my.db").build(lambda _: ())
-
-
 def told(report: Report) -> Assessment:
     assert report.assessment is not None
     return report.assessment
-
-
-def section(report: Report, name: str) -> str:
-    [found] = lxml_html.document_fromstring(render(report)).xpath(f"//section[@id='{name}']")
-    return " ".join(found.text_content().split())
-
-
-@pytest.fixture(scope="module")
-def plain(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Report:
-    return built(shutil.copyfile(mini.db, tmp_path_factory.mktemp("plain") / "adeye.db"))
 
 
 @pytest.fixture(scope="module")

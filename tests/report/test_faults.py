@@ -13,39 +13,19 @@ from adeye.campaign.takeovers import look_back
 from adeye.campaign.timing import campaign_injections
 from adeye.evaluation.takeovers import TAKEOVER_CLASSES
 from adeye.evaluation.timeline import CLASSES
-from adeye.report.build import ReportBuilder
 from adeye.report.html import render
 from adeye.report.json_report import parse_json, render_json
-from adeye.store.repository import Repository
+from tests.report.pages import built, section
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from adeye.report.fault_parts import FaultEvidence
     from adeye.report.model import Report
     from tests.project import Executed
 
 
-def built(db: Path) -> Report:
-    with Repository.open(db, create=False) as repository:
-        newest = repository.latest_campaign()
-        assert newest is not None
-        return ReportBuilder(repository, newest, "my.db").build(lambda _: ())
-
-
 def told(report: Report) -> FaultEvidence:
     assert report.faults is not None
     return report.faults
-
-
-def section(report: Report) -> str:
-    [found] = lxml_html.document_fromstring(render(report)).xpath("//section[@id='faults']")
-    return " ".join(found.text_content().split())
-
-
-@pytest.fixture(scope="module")
-def plain(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Report:
-    return built(shutil.copyfile(mini.db, tmp_path_factory.mktemp("plain") / "adeye.db"))
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +41,7 @@ def test_what_was_not_measured_is_said_with_its_command(plain: Report) -> None:
     assert (found.with_fault, found.measured, found.forked) == (16, 0, 0)
     assert found.groups == ()
     assert found.takeovers is None
-    text = section(plain)
+    text = section(plain, "faults")
     assert "Not measured: what became of the faults in 16 runs" in text
     for verb in ("faults", "forks"):
         assert f"adeye {verb} {plain.campaign[:10]} --sample 0 --db my.db" in text
@@ -73,7 +53,7 @@ def test_every_run_with_a_fault_is_in_one_class_of_one_group(measured: Report) -
     assert sum(sum(group.counts.values()) for group in found.groups) == found.measured == 16
     assert all(tuple(group.counts) == CLASSES for group in found.groups)
     assert all(group.low is None for group in found.groups)
-    assert "Not measured" not in section(measured)
+    assert "Not measured" not in section(measured, "faults")
 
 
 def test_worst_run_of_a_silent_channel_has_its_times_and_command(measured: Report) -> None:
