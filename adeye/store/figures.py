@@ -257,5 +257,8 @@ def read_chunks(
     # The cursor of the driver: a row object of SQLAlchemy costs more than the row.
     options = {"stream_results": True} if is_server(connection) else {}
     cursor: Any = connection.exec_driver_sql(query, values, execution_options=options).cursor
-    while chunk := cursor.fetchmany(_CHUNK):
-        yield chunk
+    try:
+        while chunk := cursor.fetchmany(_CHUNK):
+            yield chunk
+    finally:
+        cursor.close()

@@ -38,8 +38,8 @@ class Location:
         if self.path is not None:
             return str(self.path)
         # What follows the database may hold a password, too.
-        shown = self.url.set(drivername="postgresql", query={}, password=None)
-        return shown.render_as_string(hide_password=True)
+        parts = self.url.username, None, self.url.host, self.url.port, self.url.database
+        return str(URL.create("postgresql", *parts))
 
     @property
     def is_server(self) -> bool:

@@ -27,7 +27,7 @@ floor glob group_concat hex ifnull json json_array json_array_length json_each
 json_extract json_group_array json_group_object json_object json_quote json_tree json_type
 json_valid julianday lag last_value lead length like ln log log10 log2 lower max min mod
 nth_value ntile nullif percent_rank pi pow power quote radians random rank round row_number
-sign sin sqrt strftime substr substring sum tan time total trunc typeof unicode upper
+sign sin sqrt strftime substr substring sum tan time total trim trunc typeof unicode upper
 """
 FUNCTIONS: Final = frozenset({*_FUNCTION_NAMES.split(), "iif"})  # codespell:ignore iif
 """Functions that finish at once on any value within the limits."""

@@ -1,7 +1,6 @@
 """A small campaign to store: two scenarios, two architectures, three FSRs, made-up results."""
 
 import hashlib
-import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, date, datetime
@@ -32,6 +31,7 @@ from adeye.store.block import run_block
 from adeye.store.columns import Texts
 from adeye.store.halving import HalfStepRecord, UncertaintyRecord
 from adeye.store.hindsight import TakeoverLine
+from adeye.store.location import locate
 from adeye.store.repository import Repository
 from adeye.store.rows import (
     CampaignFsr,
@@ -47,6 +47,8 @@ from adeye.store.rows import (
 )
 from adeye.store.stored import Block, BlockCase
 from adeye.store.tables import METRIC_IDS
+from tests.postgres import Server
+from tests.store.raw import Raw, raw_connection
 
 
 def sha(text: str) -> str:
@@ -346,17 +348,34 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return path.read_bytes()
 
 
-@pytest.fixture
-def repository(tmp_path: Path, empty: bytes) -> Iterator[Repository]:
+@pytest.fixture(scope="session")
+def template(server: Server) -> str:
+    """An empty database of the server, to be copied."""
+    url = server.new_database()
+    Repository.open(url).close()
+    return str(locate(url).url.database)
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> str | Path:
+    """Where a database of the newest schema is: every test passes on both kinds."""
+    if request.param == "postgresql":
+        server: Server = request.getfixturevalue("server")
+        return server.new_database(request.getfixturevalue("template"))
     path = tmp_path / "adeye.db"
-    path.write_bytes(empty)
-    with Repository.open(path, create=False) as opened:
+    path.write_bytes(request.getfixturevalue("empty"))
+    return path
+
+
+@pytest.fixture
+def repository(place: str | Path) -> Iterator[Repository]:
+    with Repository.open(place, create=False) as opened:
         yield opened
 
 
 @pytest.fixture
-def raw(repository: Repository) -> Iterator[sqlite3.Connection]:
-    """The file as someone without the repository would open it."""
-    connection = sqlite3.connect(repository.location.path, isolation_level=None)
+def raw(repository: Repository) -> Iterator[Raw]:
+    """The database as someone without the repository would open it."""
+    connection = raw_connection(repository)
     yield connection
     connection.close()

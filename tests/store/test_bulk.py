@@ -7,6 +7,7 @@ import pytest
 
 from adeye.store import bulk, tables
 from adeye.store.repository import Repository
+from tests.store.raw import on_sqlite
 
 
 def indexes(raw: sqlite3.Connection) -> set[tuple[str, str]]:
@@ -19,6 +20,7 @@ def contents(raw: sqlite3.Connection) -> list[str]:
     return sorted(line for line in dumped if '"campaign"' not in line)
 
 
+@on_sqlite
 def test_rebuilt_indexes_are_those_that_were_there(
     repository: Repository, example: Any, raw: sqlite3.Connection, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -45,6 +47,7 @@ def test_rebuilding_changes_no_row(
     assert found[0] == found[1]
 
 
+@on_sqlite
 def test_failure_while_rebuilding_leaves_the_indexes(
     repository: Repository, example: Any, raw: sqlite3.Connection, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,6 +72,7 @@ def test_few_rows_and_rows_into_many_use_the_indexes() -> None:
     assert not bulk.is_worth_rebuilding(bulk.MANY_ROWS, bulk.MANY_ROWS + 1)
 
 
+@on_sqlite
 def test_cache_is_large_for_a_while_only(repository: Repository) -> None:
     with repository._database.write() as connection:
         before = connection.exec_driver_sql("PRAGMA cache_size").scalar_one()

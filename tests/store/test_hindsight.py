@@ -1,5 +1,6 @@
 """What twins and forks told is kept, found again, shown by SQL, and counted by no campaign."""
 
+from contextlib import closing
 import sqlite3
 from dataclasses import replace
 from typing import Any
@@ -10,6 +11,7 @@ from adeye.errors import IntegrityError
 from adeye.evaluation.timeline import Timeline
 from adeye.store import hindsight
 from adeye.store.repository import Repository
+from tests.store.raw import raw_connection
 
 
 @pytest.fixture
@@ -117,9 +119,9 @@ def test_exercised_are_pairs_of_measured_runs_only(
     repository: Repository, example: Any, campaign: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found, _ = example.hindsight(repository, campaign)
-    with sqlite3.connect(repository.location.path) as connection:
+    with closing(raw_connection(repository)) as connection:
         rows = connection.execute(
-            "SELECT run, fsr FROM v_verdicts WHERE campaign = ? AND exercised", (campaign,)
+            "SELECT run, fsr FROM v_verdicts WHERE campaign = ? AND exercised = 1", (campaign,)
         ).fetchall()
     fsrs = sorted({fsr for _, fsr in rows})
     expected = {(run, fsr) for run, fsr in rows if run == found.run}

@@ -2,6 +2,7 @@ import sqlite3
 from typing import Any
 
 from adeye.store.repository import Repository
+from tests.store.raw import on_sqlite
 
 
 def test_run_that_exists_needs_only_the_verdicts_it_lacks(
@@ -60,6 +61,7 @@ def test_gaps_are_the_results_that_lack_verdicts_in_the_order_of_the_plan(
     assert [(item.ordinal, item.fsrs) for item in gaps] == [(n, ("FSR1",)) for n in range(4)]
 
 
+@on_sqlite
 def test_cases_at_the_end_of_a_large_plan_are_found_by_their_index(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:

@@ -9,6 +9,7 @@ from adeye.spec.concept import Waiver
 from adeye.store.planned import PlannedCases
 from adeye.store.repository import Repository
 from adeye.store.rows import EngineKey
+from tests.store.raw import rows
 
 
 def blocks(raw: sqlite3.Connection) -> list[tuple[int, int, str, str]]:
@@ -35,11 +36,11 @@ def test_same_selection_is_the_same_campaign_and_changes_no_row(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
     campaign = example.campaign(repository)
-    before = list(raw.iterdump())
+    before = rows(raw)
     again = repository.plan_campaign(example.record(), example.cases(8), block_size=5)
     assert again.campaign == campaign
     assert (again.to_execute, again.to_judge, again.is_new) == (0, 0, False)
-    assert list(raw.iterdump()) == before
+    assert rows(raw) == before
     assert repository.claim_block(campaign=campaign) is None
 
 

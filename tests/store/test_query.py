@@ -9,6 +9,7 @@ import pytest
 from adeye.errors import AdeyeError, InputError, PlatformError
 from adeye.store.query import _Guard, run_query
 from adeye.store.repository import Repository
+from tests.store.raw import on_sqlite
 
 ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
 GROWING = (
@@ -231,6 +232,7 @@ def test_connection_is_defensive_where_python_can_ask_for_it() -> None:
     connection.close()
 
 
+@on_sqlite
 def test_hostile_view_in_the_database_gains_nothing(path: Path, raw: sqlite3.Connection) -> None:
     raw.execute("CREATE VIEW harmless AS SELECT load_extension('evil.so')")
     raw.execute("CREATE VIEW big AS SELECT length(randomblob(1000000000))")

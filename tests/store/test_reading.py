@@ -1,3 +1,4 @@
+from contextlib import closing
 import sqlite3
 from itertools import pairwise
 from typing import Any
@@ -6,6 +7,7 @@ import pytest
 
 from adeye.errors import InputError
 from adeye.store.repository import Repository
+from tests.store.raw import raw_connection
 
 
 @pytest.fixture
@@ -140,7 +142,7 @@ def test_campaign_that_was_planned_again_is_the_latest(
     def latest() -> str:
         found = repository.latest_campaign()
         assert found is not None
-        with sqlite3.connect(repository.location.path) as connection:
+        with closing(raw_connection(repository)) as connection:
             asked = connection.execute(
                 "SELECT campaign FROM v_campaigns WHERE recency = 1"
             ).fetchone()
@@ -158,7 +160,7 @@ def test_campaign_that_was_planned_again_is_the_latest(
     assert latest() == third
     assert example.campaign(repository, 2) == second
     assert latest() == second
-    with sqlite3.connect(repository.location.path) as connection:
+    with closing(raw_connection(repository)) as connection:
         assert connection.execute("SELECT COUNT(*) FROM campaign_use").fetchone() == (3,)
     assert repository.verify() == ()
 

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy import Integer
 
 from adeye.errors import IntegrityError, PlatformError
 from adeye.store import tables
-from adeye.store.basis_tables import extreme
 from adeye.store.repository import Repository
 from adeye.store.stored import Finding
+from tests.store.raw import on_sqlite, unguarded
 
 
 @pytest.fixture
@@ -27,11 +28,8 @@ def campaign(repository: Repository, example: Any) -> str:
 
 @contextmanager
 def tampering(raw: sqlite3.Connection) -> Iterator[sqlite3.Connection]:
-    """Someone with the file and a shell: no triggers, no foreign keys."""
-    for (name,) in raw.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
-        raw.execute(f"DROP TRIGGER {name}")
-    raw.execute("PRAGMA foreign_keys = OFF")
-    raw.execute("PRAGMA ignore_check_constraints = ON")
+    """Someone with the database and a shell: no triggers, no foreign keys."""
+    unguarded(raw)
     yield raw
 
 
@@ -45,13 +43,17 @@ def rows_found(repository: Repository) -> list[Finding]:
     return [item for item in repository.verify() if item.table != "schema"]
 
 
+def another(text: str | None) -> str:
+    """Change a text and keep its length, which PostgreSQL looks after."""
+    return ("y" if text[0] == "x" else "x") + text[1:] if text else "x"
+
+
 @pytest.mark.parametrize("table", tables.INSERT_ONLY, ids=str)
 def test_every_altered_value_is_named_with_its_table(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: Any
 ) -> None:
     assert campaign
-    key = "row_hash" if table in {tables.verdict, tables.event, extreme} else "rowid"
-    last = f"WHERE {key} = (SELECT max({key}) FROM {table.name})"  # noqa: S608
+    last = f"WHERE row_hash = (SELECT max(row_hash) FROM {table.name})"  # noqa: S608
     with tampering(raw):
         for column in table.columns:
             if column.name == "row_hash":
@@ -59,7 +61,7 @@ def test_every_altered_value_is_named_with_its_table(
             select = f"SELECT {column.name} FROM {table.name} {last}"  # noqa: S608
             (value,) = raw.execute(select).fetchone()
             change = f"UPDATE {table.name} SET {column.name} = ? {last}"  # noqa: S608
-            altered = value + 99 if isinstance(value, int | float) else f"{value or ''}x"
+            altered = value + 99 if isinstance(value, int | float) else another(value)
             raw.execute(change, (altered,))
             assert table.name in {item.table for item in rows_found(repository)}, column.name
             raw.execute(change, (value,))
@@ -84,6 +86,13 @@ def test_deleted_row_is_noticed(
     assert rows_found(repository) != []
 
 
+def next_of(column: Any) -> str:
+    """Make another value of a key in SQL."""
+    if isinstance(column.type, Integer):
+        return f"{column.name} + 90"
+    return f"'9' || substr({column.name}, 2)"
+
+
 @pytest.mark.parametrize("table", DELETABLE)
 def test_inserted_row_is_noticed_even_with_a_copied_hash(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
@@ -96,7 +105,8 @@ def test_inserted_row_is_noticed_even_with_a_copied_hash(
     with tampering(raw):
         raw.execute(
             f"INSERT INTO {table} ({', '.join(kept)}, {last}) "  # noqa: S608
-            f"SELECT {', '.join(kept)}, {last} || '9' FROM {table} ORDER BY {key} LIMIT 1"
+            f"SELECT {', '.join(kept)}, {next_of(described.columns[last])} FROM {table} "
+            f"ORDER BY {key} LIMIT 1"
         )
     assert table in {item.table for item in repository.verify()}
 
@@ -139,6 +149,7 @@ def test_metrics_of_two_runs_exchanged_with_their_hashes_are_noticed(
     assert {item.table for item in repository.verify()} >= {"metric", "run"}
 
 
+@on_sqlite
 def test_text_that_is_not_unicode_is_a_finding_not_a_crash(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
@@ -150,6 +161,7 @@ def test_text_that_is_not_unicode_is_a_finding_not_a_crash(
     assert named >= {"event", "run"}
 
 
+@on_sqlite
 def test_one_hundred_flipped_bits_are_never_taken_for_the_truth(
     repository: Repository, example: Any, tmp_path: Path
 ) -> None:

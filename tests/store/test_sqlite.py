@@ -1,0 +1,133 @@
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.errors import IntegrityError, PlatformError
+from adeye.store import sqlite
+from adeye.store.database import Database, errors_in_words
+from adeye.store.location import Location
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Database:
+    opened = Database(tmp_path / "a.db")
+    with opened.write() as connection:
+        connection.exec_driver_sql("CREATE TABLE t (x INTEGER UNIQUE)")
+    return opened
+
+
+def test_connections_keep_the_rules(database: Database) -> None:
+    with database.read() as connection:
+        found = {
+            name: connection.exec_driver_sql(f"PRAGMA {name}").scalar()
+            for name in ("journal_mode", "foreign_keys", "trusted_schema", "busy_timeout")
+        }
+    assert found == {
+        "journal_mode": "wal",
+        "foreign_keys": 1,
+        "trusted_schema": 0,
+        "busy_timeout": 30_000,
+    }
+
+
+def test_locked_database_is_named_with_a_remedy(
+    database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sqlite, "BUSY_TIMEOUT_S", 0.05)
+    impatient = Database(database.location)
+    with (
+        database.write(),
+        pytest.raises(PlatformError, match=r"a\.db is locked .* Wait"),
+        impatient.write(),
+    ):
+        pass
+
+
+def test_file_that_is_no_database_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "no.db"
+    path.write_bytes(b"This is a text, not a database. " * 40)
+    with pytest.raises(PlatformError, match=r"no\.db is not a database"), Database(path).read():
+        pass
+
+
+def test_folder_instead_of_a_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(PlatformError, match="cannot be opened"), Database(tmp_path).read():
+        pass
+
+
+def fill_the_disk(database: Database) -> None:
+    with database.write() as connection:
+        pages = connection.exec_driver_sql("PRAGMA page_count").scalar()
+        connection.exec_driver_sql(f"PRAGMA max_page_count = {pages}")
+        connection.exec_driver_sql(
+            "WITH RECURSIVE n(i) AS (SELECT 2 UNION ALL SELECT i + 1 FROM n LIMIT 100000) "
+            "INSERT INTO t SELECT i FROM n"
+        )
+
+
+def test_full_disk_is_named_and_keeps_what_was_committed(database: Database) -> None:
+    with database.write() as connection:
+        connection.exec_driver_sql("INSERT INTO t VALUES (1)")
+    with pytest.raises(PlatformError, match=r"the disk is full.*Free some space") as caught:
+        fill_the_disk(database)
+    assert caught.value.exit_code == 5
+    with Database(database.location).read() as connection:
+        assert connection.exec_driver_sql("SELECT x FROM t").scalars().all() == [1]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("SQLITE_CORRUPT_VTAB", IntegrityError),
+        ("SQLITE_CONSTRAINT_UNIQUE", IntegrityError),
+        ("SQLITE_READONLY_DBMOVED", PlatformError),
+        ("SQLITE_IOERR_WRITE", PlatformError),
+        ("SQLITE_NOMEM", PlatformError),
+        ("", PlatformError),
+    ],
+)
+def test_every_cause_has_its_exit_code(name: str, kind: type[Exception]) -> None:
+    error = sqlite3.OperationalError("details")
+    if name:
+        error.sqlite_errorname = name
+    with pytest.raises(kind, match="details"), errors_in_words(Location.of_file(Path("a.db"))):
+        raise error
+
+
+class BusyConnection:
+    """Answers that the database is locked, a number of times."""
+
+    def __init__(self, times: int) -> None:
+        self.times = times
+
+    def execute(self, _sql: str) -> sqlite3.Cursor:
+        if self.times > 0:
+            self.times -= 1
+            error = sqlite3.OperationalError("database is locked")
+            error.sqlite_errorname = "SQLITE_BUSY"
+            raise error
+        return sqlite3.connect(":memory:").execute("SELECT 'wal'")
+
+
+def test_first_switch_to_wal_waits_for_the_lock() -> None:
+    connection: Any = BusyConnection(3)
+    sqlite._enter_wal(connection)
+    assert connection.times == 0
+
+
+def test_first_switch_to_wal_does_not_wait_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sqlite, "BUSY_TIMEOUT_S", 0.0)
+    connection: Any = BusyConnection(1000)
+    with pytest.raises(sqlite3.OperationalError, match="locked"):
+        sqlite._enter_wal(connection)
+
+
+def test_message_that_is_not_utf_8_is_damage_in_words(tmp_path: Path) -> None:
+    # SQLite quotes a damaged schema as it is.
+    with (
+        pytest.raises(IntegrityError, match=r"a\.db is damaged: a text in it is not UTF-8"),
+        errors_in_words(Location.of_file(tmp_path / "a.db")),
+    ):
+        b"malformed database schema (\xa7)".decode("utf-8")
