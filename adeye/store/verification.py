@@ -17,6 +17,7 @@ import numpy as np
 from sqlalchemy import Table, select
 
 from adeye.store import catalog, tables
+from adeye.store.balance import unbalanced
 from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
 from adeye.store.pending import missing_of_block
@@ -44,7 +45,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
             yield Finding("database", "", line)
         yield from altered_definitions(connection)
         for table in tables.INSERT_ONLY:
-            if table not in tables.RESULTS:
+            if table not in {*tables.RESULTS, tables.seal}:
                 yield from altered_rows(table, _stream(connection, table))
         for table in (*tables.RESULTS, *plugin_tables(connection)):
             yield from _altered_results(connection, table)
@@ -53,6 +54,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
         yield from _results(connection)
         yield from _plans(connection)
         yield from _work(connection)
+        yield from unbalanced(connection)
 
 
 def _stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:

@@ -58,6 +58,20 @@ CREATE TABLE concept (
 
 --
 
+CREATE TABLE ledger (
+	number INTEGER NOT NULL, 
+	place INTEGER NOT NULL, 
+	table_name TEXT COLLATE "C" NOT NULL, 
+	is_last SMALLINT NOT NULL, 
+	row_count INTEGER NOT NULL, 
+	total VARCHAR(32) NOT NULL, 
+	detail TEXT COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_ledger PRIMARY KEY (number, place)
+)
+
+--
+
 CREATE TABLE odd (
 	digest VARCHAR(64) COLLATE "C" NOT NULL, 
 	id TEXT COLLATE "C" NOT NULL, 
@@ -302,6 +316,18 @@ CREATE TABLE campaign_fsr (
 
 --
 
+CREATE TABLE campaign_root (
+	campaign_id VARCHAR(32) NOT NULL, 
+	number INTEGER NOT NULL, 
+	leaves INTEGER NOT NULL, 
+	root VARCHAR(64) COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_campaign_root PRIMARY KEY (campaign_id, number), 
+	CONSTRAINT fk_campaign_root_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
 CREATE TABLE campaign_use (
 	number SERIAL NOT NULL, 
 	campaign_id VARCHAR(32) COLLATE "C" NOT NULL, 
@@ -363,6 +389,27 @@ CREATE TABLE run (
 	CONSTRAINT uq_run_result_digest UNIQUE (result_digest), 
 	CONSTRAINT fk_run_test_case_digest FOREIGN KEY(test_case_digest) REFERENCES test_case (digest)
 )
+
+--
+
+CREATE TABLE session (
+	number INTEGER NOT NULL, 
+	campaign_id VARCHAR(32) NOT NULL, 
+	at TEXT COLLATE "C" NOT NULL, 
+	who TEXT COLLATE "C" NOT NULL, 
+	host TEXT COLLATE "C" NOT NULL, 
+	tool TEXT COLLATE "C" NOT NULL, 
+	packages_digest TEXT COLLATE "C" NOT NULL, 
+	cpu TEXT COLLATE "C" NOT NULL, 
+	provenance TEXT COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_session PRIMARY KEY (number), 
+	CONSTRAINT fk_session_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
+CREATE INDEX ix_session_campaign_id ON session (campaign_id)
 
 --
 
@@ -934,6 +981,27 @@ CREATE TABLE metric (
 
 --
 
+CREATE TABLE seal (
+	run_number INTEGER NOT NULL, 
+	number INTEGER NOT NULL, 
+	run_sum BIGINT NOT NULL, 
+	metric_sum BIGINT NOT NULL, 
+	timing_sum BIGINT NOT NULL, 
+	criticality_sum BIGINT NOT NULL, 
+	verdict_sum BIGINT NOT NULL, 
+	event_sum BIGINT NOT NULL, 
+	chain_sum BIGINT NOT NULL, 
+	basis_sum BIGINT NOT NULL, 
+	extreme_sum BIGINT NOT NULL, 
+	kept_trace_sum BIGINT NOT NULL, 
+	plugin_sum BIGINT NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_seal PRIMARY KEY (run_number, number), 
+	CONSTRAINT fk_seal_run_number FOREIGN KEY(run_number) REFERENCES run (number)
+)
+
+--
+
 CREATE TABLE tally (
 	work_id INTEGER NOT NULL, 
 	campaign_id VARCHAR(32) COLLATE "C" NOT NULL, 
@@ -1042,6 +1110,23 @@ CREATE TABLE verdict (
 
 --
 
+CREATE TABLE withdrawal (
+	number INTEGER NOT NULL, 
+	result_digest VARCHAR(64) COLLATE "C" NOT NULL, 
+	at TEXT COLLATE "C" NOT NULL, 
+	author TEXT COLLATE "C" NOT NULL, 
+	reason TEXT COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_withdrawal PRIMARY KEY (number), 
+	CONSTRAINT fk_withdrawal_result_digest FOREIGN KEY(result_digest) REFERENCES run (result_digest)
+)
+
+--
+
+CREATE INDEX ix_withdrawal_result_digest ON withdrawal (result_digest)
+
+--
+
 CREATE TABLE takeover (
 	fork_digest VARCHAR(64) COLLATE "C" NOT NULL, 
 	version INTEGER NOT NULL, 
@@ -1083,6 +1168,21 @@ FOR EACH ROW EXECUTE FUNCTION insert_only()
 --
 
 CREATE TRIGGER concept_no_truncate BEFORE TRUNCATE ON concept
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER ledger_no_update BEFORE UPDATE ON ledger
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER ledger_no_delete BEFORE DELETE ON ledger
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER ledger_no_truncate BEFORE TRUNCATE ON ledger
 FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
@@ -1312,6 +1412,21 @@ FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
 
+CREATE TRIGGER campaign_root_no_update BEFORE UPDATE ON campaign_root
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER campaign_root_no_delete BEFORE DELETE ON campaign_root
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER campaign_root_no_truncate BEFORE TRUNCATE ON campaign_root
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
 CREATE TRIGGER campaign_use_no_update BEFORE UPDATE ON campaign_use
 FOR EACH ROW EXECUTE FUNCTION insert_only()
 
@@ -1368,6 +1483,21 @@ FOR EACH ROW EXECUTE FUNCTION insert_only()
 --
 
 CREATE TRIGGER run_no_truncate BEFORE TRUNCATE ON run
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER session_no_update BEFORE UPDATE ON session
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER session_no_delete BEFORE DELETE ON session
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER session_no_truncate BEFORE TRUNCATE ON session
 FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
@@ -1552,6 +1682,21 @@ FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
 
+CREATE TRIGGER seal_no_update BEFORE UPDATE ON seal
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER seal_no_delete BEFORE DELETE ON seal
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER seal_no_truncate BEFORE TRUNCATE ON seal
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
 CREATE TRIGGER tally_no_update BEFORE UPDATE ON tally
 FOR EACH ROW EXECUTE FUNCTION insert_only()
 
@@ -1593,6 +1738,21 @@ FOR EACH ROW EXECUTE FUNCTION insert_only()
 --
 
 CREATE TRIGGER verdict_no_truncate BEFORE TRUNCATE ON verdict
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER withdrawal_no_update BEFORE UPDATE ON withdrawal
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER withdrawal_no_delete BEFORE DELETE ON withdrawal
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER withdrawal_no_truncate BEFORE TRUNCATE ON withdrawal
 FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
