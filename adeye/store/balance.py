@@ -225,9 +225,11 @@ def _sealed(connection: Connection, told: _Told) -> Iterator[Finding]:
                     expected[name][run] += value
                     told.sealed[number, name] -= value
         for name in SEALED:
-            for run in expected[name].keys() | actual[name].keys():
-                if (expected[name][run] - actual[name][run]) & SEAL_MASK:
-                    blamed.append((run, name, bool(actual[name][run])))
+            blamed += [
+                (run, name, bool(actual[name][run]))
+                for run in expected[name].keys() | actual[name].keys()
+                if (expected[name][run] - actual[name][run]) & SEAL_MASK
+            ]
     yield from altered
     yield from _judged(connection, told, counted, blamed)
 

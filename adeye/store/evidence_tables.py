@@ -62,12 +62,11 @@ campaign_root = Table(
     "campaign_root",
     column_kinds.metadata,
     _campaign(key=True),
-    _count("number", key=True),
     _count("leaves"),
     _digest("root"),
     _row_hash(),
 )
-"""Merkle root over a complete campaign; the last one counts."""
+"""Merkle root over a complete campaign, see ``roots``."""
 
 session = Table(
     "session",

@@ -2,7 +2,7 @@
 
 Every insert-only row is hashed again, results are compared with their hash, tallies are counted
 again, and plans are compared with the identity of their campaign. What does not agree is named by
-table and row. ``result_table_hash`` gives one hash for the results of a campaign.
+table and row. ``balance`` tells what is gone or was never written.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from adeye.store.pending import missing_of_block
 from adeye.store.planning import judging_hash
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.recording import RUN_HASHED, result_hashes, tally_rows
+from adeye.store.roots import wrong_roots
 from adeye.store.rows import EngineKey
 from adeye.store.selection import SelectionHash
 from adeye.store.stored import Finding
@@ -55,6 +56,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
         yield from _plans(connection)
         yield from _work(connection)
         yield from unbalanced(connection)
+        yield from wrong_roots(connection)
 
 
 def _stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:

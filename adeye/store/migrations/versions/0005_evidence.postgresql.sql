@@ -318,11 +318,10 @@ CREATE TABLE campaign_fsr (
 
 CREATE TABLE campaign_root (
 	campaign_id VARCHAR(32) NOT NULL, 
-	number INTEGER NOT NULL, 
 	leaves INTEGER NOT NULL, 
 	root VARCHAR(64) COLLATE "C" NOT NULL, 
 	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
-	CONSTRAINT pk_campaign_root PRIMARY KEY (campaign_id, number), 
+	CONSTRAINT pk_campaign_root PRIMARY KEY (campaign_id), 
 	CONSTRAINT fk_campaign_root_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
 )
 
@@ -1890,7 +1889,19 @@ COMMENT ON VIEW v_runs IS '94570b413affbf343b0c83613615c93103665276aa22e51f0b034
 --
 
 CREATE VIEW v_fsr_status AS
-WITH counted AS (
+WITH withdrawn AS (
+    SELECT c.campaign_id, f.fsr_id, c.architecture, c.scenario, v.verdict, -1 AS runs,
+        0 - v.exercised AS exercised
+    FROM (SELECT DISTINCT result_digest FROM withdrawal) x
+    CROSS JOIN campaign_case c ON c.result_digest = x.result_digest
+    CROSS JOIN work b ON b.campaign_id = c.campaign_id AND b.from_ordinal <= c.ordinal
+        AND b.to_ordinal > c.ordinal AND b.state = 'done'
+    CROSS JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.architecture
+    AND f.scenario = c.scenario AND f.applicable = 1
+    AND f.applies IN ('everywhere', CASE c.inside_odd WHEN 1 THEN 'inside' ELSE 'outside' END)
+    CROSS JOIN run r ON r.result_digest = c.result_digest
+    CROSS JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest),
+counted AS (
     SELECT campaign_id, fsr_id, architecture, scenario, SUM(runs) AS judged,
         SUM(exercised) AS exercised,
         SUM(CASE verdict WHEN 'FAIL' THEN runs ELSE 0 END) AS n_fail,
@@ -1899,7 +1910,10 @@ WITH counted AS (
     SUM(CASE verdict WHEN 'INCONCLUSIVE' THEN runs ELSE 0 END) AS n_inconclusive,
     SUM(CASE verdict WHEN 'VACUOUS' THEN runs ELSE 0 END) AS n_vacuous,
     SUM(CASE verdict WHEN 'PASS' THEN runs ELSE 0 END) AS n_pass
-    FROM tally GROUP BY campaign_id, fsr_id, architecture, scenario),
+    FROM (
+        SELECT campaign_id, fsr_id, architecture, scenario, verdict, runs, exercised FROM tally
+        UNION ALL SELECT * FROM withdrawn) told
+    GROUP BY campaign_id, fsr_id, architecture, scenario),
 worst AS (
     SELECT campaign_id, fsr_id, architecture, scenario, worst_margin, worst_robustness,
         worst_unit, worst_result_digest, ROW_NUMBER() OVER (
@@ -1925,7 +1939,7 @@ LEFT JOIN worst w ON w.campaign_id = f.campaign_id AND w.fsr_id = f.fsr_id
 
 --
 
-COMMENT ON VIEW v_fsr_status IS '204ed29a0b19189f6d8005cc22437733b342276b7107db8e6ff54c87572d896a'
+COMMENT ON VIEW v_fsr_status IS 'f327e3635b4556f3d1f37780c0b8132ff4a9b2c692a134a548093f168bc2cfac'
 
 --
 
