@@ -140,12 +140,15 @@ class _Campaign:
         """
         repository, plan = self._repository, self._plan
         planned = plan.expansion.count
+        record = plan.record()
         stored = repository.plan_campaign(
-            plan.record(),
+            record,
             plan.planned(),
             block_size=block_size(plan),
             report=lambda done: self._report(Progress("plan", done, planned, 0)),
         )
+        if stored.is_new or stored.to_execute or stored.to_judge:
+            repository.evidence.add_session(stored.campaign, record.provenance)
         repository.requeue_quarantined(stored.campaign)
         lanes_of = _Lanes(plan, lanes)
         tasks = _Tasks(repository, plan, stored, self._context, (executes, replays))
@@ -167,6 +170,7 @@ class _Campaign:
         finally:
             lanes_of.close()
             tasks.release()
+        repository.evidence.record_root(stored.campaign)
         self._report(replace(state, phase="done"))
         return self._summary(stored, tasks, halved, again)
 

@@ -81,7 +81,10 @@ def leaves(connection: Connection, campaign: str) -> Iterator[tuple[int, bytes]]
     """Give ordinal and leaf hash of the cases of a campaign."""
     planned = connection.exec_driver_sql(
         "SELECT planned FROM campaign WHERE id = ?", (campaign,)
-    ).scalar_one()
+    ).scalar()
+    if planned is None:
+        msg = "its plan is gone"
+        raise ValueError(msg)
     for first in range(0, planned, _CHUNK):
         within = campaign, first, first + _CHUNK
         verdicts = _verdicts(connection, within)
