@@ -1,7 +1,7 @@
 """Keep the traces of runs as files beside the database, and judge from them.
 
-A file holds the traces of a block. Its name is a hash of the digests of these traces, and a trace
-is judged only if its arrays still have the digest that the result was stored with.
+A file holds the traces of a block. Its name is a hash of its content, and a trace is judged only if
+its arrays still have the digest that the result was stored with.
 """
 
 from __future__ import annotations
@@ -104,10 +104,7 @@ def keep_traces(
 
 
 def _write(trace: Trace, folder: Path) -> str:
-    name = hashlib.sha256(" ".join(trace.digests()).encode()).hexdigest()
-    path = folder / f"{name}{SUFFIX}"
-    if path.exists():
-        return name
+    """Write a file and name it after its content, so that it cannot be altered unseen."""
     layout = trace.layout
     meta: dict[str, Any] = {
         "monitors": layout.monitors,
@@ -132,15 +129,27 @@ def _write(trace: Trace, folder: Path) -> str:
         try:
             with os.fdopen(descriptor, "wb") as stream:
                 np.savez(stream, **arrays)
-            Path(temporary).replace(path)
+            name = content_name(Path(temporary))
+            Path(temporary).replace(folder / f"{name}{SUFFIX}")
         except BaseException:
             Path(temporary).unlink(missing_ok=True)
             raise
     except OSError as error:
         raise PlatformError(
-            f"trace {path} cannot be written: {error.strerror}. Free space or run without --traces."
+            f"traces in {folder} cannot be written: {error.strerror}. "
+            "Free space or run without --traces."
         ) from error
     return name
+
+
+def content_name(path: Path) -> str:
+    """Name a file after its content: sha256 in hex.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 @dataclass(frozen=True)

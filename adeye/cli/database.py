@@ -95,14 +95,19 @@ def root_of(root: Root | None) -> str | None:
 
 
 def verify(db: Db = None, json: Json = False) -> None:
-    """Check that every stored row is as it was written, and name each that is not.
+    """Check that every stored row and every kept trace is as it was written, and name all others.
+
+    Also what is gone is named, what was never written by adeye, and a campaign whose Merkle root is
+    not the one that it had when it was complete.
 
     Exit codes: 0 intact, 4 something was altered, is missing or does not belong.
     """
+    from adeye.campaign.artefacts import altered_files, left_files
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
-        findings = repository.verify()
+        findings = (*repository.verify(), *altered_files(repository))
+        left = left_files(repository)
         rows = sum(repository.info().rows.values())
     if json:
         emit_json("db-verify", {"rows": rows, "findings": findings})
@@ -111,6 +116,8 @@ def verify(db: Db = None, json: Json = False) -> None:
             emit(clean(finding))
         if not findings:
             emit(f"Intact: {rows} rows are as they were written.")
+    if left:
+        talk(clean(f"{len(left)} files of traces belong to no run; they may go: {left[0]}"))
     if findings:
         talk(f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy.")
         raise typer.Exit(_INTEGRITY)

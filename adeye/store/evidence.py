@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from sqlalchemy import func, select
 from adeye.errors import InputError
 from adeye.identity import digest
 from adeye.store import roots, tables
+from adeye.store.campaign_sums import campaign_sums
 from adeye.store.encoding import json_text, row, utc_text
 from adeye.store.inserting import insert_rows
 from adeye.store.reading import find_run
@@ -118,6 +120,15 @@ class Evidence:
         with self._database.read() as connection:
             return roots.stored_root(connection, campaign)
 
+    def require_root(self, root: Root) -> None:
+        """Refuse a computed root that is not the one that was saved.
+
+        Raises:
+            IntegrityError: It is another one.
+        """
+        with self._database.read() as connection:
+            roots.require_root(connection, root)
+
     def computed_root(self, campaign: str) -> Root:
         """Compute the root from the rows as they are now, also of an incomplete campaign.
 
@@ -151,6 +162,11 @@ class Evidence:
             root.hex(),
         )
 
+    def sums(self, campaign: str) -> dict[str, tuple[int, str]]:
+        """Count the rows of a campaign by table and sum their hashes, see ``campaign_sums``."""
+        with self._database.read() as connection:
+            return campaign_sums(connection, campaign)
+
     def add_session(self, campaign: str, provenance: Mapping[str, Any]) -> None:
         """Note that a command begins to work on a campaign."""
         table = tables.session
@@ -178,6 +194,28 @@ class Evidence:
                 Session(*tuple(item)[:-2], json.loads(item.provenance))
                 for item in connection.execute(wanted)
             )
+
+    def kept_files(self, campaign: str | None = None) -> dict[str, tuple[tuple[str, str], ...]]:
+        """Name the files that keep traces, with digests of result and trace of each run in it.
+
+        Args:
+            campaign: Only files with runs of this campaign, and these.
+        """
+        found: dict[str, list[tuple[str, str]]] = defaultdict(list)
+        source = "kept_trace k JOIN run r ON r.number = k.run_number"
+        given: tuple[str, ...] = ()
+        if campaign is not None:
+            source += " JOIN campaign_case c ON c.result_digest = r.result_digest"
+            source += " WHERE c.campaign_id = ?"
+            given = (campaign,)
+        with self._database.read() as connection:
+            for name, result, trace in connection.exec_driver_sql(
+                f"SELECT k.file, r.result_digest, r.trace_digest FROM {source} "  # noqa: S608
+                "ORDER BY k.file, k.place",
+                given,
+            ):
+                found[str(name)].append((str(result), str(trace)))
+        return {name: tuple(runs) for name, runs in found.items()}
 
     def withdraw(self, result_digest: str, *, author: str, reason: str) -> bool:
         """Let a result count as evidence no more, in every campaign; its rows stay.

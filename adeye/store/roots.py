@@ -135,11 +135,11 @@ def computed_root(connection: Connection, campaign: str) -> Root:
         ) from error
 
 
-def save_root(connection: Connection, root: Root) -> None:
-    """Save the root of a complete campaign unless it is there.
+def require_root(connection: Connection, root: Root) -> None:
+    """Refuse a root that is not the one that was saved, if there is one.
 
     Raises:
-        IntegrityError: Another one is there.
+        IntegrityError: It is another one.
     """
     known = stored_root(connection, root.campaign)
     if known is not None and known != root:
@@ -147,6 +147,15 @@ def save_root(connection: Connection, root: Root) -> None:
             f"campaign {root.campaign[:12]}: its evidence has root {root.root[:12]}, not "
             f"{known.root[:12]} as when it was complete. Run 'adeye db verify'."
         )
+
+
+def save_root(connection: Connection, root: Root) -> None:
+    """Save the root of a complete campaign unless it is there.
+
+    Raises:
+        IntegrityError: Another one is there.
+    """
+    require_root(connection, root)
     values = (root.campaign, root.leaves, root.root)
     insert_rows(
         connection,
