@@ -316,7 +316,11 @@ def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator
             tables.tally.select().where(tables.tally.c.work_id == work_id)
         )
     }
-    counted = {tuple(item) for item in tally_rows(connection, work_id)}
+    try:
+        counted = {tuple(item) for item in tally_rows(connection, work_id)}
+    except (TypeError, ValueError) as error:
+        yield Finding("tally", str(work_id), f"cannot be counted again ({error})")
+        return
     if not is_done:
         # Of a block that is not done, the FSRs count that all of its cases are judged on.
         missing = missing_of_block(connection, work_id) if stored else frozenset()
