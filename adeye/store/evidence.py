@@ -190,10 +190,21 @@ class Evidence:
         table = tables.session
         wanted = table.select().where(table.c.campaign_id == campaign).order_by(table.c.number)
         with self._database.read() as connection:
-            return tuple(
-                Session(*tuple(item)[:-2], json.loads(item.provenance))
-                for item in connection.execute(wanted)
+            found = connection.execute(wanted).all()
+        return tuple(
+            Session(
+                number=item.number,
+                campaign=item.campaign_id,
+                at=item.at,
+                who=item.who,
+                host=item.host,
+                tool=item.tool,
+                packages_digest=item.packages_digest,
+                cpu=item.cpu,
+                provenance=json.loads(item.provenance),
             )
+            for item in found
+        )
 
     def kept_files(self, campaign: str | None = None) -> dict[str, tuple[tuple[str, str], ...]]:
         """Name the files that keep traces, with digests of result and trace of each run in it.
@@ -255,7 +266,10 @@ class Evidence:
             of_campaign = select(cases.c.result_digest).where(cases.c.campaign_id == campaign)
             wanted = wanted.where(table.c.result_digest.in_(of_campaign))
         with self._database.read() as connection:
-            return tuple(Withdrawal(*tuple(item)[1:-1]) for item in connection.execute(wanted))
+            found = connection.execute(wanted).all()
+        return tuple(
+            Withdrawal(item.result_digest, item.at, item.author, item.reason) for item in found
+        )
 
 
 def _next(connection: Connection, table: Table) -> int:

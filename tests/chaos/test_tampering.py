@@ -1,13 +1,14 @@
 """One row edited, deleted, inserted or exchanged, in every table, by somebody with a shell.
 
 The triggers are put back afterwards, and every other time the row gets the hash that it would
-have had. ``db verify`` names the table and the row each time. ``ADEYE_TAMPERINGS`` trials in every
-table; by default one of each kind where it is quick, and 100 over all tables with ``-m slow``.
+have had. ``db verify`` names the table and the row each time: of each kind in a few tables, in all
+tables with ``-m slow``, and there also 100 times at random, with the manifest refused each time.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import random  # noqa: TID251 - picks what to alter; no simulated noise
 import shutil
 import sqlite3
@@ -18,7 +19,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import pytest
 
-from adeye.store import balance, ledger, tables, verification
+from adeye.campaign.keeping import folder_of
+from adeye.errors import IntegrityError
+from adeye.report.manifest import differing, make_manifest
+from adeye.store import ledger, tables, verification
 from adeye.store.block import run_block
 from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
@@ -26,7 +30,6 @@ from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.repository import Repository
 from adeye.store.rows import MetricValue
 from adeye.store.tables import METRIC_IDS
-from adeye.store.triggers import insert_only_ddl
 from tests.store.conftest import Example
 
 if TYPE_CHECKING:
@@ -242,15 +245,41 @@ def test_tampering_with_every_table_is_named(whole: Path, tmp_path: Path, seed: 
         assert is_named(found, done), (done, found)
 
 
+def manifest_of(whole: Path, folder: Path) -> dict[str, Any]:
+    """Make the manifest of the newest campaign, with a file for the traces that it names."""
+    with Repository.open(whole, create=False) as repository:
+        kept = folder_of(folder / "copy.db")
+        kept.mkdir()
+        for name in repository.evidence.kept_files():
+            (kept / f"{name}.npz").write_bytes(b"traces")
+        shutil.copytree(kept, folder_of(whole), dirs_exist_ok=True)
+        campaign = repository.find_campaign()
+        found: dict[str, Any] = json.loads(make_manifest(repository, campaign, [], folder))
+        return found
+
+
+def fails(document: dict[str, Any], path: Path) -> bool:
+    """Tell whether a manifest is refused."""
+    with Repository.open(path, create=False) as repository:
+        try:
+            return bool(tuple(differing(document, path.parent, repository)))
+        except IntegrityError:
+            return True
+
+
 @pytest.mark.slow
-def test_a_hundred_tamperings_are_named(whole: Path, tmp_path: Path) -> None:
+def test_a_hundred_tamperings_are_named_and_the_manifest_fails(whole: Path, tmp_path: Path) -> None:
     picks = random.Random(17)  # noqa: S311 - which table and row
     known = described(whole)
     missed = []
+    document = manifest_of(whole, tmp_path)
+    copy = tmp_path / "copy.db"
+    shutil.copyfile(whole, copy)
+    assert not fails(document, copy)
     for trial in range(TRIALS):
         table, kind = picks.choice(known), picks.choice(KINDS)
-        done, found = tried(whole, tmp_path / "copy.db", table, kind, 1000 + trial)
-        if not is_named(found, done):
+        done, found = tried(whole, copy, table, kind, 1000 + trial)
+        if not is_named(found, done) or not fails(document, copy):
             missed.append((done, found))
     print(f"{TRIALS - len(missed)} of {TRIALS} tamperings were named")  # noqa: T201
     assert missed == []
@@ -276,7 +305,9 @@ def test_emptied_table_of_derived_rows_is_named(whole: Path, tmp_path: Path, tab
     assert "schema" not in {item.table for item in named}
 
 
-def test_triggers_are_put_back_as_they_were(whole: Path) -> None:
-    assert insert_only_ddl("run")[0].startswith("CREATE TRIGGER run_no_update")
-    assert balance.sealed_tables is not None
-    assert findings(whole) == ()
+def test_triggers_are_put_back_as_they_were(whole: Path, tmp_path: Path) -> None:
+    shutil.copyfile(whole, tmp_path / "copy.db")
+    with opened(tmp_path / "copy.db") as raw:
+        names = "SELECT name FROM sqlite_master WHERE type = 'trigger'"
+        assert raw.execute(names).fetchall() == []
+    assert findings(tmp_path / "copy.db") == ()
