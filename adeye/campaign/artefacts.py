@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 from typing import TYPE_CHECKING
 
-from adeye.campaign.keeping import SUFFIX, content_name, folder_of, read_kept
+from adeye.campaign.keeping import read_kept
+from adeye.store.kept_files import SUFFIX, content_name, folder_of
 from adeye.store.stored import Finding
 
 if TYPE_CHECKING:

@@ -6,7 +6,6 @@ its arrays still have the digest that the result was stored with.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import tempfile
@@ -25,6 +24,7 @@ from adeye.evaluation.judgement import ERROR as JUDGED_ERROR
 from adeye.evaluation.judgement import FAIL, INCONCLUSIVE
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import TraceSignals
+from adeye.store.kept_files import SUFFIX, content_name, folder_of
 from adeye.trace import COLUMNS, DRAWN, Trace
 
 if TYPE_CHECKING:
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 Wanted = Literal["none", "failures", "all"]
 """Which traces are kept: of no run, of those that an FSR fails or stays open in, of all."""
 
-SUFFIX: Final = ".npz"
 _META: Final = "meta"
 _KEPT: Final = ("length", "horizon_row", "complete")
 
@@ -56,15 +55,6 @@ class Keep:
 
     wanted: Wanted
     folder: Path
-
-
-def folder_of(database: Path) -> Path:
-    """Name the folder of the traces of a database.
-
-    >>> folder_of(Path(".adeye/adeye.db")).as_posix()
-    '.adeye/adeye.traces'
-    """
-    return database.with_suffix(".traces")
 
 
 def keep_traces(
@@ -140,16 +130,6 @@ def _write(trace: Trace, folder: Path) -> str:
             "Free space or run without --traces."
         ) from error
     return name
-
-
-def content_name(path: Path) -> str:
-    """Name a file after its content: sha256 in hex.
-
-    Raises:
-        OSError: It cannot be read.
-    """
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 from adeye.campaign.blocks import block_size, fitting
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.halving import HalfStepTasks, Halved
-from adeye.campaign.keeping import Keep, folder_of
+from adeye.campaign.keeping import Keep
 from adeye.campaign.rejudging import VERDICT, Rejudged, rejudge
 from adeye.campaign.summary import CampaignSummary, failed_channels, summarise
 from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import InputError
 from adeye.kernel.jit import is_cache_warm
+from adeye.store.kept_files import folder_of
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

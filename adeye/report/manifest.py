@@ -10,9 +10,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.keeping import SUFFIX, content_name, folder_of
 from adeye.errors import InputError
 from adeye.identity import digest_bytes
+from adeye.store.kept_files import SUFFIX, content_name, folder_of
 from adeye.version import __version__
 
 if TYPE_CHECKING:

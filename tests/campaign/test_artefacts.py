@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from adeye.campaign.artefacts import altered_files, left_files
-from adeye.campaign.keeping import SUFFIX, folder_of
 from adeye.campaign.runner import run_campaign
+from adeye.store.kept_files import SUFFIX, folder_of
 from adeye.store.repository import Repository
 from tests.project import Project
 

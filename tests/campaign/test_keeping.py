@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from adeye.campaign.keeping import folder_of, read_kept
+from adeye.campaign.keeping import read_kept
+from adeye.store.kept_files import folder_of
 
 
 def test_folder_is_beside_the_database(tmp_path: Path) -> None:

@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import pytest
 
-from adeye.campaign.keeping import folder_of
 from adeye.errors import IntegrityError
 from adeye.report.manifest import differing, make_manifest
 from adeye.store import ledger, tables, verification
 from adeye.store.block import run_block
 from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
+from adeye.store.kept_files import folder_of
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.repository import Repository
 from adeye.store.rows import MetricValue
