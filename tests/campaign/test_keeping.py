@@ -5,11 +5,6 @@ from pathlib import Path
 import numpy as np
 
 from adeye.campaign.keeping import read_kept
-from adeye.store.kept_files import folder_of
-
-
-def test_folder_is_beside_the_database(tmp_path: Path) -> None:
-    assert folder_of(tmp_path / "adeye.db") == tmp_path / "adeye.traces"
 
 
 def test_missing_and_damaged_files_hold_no_traces(tmp_path: Path) -> None:

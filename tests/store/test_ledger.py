@@ -3,12 +3,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sqlalchemy import MetaData
 
 from adeye.store import ledger, tables
 from adeye.store.database import Database
 from adeye.store.encoding import row
 from adeye.store.inserting import insert_rows
-from adeye.store.plugin_metrics import make_metric_table
 from adeye.store.repository import Repository
 
 HASHES = [f"{value:032x}" for value in (5, 2**128 - 1, 2**64 + 7)]
@@ -26,7 +26,7 @@ def test_seal_sums_the_low_bits_by_run() -> None:
 
 
 def test_tables_of_runs_are_sealed_and_others_are_listed() -> None:
-    plugin = make_metric_table("metric_x", tables.MetaData(), ["a"])
+    plugin = tables.make_metric_table("metric_x", MetaData(), ["a"])
     names = [ledger.sealed_name(item) for item in (tables.run, tables.metric, plugin)]
     assert names == ["run", "metric", "plugin"]
     assert ledger.sealed_name(tables.campaign_case) is None
