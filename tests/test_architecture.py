@@ -21,6 +21,7 @@ VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "manager", "data"
 # Third parties that belong to one part of the product.
 ONE_PLACE = {
     "alembic": ("adeye.store",),
+    "cryptography": ("adeye.report",),
     "highway_env": ("adeye.traffic.highway",),
     "jinja2": ("adeye.report",),
     "rich": ("adeye.cli",),
@@ -29,7 +30,7 @@ ONE_PLACE = {
     "typer": ("adeye.cli",),
 }
 # Released together with, and pinned by, a declared dependency.
-COMPANIONS = {"pydantic_core": "pydantic"}
+COMPANIONS = {"llvmlite": "numba", "pydantic_core": "pydantic"}
 
 
 def dotted(module: Path) -> str:
@@ -124,7 +125,13 @@ def test_no_stored_file_is_over_one_megabyte() -> None:
 
 def test_third_party_import_is_a_declared_dependency() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    declared = {text.partition(">")[0].lower() for text in project["dependencies"]}
+    extras = [
+        text
+        for name, texts in project["optional-dependencies"].items()
+        for text in texts
+        if name != "dev"
+    ]
+    declared = {text.partition(">")[0].lower() for text in (*project["dependencies"], *extras)}
     distributions = packages_distributions()
     undeclared = {
         (dotted(path), name)

@@ -1,12 +1,11 @@
 """Keep the traces of runs as files beside the database, and judge from them.
 
-A file holds the traces of a block. Its name is a hash of the digests of these traces, and a trace
-is judged only if its arrays still have the digest that the result was stored with.
+A file holds the traces of a block. Its name is a hash of its content, and a trace is judged only if
+its arrays still have the digest that the result was stored with.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import tempfile
@@ -25,6 +24,7 @@ from adeye.evaluation.judgement import ERROR as JUDGED_ERROR
 from adeye.evaluation.judgement import FAIL, INCONCLUSIVE
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import TraceSignals
+from adeye.store.kept_files import SUFFIX, content_name, folder_of
 from adeye.trace import COLUMNS, DRAWN, Trace
 
 if TYPE_CHECKING:
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 Wanted = Literal["none", "failures", "all"]
 """Which traces are kept: of no run, of those that an FSR fails or stays open in, of all."""
 
-SUFFIX: Final = ".npz"
 _META: Final = "meta"
 _KEPT: Final = ("length", "horizon_row", "complete")
 
@@ -56,15 +55,6 @@ class Keep:
 
     wanted: Wanted
     folder: Path
-
-
-def folder_of(database: Path) -> Path:
-    """Name the folder of the traces of a database.
-
-    >>> folder_of(Path(".adeye/adeye.db")).as_posix()
-    '.adeye/adeye.traces'
-    """
-    return database.with_suffix(".traces")
 
 
 def keep_traces(
@@ -104,10 +94,7 @@ def keep_traces(
 
 
 def _write(trace: Trace, folder: Path) -> str:
-    name = hashlib.sha256(" ".join(trace.digests()).encode()).hexdigest()
-    path = folder / f"{name}{SUFFIX}"
-    if path.exists():
-        return name
+    """Write a file and name it after its content, so that it cannot be altered unseen."""
     layout = trace.layout
     meta: dict[str, Any] = {
         "monitors": layout.monitors,
@@ -132,13 +119,15 @@ def _write(trace: Trace, folder: Path) -> str:
         try:
             with os.fdopen(descriptor, "wb") as stream:
                 np.savez(stream, **arrays)
-            Path(temporary).replace(path)
+            name = content_name(Path(temporary))
+            Path(temporary).replace(folder / f"{name}{SUFFIX}")
         except BaseException:
             Path(temporary).unlink(missing_ok=True)
             raise
     except OSError as error:
         raise PlatformError(
-            f"trace {path} cannot be written: {error.strerror}. Free space or run without --traces."
+            f"traces in {folder} cannot be written: {error.strerror}. "
+            "Free space or run without --traces."
         ) from error
     return name
 

@@ -1,19 +1,27 @@
-"""Where a campaign comes from: tool, packages, machine, git state, who."""
+"""Where a campaign comes from: tool, packages, machine and processor, git state, who.
+
+Nothing is taken from the environment but the name of the user: it may hold secrets.
+"""
 
 from __future__ import annotations
 
 import getpass
 import platform
 import subprocess
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any, Final
 
 from adeye.version import __version__
 
-if TYPE_CHECKING:
-    from pathlib import Path
+_PROCESSORS: Final = Path("/proc/cpuinfo")
 
-PACKAGES = ("highway-env", "numba", "numpy", "pydantic", "scipy", "sqlalchemy")
+PACKAGES: Final = (
+    "alembic", "gymnasium", "highway-env", "jinja2", "llvmlite", "numba", "numpy", "pandas",
+    "pydantic", "pyyaml", "rich", "scipy", "sqlalchemy", "typer",
+)  # fmt: skip
+"""What adeye depends on, and what compiles its kernels."""
 
 
 def provenance(odd_path: Path) -> dict[str, Any]:
@@ -26,11 +34,36 @@ def provenance(odd_path: Path) -> dict[str, Any]:
         "adeye": __version__,
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",
+        "host": platform.node(),
+        "libm": " ".join(platform.libc_ver()).strip(),
+        "cpu": processor(),
         "packages": {name: _version(name) for name in PACKAGES},
         "git": git_state(odd_path.resolve().parent),
         "odd_path": odd_path.as_posix(),
         "who": _user(),
     }
+
+
+@cache
+def processor() -> dict[str, Any]:
+    """Name, kind and features of the processor, as the compiler of the kernels sees them."""
+    import llvmlite.binding as llvm
+
+    features = llvm.get_host_cpu_features()
+    return {
+        "name": _model() or platform.processor() or platform.machine(),
+        "kind": llvm.get_host_cpu_name(),
+        "features": sorted(name for name, is_there in features.items() if is_there),
+    }
+
+
+def _model() -> str:
+    try:
+        lines = _PROCESSORS.read_text("utf-8", "replace").splitlines()
+    except OSError:
+        return ""
+    found = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(found, "")
 
 
 def git_state(folder: Path) -> dict[str, Any]:

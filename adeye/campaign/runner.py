@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 from adeye.campaign.blocks import block_size, fitting
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.halving import HalfStepTasks, Halved
-from adeye.campaign.keeping import Keep, folder_of
+from adeye.campaign.keeping import Keep
 from adeye.campaign.rejudging import VERDICT, Rejudged, rejudge
 from adeye.campaign.summary import CampaignSummary, failed_channels, summarise
 from adeye.campaign.unchanged import Unchanged
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import InputError
 from adeye.kernel.jit import is_cache_warm
+from adeye.store.kept_files import folder_of
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
@@ -140,12 +141,15 @@ class _Campaign:
         """
         repository, plan = self._repository, self._plan
         planned = plan.expansion.count
+        record = plan.record()
         stored = repository.plan_campaign(
-            plan.record(),
+            record,
             plan.planned(),
             block_size=block_size(plan),
             report=lambda done: self._report(Progress("plan", done, planned, 0)),
         )
+        if stored.is_new or stored.to_execute or stored.to_judge:
+            repository.evidence.add_session(stored.campaign, record.provenance)
         repository.requeue_quarantined(stored.campaign)
         lanes_of = _Lanes(plan, lanes)
         tasks = _Tasks(repository, plan, stored, self._context, (executes, replays))
@@ -167,6 +171,7 @@ class _Campaign:
         finally:
             lanes_of.close()
             tasks.release()
+        repository.evidence.record_root(stored.campaign)
         self._report(replace(state, phase="done"))
         return self._summary(stored, tasks, halved, again)
 

@@ -14,7 +14,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.content import FOLDER
-from adeye.campaign.keeping import SUFFIX, folder_of
 from adeye.evaluation.extremes import measure_of
 from adeye.evaluation.measured import measured, reads_odd
 from adeye.evaluation.metrics import METRICS
@@ -27,6 +26,7 @@ from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.store.basis import CHUNK
 from adeye.store.encoding import json_text
+from adeye.store.kept_files import SUFFIX, folder_of
 from adeye.sweep.case import content_digest
 
 if TYPE_CHECKING:

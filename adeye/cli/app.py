@@ -17,6 +17,7 @@ from adeye.cli.doctor import doctor
 from adeye.cli.forks import fork, forks
 from adeye.cli.gate import gate
 from adeye.cli.judge import judge
+from adeye.cli.manifest import manifest_app
 from adeye.cli.matrix import matrix
 from adeye.cli.new import new_app
 from adeye.cli.options import add, examples
@@ -258,6 +259,7 @@ add(app, init, "adeye init", "adeye init my_project", panel=WRITE)
 app.add_typer(new_app, name="new", rich_help_panel=WRITE)
 app.add_typer(scenario_app, name="scenario", rich_help_panel=WRITE)
 app.add_typer(database_app, name="db", rich_help_panel=KEEP)
+app.add_typer(manifest_app, name="manifest", rich_help_panel=KEEP)
 add(app, warmup, "adeye warmup", "adeye warmup odd/first.yaml", panel=KEEP)
 add(
     app,

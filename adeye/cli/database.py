@@ -1,11 +1,17 @@
-"""``db upgrade|info|verify``: the database file itself."""
+"""``db upgrade|info|verify``: the database itself; ``db prove|withdraw``: runs as evidence."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
 import typer
 
-from adeye.cli.options import Db, Json, add
+from adeye.cli.options import Db, Json, RunId, add
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, talk
+
+if TYPE_CHECKING:
+    from adeye.store.roots import Root
 
 _INTEGRITY = 4
 
@@ -36,6 +42,9 @@ def info(db: Db = None, json: Json = False) -> None:
     with Repository.open(db, create=False) as repository:
         found = repository.info()
         campaigns = repository.campaigns()
+        roots = {item.id: repository.evidence.root(item.id) for item in campaigns}
+        sessions = {item.id: repository.evidence.sessions(item.id) for item in campaigns}
+        withdrawn = repository.evidence.withdrawals()
     if json:
         emit_json(
             "db-info",
@@ -52,9 +61,13 @@ def info(db: Db = None, json: Json = False) -> None:
                         "planned": item.planned,
                         "state": item.state,
                         "created_at": item.created_at,
+                        "root": root_of(roots[item.id]),
+                        "provenance": dict(item.provenance),
+                        "sessions": [asdict(one) for one in sessions[item.id]],
                     }
                     for item in campaigns
                 ],
+                "withdrawn": [asdict(item) for item in withdrawn],
             },
         )
         return
@@ -63,22 +76,38 @@ def info(db: Db = None, json: Json = False) -> None:
     )
     emit_table(("Table", "Rows"), list(found.rows.items()), right=("Rows",))
     rows = [
-        [item.number, item.id[:10], item.odd, item.planned, item.state, item.created_at]
+        [
+            *(item.number, item.id[:10], item.odd, item.planned, item.state, item.created_at),
+            (root_of(roots[item.id]) or "-")[:16],
+        ]
         for item in campaigns
     ]
-    headers = ("Number", "Campaign", "ODD", "Test cases", "State", "First planned")
+    headers = ("Number", "Campaign", "ODD", "Test cases", "State", "First planned", "Root")
     emit_table(headers, rows, right=("Number", "Test cases"))
+    if withdrawn:
+        taken = [[item.result_digest[:12], item.at, item.author, item.reason] for item in withdrawn]
+        emit_table(("Withdrawn", "At", "By", "Reason"), taken)
+
+
+def root_of(root: Root | None) -> str | None:
+    """Give the root in hex, if there is one."""
+    return None if root is None else root.root
 
 
 def verify(db: Db = None, json: Json = False) -> None:
-    """Check that every stored row is as it was written, and name each that is not.
+    """Check that every stored row and every kept trace is as it was written, and name all others.
+
+    Also what is gone is named, what was never written by adeye, and a campaign whose Merkle root is
+    not the one that it had when it was complete.
 
     Exit codes: 0 intact, 4 something was altered, is missing or does not belong.
     """
+    from adeye.campaign.artefacts import altered_files, left_files
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
-        findings = repository.verify()
+        findings = (*repository.verify(), *altered_files(repository))
+        left = left_files(repository)
         rows = sum(repository.info().rows.values())
     if json:
         emit_json("db-verify", {"rows": rows, "findings": findings})
@@ -87,11 +116,77 @@ def verify(db: Db = None, json: Json = False) -> None:
             emit(clean(finding))
         if not findings:
             emit(f"Intact: {rows} rows are as they were written.")
+    if left:
+        talk(clean(f"{len(left)} files of traces belong to no run; they may go: {left[0]}"))
     if findings:
         talk(f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy.")
         raise typer.Exit(_INTEGRITY)
 
 
+def prove(
+    run: RunId,
+    campaign: Annotated[
+        str | None,
+        typer.Option("--campaign", metavar="CAMPAIGN", help="Number or digest; default: latest."),
+    ] = None,
+    db: Db = None,
+    json: Json = False,
+) -> None:
+    """Prove that a run is evidence of a campaign, by its leaf and path in the Merkle tree.
+
+    Whoever knows the campaign's root can check it without the database (RFC 6962, section 2.1).
+    """
+    from adeye.store.repository import Repository
+
+    with Repository.open(db, create=False) as repository:
+        chosen = repository.find_campaign(campaign)
+        proof = repository.evidence.prove(run, chosen.id)
+    if json:
+        emit_json("db-prove", asdict(proof))
+        return
+    emit_fields(
+        {
+            "Campaign": proof.campaign,
+            "Run": proof.result_digest,
+            "Place": f"{proof.ordinal} of {proof.leaves}",
+            "Leaf": proof.leaf,
+            "Path": " ".join(proof.path),
+            "Root": proof.root,
+        }
+    )
+
+
+def withdraw(
+    run: RunId,
+    author: Annotated[str, typer.Option("--author", metavar="NAME", help="Who says so.")],
+    reason: Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why.")],
+    db: Db = None,
+    json: Json = False,
+) -> None:
+    """Let a result count as evidence no more; it stays as it is, with author and reason beside it.
+
+    Its verdicts count as NOT_RUN in every campaign, so that no gate is green with it. Another
+    version of an engine executes its test case anew, which gives another result.
+    """
+    from adeye.store.repository import Repository
+
+    with Repository.open(db, create=False) as repository:
+        found = repository.find_run(run)
+        is_new = repository.evidence.withdraw(found.result_digest, author=author, reason=reason)
+    if json:
+        emit_json("db-withdraw", {"run": found.result_digest, "is_new": is_new})
+    elif is_new:
+        emit(clean(f"{found.result_digest[:12]}: withdrawn by {author}: {reason}"))
+    else:
+        emit(f"{found.result_digest[:12]}: withdrawn already")
+
+
 add(database_app, upgrade, "adeye db upgrade", "adeye db upgrade --db my.db")
 add(database_app, info, "adeye db info", "adeye db info --json")
 add(database_app, verify, "adeye db verify")
+add(database_app, prove, "adeye db prove 3f9c2a", "adeye db prove 3f9c2a --json")
+add(
+    database_app,
+    withdraw,
+    "adeye db withdraw 3f9c2a --author 'J. Doe' --reason 'wrong map version'",
+)

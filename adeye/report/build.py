@@ -212,7 +212,12 @@ class ReportBuilder:
         return self.campaign.planned <= MAX_READ
 
     def _evidence(self) -> str:
-        return self.repository.result_table_hash(self.campaign.id) if self.is_read_whole else ""
+        """Give the root of the campaign's evidence: of its rows as they are, if they are few."""
+        evidence = self.repository.evidence
+        if self.is_read_whole:
+            return evidence.computed_root(self.campaign.id).root
+        known = evidence.root(self.campaign.id)
+        return "" if known is None else known.root
 
     def _statements(self) -> tuple[str, ...]:
         designs = designs_of(self.odd)

@@ -208,7 +208,7 @@ class Report(Part):
     concept_title: str = ""
     concept_digest: str = ""
     evidence_digest: str = ""
-    """Of plan, runs, metrics, events and verdicts; equal for every execution of the plan."""
+    """Merkle root over plan, results and verdicts; equal for every execution of the plan."""
     exit_code: ExitCode
     message: str
     determinism: str

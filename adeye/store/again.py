@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 from sqlalchemy import select
 
 from adeye.store import basis, pending, recording, tables
-from adeye.store.encoding import insert_rows
 from adeye.store.half_tables import plain_digests
+from adeye.store.inserting import insert_rows
 from adeye.store.leasing import is_held
 from adeye.store.rows import EngineKey
 

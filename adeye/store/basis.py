@@ -15,7 +15,8 @@ from adeye.identity import digest
 from adeye.store.basis_tables import basis, extreme, kept_trace, uid_set
 from adeye.store.column_kinds import metadata
 from adeye.store.columns import Column, Texts, hash_words, table_rows
-from adeye.store.encoding import insert_rows, json_text, row
+from adeye.store.encoding import json_text, row
+from adeye.store.inserting import insert_rows
 from adeye.store.numbers import run_numbers
 from adeye.store.plugin_metrics import plugin_tables
 

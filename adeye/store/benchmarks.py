@@ -16,7 +16,8 @@ from adeye.errors import IntegrityError
 from adeye.evaluation.preventability import BENCHMARK_VERSION, Cell, Comparison, cell_of
 from adeye.store import tables
 from adeye.store.content import save_content
-from adeye.store.encoding import insert_rows, row
+from adeye.store.encoding import row
+from adeye.store.inserting import insert_rows
 from adeye.store.pending import JUDGED
 from adeye.store.reading import run_ref
 from adeye.store.recording import record_runs

@@ -11,9 +11,10 @@ from adeye.store import tables
 from adeye.store.check_views import RULES, check_view_ddl
 from adeye.store.content import save_concept, save_content
 from adeye.store.database import Database
-from adeye.store.encoding import chunks, insert_rows
-from adeye.store.location import Place, locate
+from adeye.store.encoding import chunks
 from adeye.store.half_tables import plain_digests
+from adeye.store.inserting import insert_rows
+from adeye.store.location import Place, locate
 from adeye.store.planning import fsr_rows, judging_hash, save_campaign
 from adeye.store.reading import find_campaign, latest_campaign
 from adeye.store.schema import require_current, require_exists
@@ -180,9 +181,7 @@ def check_campaign(
         database.close()
 
 
-def count_unknown(
-    place: Place, campaign: str, results: Iterable[Sequence[str]]
-) -> tuple[int, int]:
+def count_unknown(place: Place, campaign: str, results: Iterable[Sequence[str]]) -> tuple[int, int]:
     """Count the results that neither a campaign asks for nor anything has brought.
 
     Args:

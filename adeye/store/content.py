@@ -11,7 +11,8 @@ from adeye.evaluation.stl.syntax import response_time
 from adeye.identity import canonical_json
 from adeye.spec.decomposition import scheme
 from adeye.store import tables
-from adeye.store.encoding import Row, insert_rows, json_text, row
+from adeye.store.encoding import Row, json_text, row
+from adeye.store.inserting import insert_rows
 from adeye.store.rows import ContentRecord
 
 if TYPE_CHECKING:

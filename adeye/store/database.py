@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from adeye.errors import LostConnection, PlatformError
+from adeye.store import ledger
 from adeye.store.location import Location, Place, locate
 
 if TYPE_CHECKING:
@@ -70,12 +71,12 @@ class Database:
         """
         with errors_in_words(self.location), self._connect() as connection:
             connection.execution_options(**{WRITES: "shared" if shared else "alone"})
+            ledger.begin(connection)
             with connection.begin():
                 yield connection
+                ledger.close(connection)
 
-    def change(
-        self, change: Callable[[Connection], Result], *, shared: bool = False
-    ) -> Result:
+    def change(self, change: Callable[[Connection], Result], *, shared: bool = False) -> Result:
         """Write, and write again where the connection to the server was lost.
 
         Args:

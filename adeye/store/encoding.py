@@ -182,23 +182,19 @@ def row(table: Table, values: Sequence[Any]) -> Row:
 
 
 @cache
-def _insert_statement(table: Table, *, ignore_existing: bool) -> str:
-
-    statement = sqlite.insert(table)
-    if ignore_existing:
-        statement = statement.on_conflict_do_nothing()
-    return str(statement.compile(dialect=sqlite.dialect()))
+def _insert_statement(table: Table) -> str:
+    return str(sqlite.insert(table).compile(dialect=sqlite.dialect()))
 
 
-def insert_rows(
-    connection: Connection, table: Table, rows: Iterable[Row], *, ignore_existing: bool = False
-) -> None:
-    """Insert rows that have a value for every column, in the order of the columns."""
-    batch = list(rows)
+def driver_insert(connection: Connection, table: Table, rows: Sequence[Row]) -> None:
+    """Insert rows that have a value for every column, without a word in the ledger.
+
+    ``inserting.insert_rows`` is what evidence enters by.
+    """
     if is_server(connection):
-        postgres.insert_rows(connection, table, batch, ignore_existing=ignore_existing)
-    elif batch:
-        connection.exec_driver_sql(_insert_statement(table, ignore_existing=ignore_existing), batch)
+        postgres.insert_rows(connection, table, rows, ignore_existing=False)
+    elif rows:
+        connection.exec_driver_sql(_insert_statement(table), rows)
 
 
 def chunks(values: Sequence[str]) -> Iterable[Sequence[str]]:

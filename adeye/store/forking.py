@@ -12,7 +12,8 @@ from sqlalchemy import select
 
 from adeye.store import tables
 from adeye.store.block import JudgedBlock
-from adeye.store.encoding import insert_rows, row
+from adeye.store.encoding import row
+from adeye.store.inserting import insert_rows
 from adeye.store.recording import record_runs, record_verdicts
 from adeye.store.rows import ForkRecord
 

@@ -24,7 +24,8 @@ from adeye.evaluation.uncertainty import (
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.block import JudgedBlock
-from adeye.store.encoding import insert_rows, json_text, row
+from adeye.store.encoding import json_text, row
+from adeye.store.inserting import insert_rows
 from adeye.store.pending import JUDGED, count_open
 from adeye.store.recording import record_runs, record_verdicts
 from adeye.store.rows import VerdictRecord

@@ -18,8 +18,9 @@ from adeye.evaluation.takeovers import TAKEOVERS_VERSION, TakeoverClass
 from adeye.evaluation.timeline import TIMELINE_VERSION, Timeline
 from adeye.store import tables
 from adeye.store.benchmarks import Benchmarks
-from adeye.store.encoding import Row, insert_rows, json_text, row
+from adeye.store.encoding import Row, json_text, row
 from adeye.store.halving import HalfSteps
+from adeye.store.inserting import insert_rows
 from adeye.store.reading import run_ref
 from adeye.sweep.groups import NO_FAULT
 

@@ -15,8 +15,9 @@ from sqlalchemy import func, select, update
 from adeye.store.basis import record_basis
 from adeye.store.block import JudgedBlock
 from adeye.store.catalog import is_server
-from adeye.store.encoding import insert_rows, utc_text
+from adeye.store.encoding import utc_text
 from adeye.store.halving import judge_with_uncertainty
+from adeye.store.inserting import insert_rows
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
 from adeye.store.pending import open_cases
 from adeye.store.recording import (

@@ -20,7 +20,8 @@ from adeye.store import tables
 from adeye.store.bulk import is_worth_rebuilding, large_cache, rebuilt_indexes, size_of
 from adeye.store.content import concept_record, save_concept, save_content
 from adeye.store.cutting import save_work
-from adeye.store.encoding import Row, insert_rows, json_text, row, rows_of_columns, utc_text
+from adeye.store.encoding import Row, json_text, row, rows_of_columns, utc_text
+from adeye.store.inserting import insert_rows
 from adeye.store.pending import count_open
 from adeye.store.planned import PlannedCases
 from adeye.store.reading import latest_id

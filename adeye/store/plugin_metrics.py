@@ -18,7 +18,8 @@ from adeye.evaluation.metrics.registry import STATUSES
 from adeye.identity import digest
 from adeye.store import catalog
 from adeye.store.columns import Column, Dictionary, Texts, hash_words, table_rows
-from adeye.store.encoding import Row, insert_rows
+from adeye.store.encoding import Row
+from adeye.store.inserting import insert_rows
 from adeye.store.numbers import run_numbers
 from adeye.store.rows import MetricValue
 from adeye.store.scenario_view import identifier

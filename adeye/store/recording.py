@@ -16,7 +16,8 @@ from adeye.evaluation.outcome import OUTCOMES
 from adeye.store import tables
 from adeye.store.basis import record_basis
 from adeye.store.columns import Column, Dictionary, Texts, Words, hash_words, table_rows
-from adeye.store.encoding import Row, clean_text, insert_rows, row, utc_text
+from adeye.store.encoding import Row, clean_text, row, utc_text
+from adeye.store.inserting import insert_rows
 from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.numbers import next_number, run_numbers
 from adeye.store.pending import JUDGED

@@ -37,6 +37,7 @@ from adeye.store import (
 from adeye.store.again import Again
 from adeye.store.block import JudgedBlock, RunBlock, run_block
 from adeye.store.database import Database, create_parent
+from adeye.store.evidence import Evidence
 from adeye.store.hindsight import Hindsight
 from adeye.store.location import Location, Place, locate
 from adeye.store.owner import Owner
@@ -271,6 +272,11 @@ class Repository:
     def hindsight(self) -> Hindsight:
         """What executing other runs beside stored ones told."""
         return Hindsight(self._database)
+
+    @property
+    def evidence(self) -> Evidence:
+        """What vouches for results."""
+        return Evidence(self._database)
 
     def save_forks(self, forks: Sequence[ForkRecord], runs: RunBlock) -> None:
         """Save forks with their results and verdicts, in the same order; known ones stay."""

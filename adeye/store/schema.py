@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.errors import InputError, PlatformError
 from adeye.store import catalog, postgres
+from adeye.store.balance import open_ledger
 from adeye.store.database import Database, create_parent
 from adeye.store.location import Location, Place, locate
 from adeye.store.scenario_view import ensure_scenario_views
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 _HEAD: Final = "0005"
 _FIRST_OF_SERVERS: Final = "0005"
 """Before it there was SQLite only: its migration makes everything on a server."""
+_FIRST_WITH_LEDGER: Final = "0005"
 _FOLDER: Final = Path(__file__).parent / "migrations"
 
 
@@ -77,6 +79,8 @@ def upgrade_database(database: Database) -> None:
         if version is not None:
             # These views are made of what the database holds, and v_runs has other columns now.
             ensure_scenario_views(connection)
+        if version is not None and version < _FIRST_WITH_LEDGER:
+            open_ledger(connection)
 
 
 def require_current(connection: Connection, location: Location) -> None:
@@ -89,7 +93,9 @@ def require_current(connection: Connection, location: Location) -> None:
     if version == _HEAD:
         return
     if version is None:
-        raise PlatformError(f"database {location} was not made by adeye. Name another file with --db.")
+        raise PlatformError(
+            f"database {location} was not made by adeye. Name another file with --db."
+        )
     if version in known_versions():
         raise PlatformError(
             f"database {location} has schema {version}, this release needs {_HEAD}. "

@@ -32,6 +32,11 @@ from adeye.store.concept_tables import element_relation as element_relation
 from adeye.store.concept_tables import fsr as fsr
 from adeye.store.concept_tables import hazardous_event as hazardous_event
 from adeye.store.concept_tables import safety_goal as safety_goal
+from adeye.store.evidence_tables import campaign_root as campaign_root
+from adeye.store.evidence_tables import ledger as ledger
+from adeye.store.evidence_tables import seal as seal
+from adeye.store.evidence_tables import session as session
+from adeye.store.evidence_tables import withdrawal as withdrawal
 from adeye.store.half_tables import half_step as half_step
 from adeye.store.half_tables import uncertainty as uncertainty
 from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS

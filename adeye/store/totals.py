@@ -13,6 +13,7 @@ from adeye.store.blocking import preventable_by, without_unpreventable
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from adeye.store.evidence import Withdrawal
     from adeye.store.repository import Repository
     from adeye.store.rows import VerdictRecord
     from adeye.store.stored import CampaignInfo, Finding, FsrStatus, RunRef
@@ -138,6 +139,28 @@ def _named(unsound: Sequence[Finding]) -> str:
     return f"The database is not as it was written: {'; '.join(named)}. Run 'adeye db verify'."
 
 
+def _told(withdrawn: Sequence[Withdrawal]) -> str:
+    """Say of withdrawn results which, by whom and why."""
+    said = [
+        f"{item.result_digest[:12]} by {item.author}: {item.reason}" for item in withdrawn[:_NAMED]
+    ]
+    if len(withdrawn) > _NAMED:
+        said.append(f"{len(withdrawn) - _NAMED} more")
+    return f"{len(withdrawn)} results are withdrawn ({'; '.join(said)})"
+
+
+def _accounted(repository: Repository, campaign: CampaignInfo) -> tuple[int, int, tuple[str, ...]]:
+    """Count planned test cases, and those with evidence; say what became of the others."""
+    progress = repository.progress(campaign.id)
+    withdrawn = repository.evidence.withdrawals(campaign.id)
+    lost = []
+    if progress.accounted < progress.planned:
+        lost.append(f"{progress.accounted} of {progress.planned} test cases accounted for")
+    if withdrawn:
+        lost.append(_told(withdrawn))
+    return progress.planned, progress.accounted - len(withdrawn), tuple(lost)
+
+
 def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode, str]:
     """Decide the exit code of a campaign and say why.
 
@@ -168,10 +191,9 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
             reasons.append(f"{text}{note and f' ({note})'}{why}")
         elif note:
             aside.append(f"{text}, {note}")
-    progress = repository.progress(campaign.id)
-    code = gate_exit(verdicts, planned=progress.planned, accounted=progress.accounted)
-    if progress.accounted < progress.planned:
-        reasons.append(f"{progress.accounted} of {progress.planned} test cases accounted for")
+    planned, accounted, lost = _accounted(repository, campaign)
+    code = gate_exit(verdicts, planned=planned, accounted=accounted)
+    reasons += lost
     if code is ExitCode.OK and aside:
         passed = f"Nothing else of what is mandatory fails for {', '.join(campaign.gate)}."
         return code, f"{'; '.join(aside)}. {passed}"

@@ -2,7 +2,7 @@
 
 Every insert-only row is hashed again, results are compared with their hash, tallies are counted
 again, and plans are compared with the identity of their campaign. What does not agree is named by
-table and row. ``result_table_hash`` gives one hash for the results of a campaign.
+table and row. ``balance`` tells what is gone or was never written.
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ import numpy as np
 from sqlalchemy import Table, select
 
 from adeye.store import catalog, tables
+from adeye.store.balance import unbalanced
 from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
 from adeye.store.pending import missing_of_block
 from adeye.store.planning import judging_hash
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.recording import RUN_HASHED, result_hashes, tally_rows
+from adeye.store.roots import wrong_roots
 from adeye.store.rows import EngineKey
 from adeye.store.selection import SelectionHash
 from adeye.store.stored import Finding
@@ -44,7 +46,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
             yield Finding("database", "", line)
         yield from altered_definitions(connection)
         for table in tables.INSERT_ONLY:
-            if table not in tables.RESULTS:
+            if table not in {*tables.RESULTS, tables.seal}:
                 yield from altered_rows(table, _stream(connection, table))
         for table in (*tables.RESULTS, *plugin_tables(connection)):
             yield from _altered_results(connection, table)
@@ -53,6 +55,8 @@ def verify(connection: Connection) -> Iterator[Finding]:
         yield from _results(connection)
         yield from _plans(connection)
         yield from _work(connection)
+        yield from unbalanced(connection)
+        yield from wrong_roots(connection)
 
 
 def _stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:
@@ -312,7 +316,11 @@ def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator
             tables.tally.select().where(tables.tally.c.work_id == work_id)
         )
     }
-    counted = {tuple(item) for item in tally_rows(connection, work_id)}
+    try:
+        counted = {tuple(item) for item in tally_rows(connection, work_id)}
+    except (TypeError, ValueError) as error:
+        yield Finding("tally", str(work_id), f"cannot be counted again ({error})")
+        return
     if not is_done:
         # Of a block that is not done, the FSRs count that all of its cases are judged on.
         missing = missing_of_block(connection, work_id) if stored else frozenset()

@@ -69,11 +69,24 @@ LEFT JOIN timing n ON n.run_number = r.number
 LEFT JOIN criticality k ON k.run_number = r.number"""
 
 _FSR_STATUS = """CREATE VIEW v_fsr_status AS
-WITH counted AS (
+WITH withdrawn AS (
+    SELECT c.campaign_id, f.fsr_id, c.architecture, c.scenario, v.verdict, -1 AS runs,
+        0 - v.exercised AS exercised
+    FROM (SELECT DISTINCT result_digest FROM withdrawal) x
+    CROSS JOIN campaign_case c ON c.result_digest = x.result_digest
+    CROSS JOIN work b ON b.campaign_id = c.campaign_id AND b.from_ordinal <= c.ordinal
+        AND b.to_ordinal > c.ordinal AND b.state = 'done'
+    CROSS JOIN campaign_fsr f ON $judged
+    CROSS JOIN run r ON r.result_digest = c.result_digest
+    CROSS JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest),
+counted AS (
     SELECT campaign_id, fsr_id, architecture, scenario, SUM(runs) AS judged,
         SUM(exercised) AS exercised,
         $counts
-    FROM tally GROUP BY campaign_id, fsr_id, architecture, scenario),
+    FROM (
+        SELECT campaign_id, fsr_id, architecture, scenario, verdict, runs, exercised FROM tally
+        UNION ALL SELECT * FROM withdrawn) told
+    GROUP BY campaign_id, fsr_id, architecture, scenario),
 worst AS (
     SELECT campaign_id, fsr_id, architecture, scenario, worst_margin, worst_robustness,
         worst_unit, worst_result_digest, ROW_NUMBER() OVER (
@@ -261,6 +274,7 @@ def view_ddl() -> dict[str, str]:
         "v_verdicts": Template(_VERDICTS).substitute(judged=JUDGED),
         "v_runs": Template(_RUNS).substitute(metrics=_lines(metrics)),
         "v_fsr_status": Template(_FSR_STATUS).substitute(
+            judged=JUDGED,
             counts=_lines(counted),
             worst_first=WORST_FIRST,
             filled=_lines([f"COALESCE(n.{name}, 0) AS {name}" for name in COUNTED.values()]),

@@ -4,11 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from adeye.campaign.keeping import folder_of, read_kept
-
-
-def test_folder_is_beside_the_database(tmp_path: Path) -> None:
-    assert folder_of(tmp_path / "adeye.db") == tmp_path / "adeye.traces"
+from adeye.campaign.keeping import read_kept
 
 
 def test_missing_and_damaged_files_hold_no_traces(tmp_path: Path) -> None:

@@ -229,7 +229,9 @@ def project_with_waiver(tmp_path: Any) -> Project:
 
 
 def test_report_knows_its_evidence_lines_and_rules(built: Report, repository: Repository) -> None:
-    assert built.evidence_digest == repository.result_table_hash(built.campaign)
+    root = repository.evidence.root(built.campaign)
+    assert root is not None
+    assert built.evidence_digest == root.root
     assert built.integrity_rules > 20
     assert len(built.verification) == len(built.fsrs) * len(built.architectures)
     assert all(item.digest for item in built.fsrs)
@@ -241,11 +243,14 @@ def test_report_knows_its_evidence_lines_and_rules(built: Report, repository: Re
 
 
 def test_large_campaign_is_not_read_whole(
-    builder: ReportBuilder, monkeypatch: pytest.MonkeyPatch
+    builder: ReportBuilder, repository: Repository, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("adeye.report.build.MAX_READ", 1)
+    monkeypatch.setattr("adeye.store.roots.computed_root", lambda *_: pytest.fail("reads all"))
     told = builder.build(no_replays)
-    assert told.evidence_digest == ""
+    root = repository.evidence.root(told.campaign)
+    assert root is not None
+    assert told.evidence_digest == root.root
     assert 0 < told.integrity_rules < 28
 
 

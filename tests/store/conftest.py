@@ -326,6 +326,14 @@ class Example:
         line = UncertaintyRecord(origin.scenario, origin.architecture, told, "f" * 64, "e" * 64)
         halves.save_uncertainty(campaign, [line])
 
+    def vouched(self, repository: Repository, campaign: str) -> None:
+        """Save the root of a campaign and a session of it, and withdraw its second run."""
+        evidence = repository.evidence
+        evidence.add_session(campaign, {"adeye": "0.1.0", "who": "me", "packages": {"numpy": "2"}})
+        assert evidence.record_root(campaign) is not None
+        run = repository.find_run("1", campaign=campaign)
+        assert evidence.withdraw(run.result_digest, author="me", reason="wrong map")
+
     def with_odd(self, version: str) -> None:
         self.odd = replace(self.odd, version=version, content={"odd": "motorway", "v": version})
 

@@ -15,9 +15,10 @@ def indexes(raw: sqlite3.Connection) -> set[tuple[str, str]]:
 
 
 def contents(raw: sqlite3.Connection) -> list[str]:
-    """All rows in order, without what stands where in the schema."""
+    """All rows in order, without what stands where in the schema, and without times of day."""
     dumped = [line for line in raw.iterdump() if line.startswith("INSERT")]
-    return sorted(line for line in dumped if '"campaign"' not in line)
+    timed = ('"campaign"', "'campaign'")
+    return sorted(line for line in dumped if not any(word in line for word in timed))
 
 
 @on_sqlite

@@ -19,6 +19,7 @@ def test_stored_row_is_never_changed_or_deleted(
     example.halved(repository, campaign)
     example.campaign(repository, 2)
     example.campaign(repository, 4)
+    example.vouched(repository, campaign)
     count = f"SELECT count(*) FROM {table}"  # noqa: S608 - a table of this package
     before = raw.execute(count).fetchone()
     assert before != (0,)

@@ -23,6 +23,7 @@ def campaign(repository: Repository, example: Any) -> str:
     example.halved(repository, planned)
     example.campaign(repository, 2)
     example.campaign(repository, 8)
+    example.vouched(repository, planned)
     return planned
 
 

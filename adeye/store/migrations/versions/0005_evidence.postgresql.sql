@@ -58,6 +58,20 @@ CREATE TABLE concept (
 
 --
 
+CREATE TABLE ledger (
+	number INTEGER NOT NULL, 
+	place INTEGER NOT NULL, 
+	table_name TEXT COLLATE "C" NOT NULL, 
+	is_last SMALLINT NOT NULL, 
+	row_count INTEGER NOT NULL, 
+	total VARCHAR(32) NOT NULL, 
+	detail TEXT COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_ledger PRIMARY KEY (number, place)
+)
+
+--
+
 CREATE TABLE odd (
 	digest VARCHAR(64) COLLATE "C" NOT NULL, 
 	id TEXT COLLATE "C" NOT NULL, 
@@ -302,6 +316,17 @@ CREATE TABLE campaign_fsr (
 
 --
 
+CREATE TABLE campaign_root (
+	campaign_id VARCHAR(32) NOT NULL, 
+	leaves INTEGER NOT NULL, 
+	root VARCHAR(64) COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_campaign_root PRIMARY KEY (campaign_id), 
+	CONSTRAINT fk_campaign_root_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
 CREATE TABLE campaign_use (
 	number SERIAL NOT NULL, 
 	campaign_id VARCHAR(32) COLLATE "C" NOT NULL, 
@@ -363,6 +388,27 @@ CREATE TABLE run (
 	CONSTRAINT uq_run_result_digest UNIQUE (result_digest), 
 	CONSTRAINT fk_run_test_case_digest FOREIGN KEY(test_case_digest) REFERENCES test_case (digest)
 )
+
+--
+
+CREATE TABLE session (
+	number INTEGER NOT NULL, 
+	campaign_id VARCHAR(32) NOT NULL, 
+	at TEXT COLLATE "C" NOT NULL, 
+	who TEXT COLLATE "C" NOT NULL, 
+	host TEXT COLLATE "C" NOT NULL, 
+	tool TEXT COLLATE "C" NOT NULL, 
+	packages_digest TEXT COLLATE "C" NOT NULL, 
+	cpu TEXT COLLATE "C" NOT NULL, 
+	provenance TEXT COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_session PRIMARY KEY (number), 
+	CONSTRAINT fk_session_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
+CREATE INDEX ix_session_campaign_id ON session (campaign_id)
 
 --
 
@@ -934,6 +980,27 @@ CREATE TABLE metric (
 
 --
 
+CREATE TABLE seal (
+	run_number INTEGER NOT NULL, 
+	number INTEGER NOT NULL, 
+	run_sum BIGINT NOT NULL, 
+	metric_sum BIGINT NOT NULL, 
+	timing_sum BIGINT NOT NULL, 
+	criticality_sum BIGINT NOT NULL, 
+	verdict_sum BIGINT NOT NULL, 
+	event_sum BIGINT NOT NULL, 
+	chain_sum BIGINT NOT NULL, 
+	basis_sum BIGINT NOT NULL, 
+	extreme_sum BIGINT NOT NULL, 
+	kept_trace_sum BIGINT NOT NULL, 
+	plugin_sum BIGINT NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_seal PRIMARY KEY (run_number, number), 
+	CONSTRAINT fk_seal_run_number FOREIGN KEY(run_number) REFERENCES run (number)
+)
+
+--
+
 CREATE TABLE tally (
 	work_id INTEGER NOT NULL, 
 	campaign_id VARCHAR(32) COLLATE "C" NOT NULL, 
@@ -1042,6 +1109,23 @@ CREATE TABLE verdict (
 
 --
 
+CREATE TABLE withdrawal (
+	number INTEGER NOT NULL, 
+	result_digest VARCHAR(64) COLLATE "C" NOT NULL, 
+	at TEXT COLLATE "C" NOT NULL, 
+	author TEXT COLLATE "C" NOT NULL, 
+	reason TEXT COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_withdrawal PRIMARY KEY (number), 
+	CONSTRAINT fk_withdrawal_result_digest FOREIGN KEY(result_digest) REFERENCES run (result_digest)
+)
+
+--
+
+CREATE INDEX ix_withdrawal_result_digest ON withdrawal (result_digest)
+
+--
+
 CREATE TABLE takeover (
 	fork_digest VARCHAR(64) COLLATE "C" NOT NULL, 
 	version INTEGER NOT NULL, 
@@ -1083,6 +1167,21 @@ FOR EACH ROW EXECUTE FUNCTION insert_only()
 --
 
 CREATE TRIGGER concept_no_truncate BEFORE TRUNCATE ON concept
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER ledger_no_update BEFORE UPDATE ON ledger
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER ledger_no_delete BEFORE DELETE ON ledger
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER ledger_no_truncate BEFORE TRUNCATE ON ledger
 FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
@@ -1312,6 +1411,21 @@ FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
 
+CREATE TRIGGER campaign_root_no_update BEFORE UPDATE ON campaign_root
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER campaign_root_no_delete BEFORE DELETE ON campaign_root
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER campaign_root_no_truncate BEFORE TRUNCATE ON campaign_root
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
 CREATE TRIGGER campaign_use_no_update BEFORE UPDATE ON campaign_use
 FOR EACH ROW EXECUTE FUNCTION insert_only()
 
@@ -1368,6 +1482,21 @@ FOR EACH ROW EXECUTE FUNCTION insert_only()
 --
 
 CREATE TRIGGER run_no_truncate BEFORE TRUNCATE ON run
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER session_no_update BEFORE UPDATE ON session
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER session_no_delete BEFORE DELETE ON session
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER session_no_truncate BEFORE TRUNCATE ON session
 FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
@@ -1552,6 +1681,21 @@ FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
 
+CREATE TRIGGER seal_no_update BEFORE UPDATE ON seal
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER seal_no_delete BEFORE DELETE ON seal
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER seal_no_truncate BEFORE TRUNCATE ON seal
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
 CREATE TRIGGER tally_no_update BEFORE UPDATE ON tally
 FOR EACH ROW EXECUTE FUNCTION insert_only()
 
@@ -1593,6 +1737,21 @@ FOR EACH ROW EXECUTE FUNCTION insert_only()
 --
 
 CREATE TRIGGER verdict_no_truncate BEFORE TRUNCATE ON verdict
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER withdrawal_no_update BEFORE UPDATE ON withdrawal
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER withdrawal_no_delete BEFORE DELETE ON withdrawal
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER withdrawal_no_truncate BEFORE TRUNCATE ON withdrawal
 FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --
@@ -1730,7 +1889,19 @@ COMMENT ON VIEW v_runs IS '94570b413affbf343b0c83613615c93103665276aa22e51f0b034
 --
 
 CREATE VIEW v_fsr_status AS
-WITH counted AS (
+WITH withdrawn AS (
+    SELECT c.campaign_id, f.fsr_id, c.architecture, c.scenario, v.verdict, -1 AS runs,
+        0 - v.exercised AS exercised
+    FROM (SELECT DISTINCT result_digest FROM withdrawal) x
+    CROSS JOIN campaign_case c ON c.result_digest = x.result_digest
+    CROSS JOIN work b ON b.campaign_id = c.campaign_id AND b.from_ordinal <= c.ordinal
+        AND b.to_ordinal > c.ordinal AND b.state = 'done'
+    CROSS JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.architecture
+    AND f.scenario = c.scenario AND f.applicable = 1
+    AND f.applies IN ('everywhere', CASE c.inside_odd WHEN 1 THEN 'inside' ELSE 'outside' END)
+    CROSS JOIN run r ON r.result_digest = c.result_digest
+    CROSS JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest),
+counted AS (
     SELECT campaign_id, fsr_id, architecture, scenario, SUM(runs) AS judged,
         SUM(exercised) AS exercised,
         SUM(CASE verdict WHEN 'FAIL' THEN runs ELSE 0 END) AS n_fail,
@@ -1739,7 +1910,10 @@ WITH counted AS (
     SUM(CASE verdict WHEN 'INCONCLUSIVE' THEN runs ELSE 0 END) AS n_inconclusive,
     SUM(CASE verdict WHEN 'VACUOUS' THEN runs ELSE 0 END) AS n_vacuous,
     SUM(CASE verdict WHEN 'PASS' THEN runs ELSE 0 END) AS n_pass
-    FROM tally GROUP BY campaign_id, fsr_id, architecture, scenario),
+    FROM (
+        SELECT campaign_id, fsr_id, architecture, scenario, verdict, runs, exercised FROM tally
+        UNION ALL SELECT * FROM withdrawn) told
+    GROUP BY campaign_id, fsr_id, architecture, scenario),
 worst AS (
     SELECT campaign_id, fsr_id, architecture, scenario, worst_margin, worst_robustness,
         worst_unit, worst_result_digest, ROW_NUMBER() OVER (
@@ -1765,7 +1939,7 @@ LEFT JOIN worst w ON w.campaign_id = f.campaign_id AND w.fsr_id = f.fsr_id
 
 --
 
-COMMENT ON VIEW v_fsr_status IS '204ed29a0b19189f6d8005cc22437733b342276b7107db8e6ff54c87572d896a'
+COMMENT ON VIEW v_fsr_status IS 'f327e3635b4556f3d1f37780c0b8132ff4a9b2c692a134a548093f168bc2cfac'
 
 --
 

@@ -106,6 +106,140 @@ DROP VIEW v_verdicts
 
 --
 
+CREATE TABLE ledger (
+	number INTEGER NOT NULL, 
+	place INTEGER NOT NULL, 
+	table_name TEXT NOT NULL, 
+	is_last BOOLEAN NOT NULL, 
+	row_count INTEGER NOT NULL, 
+	total VARCHAR(32) NOT NULL, 
+	detail TEXT NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_ledger PRIMARY KEY (number, place)
+)
+
+--
+
+CREATE TABLE campaign_root (
+	campaign_id VARCHAR(32) NOT NULL, 
+	leaves INTEGER NOT NULL, 
+	root VARCHAR(64) NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_campaign_root PRIMARY KEY (campaign_id), 
+	CONSTRAINT fk_campaign_root_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
+CREATE TABLE session (
+	number INTEGER NOT NULL, 
+	campaign_id VARCHAR(32) NOT NULL, 
+	at TEXT NOT NULL, 
+	who TEXT NOT NULL, 
+	host TEXT NOT NULL, 
+	tool TEXT NOT NULL, 
+	packages_digest TEXT NOT NULL, 
+	cpu TEXT NOT NULL, 
+	provenance TEXT NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_session PRIMARY KEY (number), 
+	CONSTRAINT fk_session_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
+CREATE INDEX ix_session_campaign_id ON session (campaign_id)
+
+--
+
+CREATE TABLE seal (
+	run_number INTEGER NOT NULL, 
+	number INTEGER NOT NULL, 
+	run_sum BIGINT NOT NULL, 
+	metric_sum BIGINT NOT NULL, 
+	timing_sum BIGINT NOT NULL, 
+	criticality_sum BIGINT NOT NULL, 
+	verdict_sum BIGINT NOT NULL, 
+	event_sum BIGINT NOT NULL, 
+	chain_sum BIGINT NOT NULL, 
+	basis_sum BIGINT NOT NULL, 
+	extreme_sum BIGINT NOT NULL, 
+	kept_trace_sum BIGINT NOT NULL, 
+	plugin_sum BIGINT NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_seal PRIMARY KEY (run_number, number), 
+	CONSTRAINT fk_seal_run_number FOREIGN KEY(run_number) REFERENCES run (number)
+)
+
+--
+
+CREATE TABLE withdrawal (
+	number INTEGER NOT NULL, 
+	result_digest VARCHAR(64) NOT NULL, 
+	at TEXT NOT NULL, 
+	author TEXT NOT NULL, 
+	reason TEXT NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_withdrawal PRIMARY KEY (number), 
+	CONSTRAINT fk_withdrawal_result_digest FOREIGN KEY(result_digest) REFERENCES run (result_digest)
+)
+
+--
+
+CREATE INDEX ix_withdrawal_result_digest ON withdrawal (result_digest)
+
+--
+
+CREATE TRIGGER ledger_no_update BEFORE UPDATE ON ledger
+BEGIN SELECT RAISE(ABORT, 'ledger is insert-only'); END
+
+--
+
+CREATE TRIGGER ledger_no_delete BEFORE DELETE ON ledger
+BEGIN SELECT RAISE(ABORT, 'ledger is insert-only'); END
+
+--
+
+CREATE TRIGGER campaign_root_no_update BEFORE UPDATE ON campaign_root
+BEGIN SELECT RAISE(ABORT, 'campaign_root is insert-only'); END
+
+--
+
+CREATE TRIGGER campaign_root_no_delete BEFORE DELETE ON campaign_root
+BEGIN SELECT RAISE(ABORT, 'campaign_root is insert-only'); END
+
+--
+
+CREATE TRIGGER session_no_update BEFORE UPDATE ON session
+BEGIN SELECT RAISE(ABORT, 'session is insert-only'); END
+
+--
+
+CREATE TRIGGER session_no_delete BEFORE DELETE ON session
+BEGIN SELECT RAISE(ABORT, 'session is insert-only'); END
+
+--
+
+CREATE TRIGGER seal_no_update BEFORE UPDATE ON seal
+BEGIN SELECT RAISE(ABORT, 'seal is insert-only'); END
+
+--
+
+CREATE TRIGGER seal_no_delete BEFORE DELETE ON seal
+BEGIN SELECT RAISE(ABORT, 'seal is insert-only'); END
+
+--
+
+CREATE TRIGGER withdrawal_no_update BEFORE UPDATE ON withdrawal
+BEGIN SELECT RAISE(ABORT, 'withdrawal is insert-only'); END
+
+--
+
+CREATE TRIGGER withdrawal_no_delete BEFORE DELETE ON withdrawal
+BEGIN SELECT RAISE(ABORT, 'withdrawal is insert-only'); END
+
+--
+
 CREATE VIEW v_verdicts AS
 SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
     c.result_digest AS run, c.test_case_digest AS test_case, f.fsr_id AS fsr, f.asil, f.mandatory,
@@ -216,7 +350,19 @@ LEFT JOIN criticality k ON k.run_number = r.number
 --
 
 CREATE VIEW v_fsr_status AS
-WITH counted AS (
+WITH withdrawn AS (
+    SELECT c.campaign_id, f.fsr_id, c.architecture, c.scenario, v.verdict, -1 AS runs,
+        0 - v.exercised AS exercised
+    FROM (SELECT DISTINCT result_digest FROM withdrawal) x
+    CROSS JOIN campaign_case c ON c.result_digest = x.result_digest
+    CROSS JOIN work b ON b.campaign_id = c.campaign_id AND b.from_ordinal <= c.ordinal
+        AND b.to_ordinal > c.ordinal AND b.state = 'done'
+    CROSS JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.architecture
+    AND f.scenario = c.scenario AND f.applicable = 1
+    AND f.applies IN ('everywhere', CASE c.inside_odd WHEN 1 THEN 'inside' ELSE 'outside' END)
+    CROSS JOIN run r ON r.result_digest = c.result_digest
+    CROSS JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest),
+counted AS (
     SELECT campaign_id, fsr_id, architecture, scenario, SUM(runs) AS judged,
         SUM(exercised) AS exercised,
         SUM(CASE verdict WHEN 'FAIL' THEN runs ELSE 0 END) AS n_fail,
@@ -225,7 +371,10 @@ WITH counted AS (
     SUM(CASE verdict WHEN 'INCONCLUSIVE' THEN runs ELSE 0 END) AS n_inconclusive,
     SUM(CASE verdict WHEN 'VACUOUS' THEN runs ELSE 0 END) AS n_vacuous,
     SUM(CASE verdict WHEN 'PASS' THEN runs ELSE 0 END) AS n_pass
-    FROM tally GROUP BY campaign_id, fsr_id, architecture, scenario),
+    FROM (
+        SELECT campaign_id, fsr_id, architecture, scenario, verdict, runs, exercised FROM tally
+        UNION ALL SELECT * FROM withdrawn) told
+    GROUP BY campaign_id, fsr_id, architecture, scenario),
 worst AS (
     SELECT campaign_id, fsr_id, architecture, scenario, worst_margin, worst_robustness,
         worst_unit, worst_result_digest, ROW_NUMBER() OVER (

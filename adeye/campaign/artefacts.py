@@ -1,0 +1,82 @@
+"""Check the files beside a database: kept traces that are altered, gone, or of no run."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import TYPE_CHECKING
+
+from adeye.campaign.keeping import read_kept
+from adeye.store.kept_files import SUFFIX, content_name, folder_of
+from adeye.store.stored import Finding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from adeye.store.repository import Repository
+
+_PLACE = "trace"
+
+
+def altered_files(repository: Repository) -> Iterator[Finding]:
+    """Name kept traces that are gone, altered, or not what adeye writes there.
+
+    A file is named after its content. One of no run that has its name is left over from a block
+    that was interrupted, see ``left_files``.
+    """
+    folder = folder_of(repository.location.beside)
+    known = repository.evidence.kept_files()
+    present = _present(folder)
+    for name, runs in known.items():
+        path = present.pop(f"{name}{SUFFIX}", None)
+        problem = "is missing" if path is None else _problem(path, name)
+        if path is not None and problem and _is_named_after_traces(path, runs):
+            problem = ""
+        if problem:
+            more = f" and {len(runs) - 1} more" if len(runs) > 1 else ""
+            of_runs = f"which has the traces of run {runs[0][0][:12]}{more}"
+            yield Finding(_PLACE, f"{name}{SUFFIX}", f"{problem}, {of_runs}")
+    for own_name, path in sorted(present.items()):
+        if not _is_left(path):
+            yield Finding(_PLACE, own_name, "was not written by adeye, or is altered")
+
+
+def left_files(repository: Repository) -> tuple[str, ...]:
+    """Name whole files of traces that no run refers to; they may be removed."""
+    folder = folder_of(repository.location.beside)
+    known = repository.evidence.kept_files()
+    return tuple(
+        sorted(
+            name
+            for name, path in _present(folder).items()
+            if path.stem not in known and _is_left(path)
+        )
+    )
+
+
+def _present(folder: Path) -> dict[str, Path]:
+    return {path.name: path for path in folder.iterdir()} if folder.is_dir() else {}
+
+
+def _problem(path: Path, name: str) -> str:
+    try:
+        return "" if path.is_file() and content_name(path) == name else "is altered"
+    except OSError as error:
+        return f"cannot be read ({error.strerror})"
+
+
+def _is_named_after_traces(path: Path, runs: Sequence[tuple[str, str]]) -> bool:
+    """Tell whether a file has the name that the first releases gave, and can be read.
+
+    Its traces are compared with their digests when they are judged.
+    """
+    traces = " ".join(trace for _, trace in runs)
+    is_named_so = hashlib.sha256(traces.encode()).hexdigest() == path.stem
+    return is_named_so and read_kept(path.parent, path.stem) is not None
+
+
+def _is_left(path: Path) -> bool:
+    """Tell whether a file is what an interrupted block leaves: whole, or not finished."""
+    if path.is_symlink() or not path.is_file():
+        return False
+    return path.suffix == ".tmp" or (path.suffix == SUFFIX and not _problem(path, path.stem))
