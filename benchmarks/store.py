@@ -199,7 +199,8 @@ def report(found: Sequence[dict[str, Any]]) -> str:
     headers += ["peak filling [MiB]", "asking", "verifying"]
     filled = table(headers, [cells(item, found[0]) for item in found])
     rows = [
-        [name, *[f"{item['queries_s'][name]:.3f}" for item in found]] for name in found[0]["queries_s"]
+        [name, *[f"{item['queries_s'][name]:.3f}" for item in found]]
+        for name in found[0]["queries_s"]
     ]
     sizes = [f"{item['runs']:,} runs" for item in found]
     return f"{filled}\n\n{table(['query [s]', *sizes], rows)}"

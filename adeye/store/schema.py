@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.errors import InputError, PlatformError
 from adeye.store import catalog, postgres
+from adeye.store.accounts import account_all
 from adeye.store.database import Database, create_parent
 from adeye.store.location import Location, Place, locate
 from adeye.store.scenario_view import ensure_scenario_views
@@ -77,6 +78,7 @@ def upgrade_database(database: Database) -> None:
         if version is not None:
             # These views are made of what the database holds, and v_runs has other columns now.
             ensure_scenario_views(connection)
+            account_all(connection)
 
 
 def require_current(connection: Connection, location: Location) -> None:
@@ -89,7 +91,9 @@ def require_current(connection: Connection, location: Location) -> None:
     if version == _HEAD:
         return
     if version is None:
-        raise PlatformError(f"database {location} was not made by adeye. Name another file with --db.")
+        raise PlatformError(
+            f"database {location} was not made by adeye. Name another file with --db."
+        )
     if version in known_versions():
         raise PlatformError(
             f"database {location} has schema {version}, this release needs {_HEAD}. "

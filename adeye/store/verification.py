@@ -17,6 +17,7 @@ import numpy as np
 from sqlalchemy import Table, select
 
 from adeye.store import catalog, tables
+from adeye.store.accounts import wrong_block, wrong_plans
 from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
 from adeye.store.pending import missing_of_block
@@ -52,6 +53,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
         yield from _missing_references(connection)
         yield from _results(connection)
         yield from _plans(connection)
+        yield from wrong_plans(connection)
         yield from _work(connection)
 
 
@@ -299,7 +301,10 @@ def _work(connection: Connection) -> Iterator[Finding]:
         if covered.get(block.campaign_id) != block.from_ordinal:
             yield Finding("work", str(block.id), "does not begin where the block before it ends")
         covered[block.campaign_id] = block.to_ordinal
-        yield from _tallies(connection, block.id, is_done=block.state == "done")
+        is_done = block.state == "done"
+        yield from _tallies(connection, block.id, is_done=is_done)
+        bounds = block.from_ordinal, block.to_ordinal
+        yield from wrong_block(connection, block.id, block.campaign_id, bounds, is_done=is_done)
     for campaign, end in covered.items():
         if end != planned.get(campaign):
             yield Finding("work", campaign, f"blocks cover {end} of {planned.get(campaign)} cases")

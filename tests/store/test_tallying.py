@@ -16,7 +16,7 @@ from adeye.store.recording import tally_rows
 from adeye.store.repository import Repository
 from adeye.store.rows import VerdictRecord
 from adeye.store.stored import Block
-from adeye.store.tallying import counted_tallies
+from adeye.store.tallying import count_block
 
 VERDICTS = tuple(verdict for verdict in Verdict if verdict is not Verdict.NOT_RUN)
 NUMBERS = (None, 0.0, -0.0, 0.5, -0.5, 0.5, 2.0, -3.0, float("inf"), float("-inf"))
@@ -56,7 +56,7 @@ def made_up(example: Any, block: Block, seed: int) -> RunBlock:
 
 def counted(repository: Repository, block: Block, runs: RunBlock) -> list[Row] | None:
     with repository._database.read() as connection:
-        return counted_tallies(connection, block.id, runs)
+        return count_block(connection, block.id, runs)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -111,7 +111,7 @@ def test_block_whose_results_exist_is_counted_from_the_rows(
     def refuse(_connection: Connection, _work_id: int, _block: RunBlock) -> None:
         pytest.fail("counted from columns although results were reused")
 
-    monkeypatch.setattr(leasing, "counted_tallies", refuse)
+    monkeypatch.setattr(leasing, "count_block", refuse)
     campaign = example.campaign(repository, 8)
     assert repository.verify() == ()
     assert repository.progress(campaign).accounted == 8
