@@ -11,14 +11,14 @@ from itertools import groupby
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import select
+from sqlalchemy import and_, select
 
 from adeye.store.case_tables import case_count, case_match, case_run, case_tally
 from adeye.store.encoding import Row, insert_rows, row, rows_of_columns
 from adeye.store.matching import CaseGroups
 from adeye.store.pending import JUDGED
 from adeye.store.stored import Finding
-from adeye.store.tables import campaign, work
+from adeye.store.tables import campaign, campaign_case, work
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -121,19 +121,32 @@ def account_all(connection: Connection) -> None:
 
 
 def wrong_plans(connection: Connection) -> Iterator[Finding]:
-    """Name what is in the accounts of plans and should not be, or is not and should."""
+    """Name what is in the accounts of plans and should not be, or is not and should.
+
+    A run of a case that was never planned is in no block, so it is named here, too.
+    """
     found = connection.execute(select(campaign.c.id).order_by(campaign.c.number)).scalars()
     for campaign_id in found.all():
         groups = planned_groups(connection, campaign_id)
         yield from _differences(connection, case_count, campaign_id, groups.counts(campaign_id))
         matches = (item for rows in groups.matches(campaign_id) for item in rows)
         yield from _differences(connection, case_match, campaign_id, matches)
+    unplanned = case_run.outerjoin(
+        campaign_case,
+        and_(
+            campaign_case.c.campaign_id == case_run.c.campaign_id,
+            campaign_case.c.ordinal == case_run.c.ordinal,
+        ),
+    )
+    query = select(case_run).select_from(unplanned).where(campaign_case.c.campaign_id.is_(None))
+    for item in connection.execute(query.order_by(case_run.c.campaign_id, case_run.c.ordinal)):
+        yield _finding(case_run, tuple(item), is_stored=True)
 
 
 def _differences(
     connection: Connection, table: Table, campaign_id: str, expected: Iterable[Row]
 ) -> Iterator[Finding]:
-    """Compare what is stored of a campaign with the rows that should be, in the order of the key."""
+    """Compare what is stored of a campaign with what should be, both in the order of the key."""
     key = list(table.primary_key.columns)
     stored = connection.execute(
         table.select().where(table.c.campaign_id == campaign_id).order_by(*key),
@@ -161,33 +174,23 @@ def _before(one: Sequence[Any], other: Sequence[Any], width: int) -> bool:
         return True
 
 
-def wrong_block(
-    connection: Connection,
-    work_id: int,
-    campaign_id: str,
-    bounds: tuple[int, int],
-    *,
-    is_done: bool,
-) -> Iterator[Finding]:
+def wrong_block(connection: Connection, block: Any) -> Iterator[Finding]:
     """Name what the accounts of a block have and should not, or lack.
 
     Args:
         connection: In a transaction.
-        work_id: The block.
-        campaign_id: Its campaign.
-        bounds: Its first ordinal, and that behind its last.
-        is_done: Whether it has accounts.
+        block: Its row of ``work``.
     """
-    cases = done_cases(connection, work_id) if is_done else []
+    cases = done_cases(connection, block.id) if block.state == "done" else []
     runs = case_run.select().where(
-        case_run.c.campaign_id == campaign_id,
-        case_run.c.ordinal >= bounds[0],
-        case_run.c.ordinal < bounds[1],
+        case_run.c.campaign_id == block.campaign_id,
+        case_run.c.ordinal >= block.from_ordinal,
+        case_run.c.ordinal < block.to_ordinal,
     )
-    tallies = case_tally.select().where(case_tally.c.work_id == work_id)
+    tallies = case_tally.select().where(case_tally.c.work_id == block.id)
     for table, query, rows in (
         (case_run, runs, run_rows(cases)),
-        (case_tally, tallies, case_tallies(work_id, cases)),
+        (case_tally, tallies, case_tallies(block.id, cases)),
     ):
         stored = set(map(tuple, connection.execute(query)))
         for item in sorted(stored ^ set(rows), key=str):

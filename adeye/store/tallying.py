@@ -41,17 +41,30 @@ class Counted:
     Attributes:
         work_id: The block.
         tallies: Rows of ``tally``.
-        cases: Its cases with their runs.
+        campaign: Id of its campaign.
+        results: Digests of the runs of its cases, in the order of their ordinals.
+        cases: Ordinal, scenario, architecture, fault entry of each, and whether its run exercises
+            an FSR, 1 or 0.
     """
 
     work_id: int
     tallies: list[Row]
-    cases: list[Done]
+    campaign: str
+    results: list[str]
+    cases: list[tuple[int, str, str, str, int]]
+
+    def done(self, connection: Connection) -> list[Done]:
+        """Give the cases with their runs, which are saved."""
+        numbers = run_numbers(connection, self.results).tolist()
+        return [
+            (self.campaign, ordinal, number, *told)
+            for number, (ordinal, *told) in zip(numbers, self.cases, strict=True)
+        ]
 
     def save(self, connection: Connection) -> None:
-        """Save it."""
+        """Save it; the runs are saved."""
         insert_rows(connection, tables.tally, self.tallies)
-        save_done(connection, self.work_id, self.cases)
+        save_done(connection, self.work_id, self.done(connection))
 
 
 def count_block(connection: Connection, work_id: int, block: RunBlock) -> Counted | None:
@@ -80,13 +93,9 @@ def count_block(connection: Connection, work_id: int, block: RunBlock) -> Counte
     rows: list[Row] = []
     for key in sorted(chosen, key=lambda item: (item[0], *item[2:])):
         rows += _counted(block, work_id, campaign, key, np.concatenate(chosen[key]))
-    numbers = run_numbers(connection, block.result_digests)
-    told = zip(cases, numbers[[case[0] for case in cases]].tolist(), strict=True)
-    done = [
-        (campaign, ordinal, number, *names, int(exercised[run]))
-        for (run, ordinal, *names), number in told
-    ]
-    return Counted(work_id, rows, done)
+    results = [block.result_digests[case[0]] for case in cases]
+    told = [(*case[1:], int(exercised[case[0]])) for case in cases]
+    return Counted(work_id, rows, campaign, results, told)
 
 
 def _cases(

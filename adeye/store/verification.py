@@ -301,10 +301,8 @@ def _work(connection: Connection) -> Iterator[Finding]:
         if covered.get(block.campaign_id) != block.from_ordinal:
             yield Finding("work", str(block.id), "does not begin where the block before it ends")
         covered[block.campaign_id] = block.to_ordinal
-        is_done = block.state == "done"
-        yield from _tallies(connection, block.id, is_done=is_done)
-        bounds = block.from_ordinal, block.to_ordinal
-        yield from wrong_block(connection, block.id, block.campaign_id, bounds, is_done=is_done)
+        yield from _tallies(connection, block.id, is_done=block.state == "done")
+        yield from wrong_block(connection, block)
     for campaign, end in covered.items():
         if end != planned.get(campaign):
             yield Finding("work", campaign, f"blocks cover {end} of {planned.get(campaign)} cases")

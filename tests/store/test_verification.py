@@ -9,7 +9,6 @@ import pytest
 
 from adeye.errors import IntegrityError, PlatformError
 from adeye.store import tables
-from adeye.store.basis_tables import extreme
 from adeye.store.repository import Repository
 from adeye.store.stored import Finding
 
@@ -50,7 +49,8 @@ def test_every_altered_value_is_named_with_its_table(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: Any
 ) -> None:
     assert campaign
-    key = "row_hash" if table in {tables.verdict, tables.event, extreme} else "rowid"
+    is_ordered = not table.dialect_options["sqlite"]["with_rowid"]
+    key = "row_hash" if is_ordered else "rowid"
     last = f"WHERE {key} = (SELECT max({key}) FROM {table.name})"  # noqa: S608
     with tampering(raw):
         for column in table.columns:
@@ -66,7 +66,10 @@ def test_every_altered_value_is_named_with_its_table(
     assert rows_found(repository) == []
 
 
-DELETABLE = ("run", "metric", "verdict", "event", "tally", "campaign_case", "campaign_fsr")
+DELETABLE = (
+    *("run", "metric", "verdict", "event", "tally", "campaign_case", "campaign_fsr"),
+    *("case_count", "case_match", "case_run", "case_tally"),
+)
 
 
 @pytest.mark.parametrize(
