@@ -40,7 +40,7 @@ def interrupted(repository: Repository, example: Any) -> str:
     plan = repository.plan_campaign(example.record(), example.cases(12), block_size=4)
     block = repository.claim_block(campaign=plan.campaign)
     assert block is not None
-    assert repository.complete_block(block, example.runs(block))
+    assert repository.complete_block(block, example.runs(block), example.judged(block))
     block = repository.claim_block(campaign=plan.campaign)
     assert block is not None
     assert repository.quarantine_block(block, "no result")
