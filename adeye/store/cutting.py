@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from adeye.store import tables
-from adeye.store.accounts import account_block
 from adeye.store.pending import lacks_result, lacks_verdict
 from adeye.store.recording import write_tallies
 
@@ -62,4 +61,3 @@ def save_work(
         work_id = inserted.scalar_one()
         if kind == "reused":
             write_tallies(connection, work_id)
-            account_block(connection, work_id)

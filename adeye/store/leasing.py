@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import func, select, update
 
-from adeye.store.accounts import account_block
 from adeye.store.basis import record_basis
 from adeye.store.block import JudgedBlock
 from adeye.store.catalog import is_server
@@ -212,7 +211,6 @@ def complete_block(
     judge_with_uncertainty(connection, block.campaign, *bounds)
     _require_complete(connection, block, *bounds)
     write_tallies(connection, block.id)
-    account_block(connection, block.id)
     return True
 
 
