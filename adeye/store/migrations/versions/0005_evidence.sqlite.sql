@@ -416,20 +416,17 @@ SELECT a.campaign_id AS campaign, ca.scenario, a.fault_entry,
         WHERE v.campaign = cb.campaign_id AND v.ordinal = cb.ordinal ORDER BY v.fsr) judged
     ) AS verdicts_b
 FROM case_match a
-CROSS JOIN case_match b
-CROSS JOIN campaign_case ca
-CROSS JOIN campaign_case cb
+CROSS JOIN case_match b ON b.campaign_id = a.campaign_id AND b.first_ordinal = a.first_ordinal
+    AND b.ordinal <> a.ordinal
+CROSS JOIN campaign_case ca ON ca.campaign_id = a.campaign_id AND ca.ordinal = a.ordinal
+CROSS JOIN campaign_case cb ON cb.campaign_id = b.campaign_id AND cb.ordinal = b.ordinal
 LEFT JOIN case_run oa ON oa.campaign_id = ca.campaign_id AND oa.ordinal = ca.ordinal
 LEFT JOIN case_run ob ON ob.campaign_id = cb.campaign_id AND ob.ordinal = cb.ordinal
 JOIN metric ma ON ma.run_number = COALESCE(oa.run_number, (
     SELECT x.number FROM run x WHERE x.result_digest = ca.result_digest))
 JOIN metric mb ON mb.run_number = COALESCE(ob.run_number, (
     SELECT x.number FROM run x WHERE x.result_digest = cb.result_digest))
-WHERE b.campaign_id = a.campaign_id AND b.first_ordinal = a.first_ordinal
-    AND b.ordinal <> a.ordinal
-    AND ca.campaign_id = a.campaign_id AND ca.ordinal = a.ordinal
-    AND cb.campaign_id = b.campaign_id AND cb.ordinal = b.ordinal
-    AND cb.architecture > ca.architecture
+WHERE cb.architecture > ca.architecture
     AND (cb.point = ca.point OR NOT EXISTS (
         SELECT 1 FROM json_each(ca.point) x JOIN json_each(cb.point) y
             ON y.key = x.key AND (y.value <> x.value OR (y.value IS NULL) <> (x.value IS NULL))))
