@@ -65,8 +65,8 @@ def planned_groups(connection: Connection, campaign_id: str) -> CaseGroups:
     found = connection.exec_driver_sql(
         _PLANNED, (campaign_id,), execution_options={"yield_per": _CHUNK}
     )
-    for names, items in groupby(map(tuple, found), key=itemgetter(0, 1, 2)):
-        groups.add(*names, [item[3] for item in items])
+    for (scenario, architecture, fault), items in groupby(found, key=itemgetter(0, 1, 2)):
+        groups.add(scenario, architecture, fault, [item[3] for item in items])
     return groups
 
 
