@@ -36,7 +36,9 @@ def binaries() -> Path | None:
         spec = find_spec(name)
         if spec is not None and spec.origin is not None:
             candidates.append(Path(spec.origin).parent / "pginstall" / "bin")
-    return next((item for item in sorted(candidates, reverse=True) if (item / "initdb").exists()), None)
+    return next(
+        (item for item in sorted(candidates, reverse=True) if (item / "initdb").exists()), None
+    )
 
 
 class Server:

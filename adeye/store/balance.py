@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.store import catalog, ledger, tables
+from adeye.store.case_tables import RECOUNTED
 from adeye.store.evidence_tables import LEDGER, SEALED
 from adeye.store.ledger import DETAILED, MODULUS, SEAL_MASK
 from adeye.store.plugin_metrics import plugin_tables
@@ -42,7 +43,7 @@ def _listed_tables() -> list[Table]:
     return [
         table
         for table in tables.INSERT_ONLY
-        if table not in LEDGER and ledger.sealed_name(table) is None
+        if table not in (*LEDGER, *RECOUNTED) and ledger.sealed_name(table) is None
     ]
 
 

@@ -142,7 +142,7 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
                     made[name].replace(f"VIEW {name}", f"TEMP VIEW made_{name}", 1)
                 )
                 same = connection.exec_driver_sql(
-                    f"SELECT pg_get_viewdef('made_{name}'::regclass) "  # noqa: S608 - own names
+                    f"SELECT pg_get_viewdef('made_{name}'::regclass) "
                     f"= pg_get_viewdef('{SCHEMA}.{name}'::regclass)"
                 ).scalar_one()
         except DBAPIError:

@@ -20,7 +20,6 @@ from adeye.sweep.coverage import Coverage, Situations, coverage_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
 
 @dataclass(frozen=True)

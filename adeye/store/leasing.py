@@ -17,7 +17,6 @@ from adeye.store.block import JudgedBlock
 from adeye.store.catalog import is_server
 from adeye.store.encoding import utc_text
 from adeye.store.halving import judge_with_uncertainty
-from adeye.store.inserting import insert_rows
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
 from adeye.store.pending import open_cases
 from adeye.store.recording import (
@@ -28,8 +27,8 @@ from adeye.store.recording import (
     write_tallies,
 )
 from adeye.store.stored import Block, WorkState
-from adeye.store.tables import tally, work
-from adeye.store.tallying import counted_tallies
+from adeye.store.tables import work
+from adeye.store.tallying import count_block
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -202,9 +201,9 @@ def complete_block(
         record_basis(connection, judged.result_digests, judged.basis)
         record_verdicts(connection, judged, differing=recorded.differing)
     elif not recorded.existing:
-        tallies = counted_tallies(connection, block.id, runs)
-        if tallies is not None:
-            insert_rows(connection, tally, tallies)
+        counted = count_block(connection, block.id, runs)
+        if counted is not None:
+            counted.save(connection)
             return True
     bounds = connection.execute(
         select(work.c.from_ordinal, work.c.to_ordinal).where(work.c.id == block.id)

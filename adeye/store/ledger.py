@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.store import tables
+from adeye.store.case_tables import RECOUNTED
 from adeye.store.columns import hash_words, row_hashes
 from adeye.store.encoding import Row, driver_insert, row
 from adeye.store.evidence_tables import LEDGER, SEALED
@@ -224,7 +225,7 @@ def begin(connection: Connection) -> None:
 
 def note(connection: Connection, table: Table, rows: Sequence[Row]) -> None:
     """Note rows that this transaction inserted, if it is to be told of."""
-    if table in LEDGER:
+    if table in LEDGER or table in RECOUNTED:
         return
     noted = entries(connection)
     noted.add(table, rows)

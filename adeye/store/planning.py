@@ -17,6 +17,7 @@ from sqlalchemy import func, select
 
 from adeye.errors import InputError
 from adeye.store import tables
+from adeye.store.accounts import save_groups
 from adeye.store.bulk import is_worth_rebuilding, large_cache, rebuilt_indexes, size_of
 from adeye.store.content import concept_record, save_concept, save_content
 from adeye.store.cutting import save_work
@@ -89,6 +90,7 @@ def plan_campaign(
             save_campaign(connection, campaign_id, record, identity.count, judging_hash(fsrs))
             _save_selection(connection, campaign_id, selection)
             insert_rows(connection, tables.campaign_fsr, fsrs)
+            save_groups(connection, campaign_id, selection.groups)
             save_work(connection, campaign_id, selection.ends, block_size)
         if latest_id(connection) != campaign_id:
             _save_use(connection, campaign_id)

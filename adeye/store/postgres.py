@@ -190,10 +190,8 @@ def _in_words(error: BaseException, location: Location) -> PlatformError | Integ
             "Run 'adeye db verify'; rows of results are never changed or deleted."
         )
     if state.startswith("XX"):
-        return IntegrityError(
-            f"database {location} is damaged: {text}. Restore it from a copy."
-        )
-    if not state and not _is_refusal(text) or state.startswith(_LOST):
+        return IntegrityError(f"database {location} is damaged: {text}. Restore it from a copy.")
+    if (not state and not _is_refusal(text)) or state.startswith(_LOST):
         return LostConnection(
             f"database {location} cannot be reached ({text}). Check server and network, run again."
         )

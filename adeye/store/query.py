@@ -10,15 +10,12 @@ from __future__ import annotations
 import sqlite3
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from adeye.errors import InputError
 from adeye.store.database import Database, errors_in_words
 from adeye.store.location import Location, Place, locate
 from adeye.store.schema import require_current, require_exists
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _FUNCTION_NAMES: Final = """
 -> ->> abs acos asin atan atan2 avg ceil ceiling char coalesce cos count cume_dist

@@ -14,6 +14,7 @@ from adeye.errors import IntegrityError
 from adeye.evaluation.judgement import VERDICTS
 from adeye.evaluation.outcome import OUTCOMES
 from adeye.store import tables
+from adeye.store.accounts import account_block
 from adeye.store.basis import record_basis
 from adeye.store.columns import Column, Dictionary, Texts, Words, hash_words, table_rows
 from adeye.store.encoding import Row, clean_text, row, utc_text
@@ -76,12 +77,13 @@ def tally_rows(connection: Connection, work_id: int) -> list[Row]:
 
 
 def write_tallies(connection: Connection, work_id: int) -> None:
-    """Save the tallies of a block whose cases all have their verdicts, but those that are there."""
+    """Save the tallies of a block that is done, but those that are there, and account for it."""
     known = tallied(connection, work_id)
     rows = [
         item for item in tally_rows(connection, work_id) if (item[2], item[4], item[5]) not in known
     ]
     insert_rows(connection, tables.tally, rows)
+    account_block(connection, work_id)
 
 
 def tallied(connection: Connection, work_id: int) -> set[tuple[str, str, str]]:

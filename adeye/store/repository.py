@@ -44,6 +44,7 @@ from adeye.store.owner import Owner
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+
     from adeye.evaluation.verdict import Verdict
     from adeye.spec.concept import Concept
     from adeye.store.compared import Compared

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.errors import InputError, PlatformError
 from adeye.store import catalog, postgres
+from adeye.store.accounts import account_all
 from adeye.store.balance import open_ledger
 from adeye.store.database import Database, create_parent
 from adeye.store.location import Location, Place, locate
@@ -79,6 +80,7 @@ def upgrade_database(database: Database) -> None:
         if version is not None:
             # These views are made of what the database holds, and v_runs has other columns now.
             ensure_scenario_views(connection)
+            account_all(connection)
         if version is not None and version < _FIRST_WITH_LEDGER:
             open_ledger(connection)
 

@@ -16,6 +16,7 @@ from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 from adeye.store.encoding import json_text
+from adeye.store.matching import CaseGroups
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -101,6 +102,7 @@ class Selection:
         identity: Over all that was added.
         counted: Cases by architecture, scenario and whether they lie inside the ODD.
         ends: Ordinals behind the last case of each stretch of one structure and one shape of JSON.
+        groups: Cases by their names and faults, and which of them are pairs.
     """
 
     def __init__(self, identity: SelectionHash, file: TextIO) -> None:
@@ -108,6 +110,7 @@ class Selection:
         self.identity = identity
         self.counted: Counter[tuple[str, str, bool]] = Counter()
         self.ends: list[int] = []
+        self.groups = CaseGroups()
         self._alike: object = None
         self._file = file
 
@@ -124,6 +127,7 @@ class Selection:
         self.identity.add_all(selected.identities())
         for inside, count in Counter(selected.inside).items():
             self.counted[part.architecture, part.scenario, bool(inside)] += count
+        self.groups.add(part.scenario, part.architecture, part.fault_entry, part.situations)
         alike = (part.structure, *_shape(part.parameters), None, *_shape(part.points))
         if alike != self._alike:
             self.ends.append(self.identity.count)

@@ -21,6 +21,10 @@ from sqlalchemy import (
 )
 
 from adeye.store import basis_tables, column_kinds
+from adeye.store.case_tables import case_count as case_count
+from adeye.store.case_tables import case_match as case_match
+from adeye.store.case_tables import case_run as case_run
+from adeye.store.case_tables import case_tally as case_tally
 from adeye.store.column_kinds import coded
 from adeye.store.concept_tables import allocation as allocation
 from adeye.store.concept_tables import assumption as assumption
@@ -376,6 +380,8 @@ RESULTS: Final = (run, metric, timing, criticality, verdict, event, chain, *basi
 NONDETERMINISTIC: Final = {
     "run": ("number", "executed_by", "executed_at", "row_hash"),
     "tally": ("work_id", "row_hash"),
+    "case_run": ("run_number", "row_hash"),
+    "case_tally": ("work_id", "row_hash"),
     "campaign": ("number", "created_at", "provenance", "row_hash"),
     "campaign_use": ("number", "at", "row_hash"),
 }

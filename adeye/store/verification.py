@@ -17,6 +17,7 @@ import numpy as np
 from sqlalchemy import Table, select
 
 from adeye.store import catalog, tables
+from adeye.store.accounts import wrong_block, wrong_plans
 from adeye.store.balance import unbalanced
 from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
@@ -54,6 +55,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
         yield from _missing_references(connection)
         yield from _results(connection)
         yield from _plans(connection)
+        yield from wrong_plans(connection)
         yield from _work(connection)
         yield from unbalanced(connection)
         yield from wrong_roots(connection)
@@ -304,6 +306,7 @@ def _work(connection: Connection) -> Iterator[Finding]:
             yield Finding("work", str(block.id), "does not begin where the block before it ends")
         covered[block.campaign_id] = block.to_ordinal
         yield from _tallies(connection, block.id, is_done=block.state == "done")
+        yield from wrong_block(connection, block)
     for campaign, end in covered.items():
         if end != planned.get(campaign):
             yield Finding("work", campaign, f"blocks cover {end} of {planned.get(campaign)} cases")

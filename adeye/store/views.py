@@ -48,25 +48,35 @@ JOIN campaign_fsr f ON $judged
 LEFT JOIN run r ON r.result_digest = c.result_digest
 LEFT JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest"""
 
+# The number of a run, from where blocks that are done note it; a digest falls anywhere into an
+# index, which takes longer than all the rest of a row.
+_NUMBER = """COALESCE($own.run_number, (
+    SELECT x.number FROM run x WHERE x.result_digest = $case.result_digest))"""
+
 # While trusted_schema is off, SQLite 3.40 lets a view use json_each, but no json function.
+_OWN_VERDICTS = """(
+    SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"', ','), '') || '}'
+    FROM (
+        SELECT v.fsr, v.verdict FROM v_verdicts v
+        WHERE v.campaign = $case.campaign_id AND v.ordinal = $case.ordinal ORDER BY v.fsr) judged
+    )"""
+
+# Metrics come before the rest of a run, and the test case last: a filter leaves few of them.
 _RUNS = """CREATE VIEW v_runs AS
 SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
-    t.replicate, t.seed, c.inside_odd, t.parameters, c.point, r.result_digest AS run,
-    t.digest AS test_case, t.situation_digest AS situation, r.outcome, r.outcome_channel,
+    t.replicate, t.seed, c.inside_odd, t.parameters, c.point, c.result_digest AS run,
+    c.test_case_digest AS test_case, t.situation_digest AS situation, r.outcome, r.outcome_channel,
     r.outcome_detail, r.realised, r.end_reason, r.duration_s, r.backend, r.trace_digest,
     r.machine_dependent, r.executed_at,
     $metrics,
-    (SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"', ','), '') || '}'
-        FROM (
-            SELECT v.fsr, v.verdict FROM v_verdicts v
-            WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal ORDER BY v.fsr) judged
-        ) AS verdicts
+    $verdicts AS verdicts
 FROM campaign_case c
-JOIN test_case t ON t.digest = c.test_case_digest
-JOIN run r ON r.result_digest = c.result_digest
-JOIN metric m ON m.run_number = r.number
-LEFT JOIN timing n ON n.run_number = r.number
-LEFT JOIN criticality k ON k.run_number = r.number"""
+LEFT JOIN case_run o ON o.campaign_id = c.campaign_id AND o.ordinal = c.ordinal
+JOIN metric m ON m.run_number = $number
+JOIN run r ON r.number = m.run_number
+LEFT JOIN timing n ON n.run_number = m.run_number
+LEFT JOIN criticality k ON k.run_number = m.run_number
+LEFT JOIN test_case t ON t.digest = c.test_case_digest"""
 
 _FSR_STATUS = """CREATE VIEW v_fsr_status AS
 WITH withdrawn AS (
@@ -130,41 +140,57 @@ FROM summed s
 LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
     AND w.fsr = s.fsr AND w.place = 1"""
 
-# CROSS JOIN keeps the order of the tables: from a case by its situation to its partners.
+# CROSS JOIN keeps the order of the tables: along the pairs, which lie in the order of the plan.
+# What few ask for is looked up in the list of columns, so that nobody else waits for it.
 _PAIRS = """CREATE VIEW v_architecture_pairs AS
-WITH pair AS (
-    SELECT ca.campaign_id AS campaign, ca.ordinal AS ordinal_a, cb.ordinal AS ordinal_b
-    FROM campaign_case ca
-    CROSS JOIN test_case ta ON ta.digest = ca.test_case_digest
-    CROSS JOIN test_case tb ON tb.situation_digest = ta.situation_digest
-        AND tb.fault_entry = ta.fault_entry
-    CROSS JOIN campaign_case cb ON cb.test_case_digest = tb.digest
-        AND cb.campaign_id = ca.campaign_id AND cb.scenario = ca.scenario
-        AND cb.architecture > ca.architecture
-    WHERE NOT EXISTS (
-        SELECT 1 FROM json_each(ca.point) x JOIN json_each(cb.point) y
-            ON y.key = x.key AND (y.value <> x.value OR (y.value IS NULL) <> (x.value IS NULL))))
-SELECT a.campaign, a.scenario, a.fault_entry, a.situation, a.parameters, a.replicate,
-    a.architecture AS architecture_a, b.architecture AS architecture_b, a.point AS point_a,
-    b.point AS point_b, a.run AS run_a, b.run AS run_b, a.outcome AS outcome_a,
-    b.outcome AS outcome_b,
+SELECT a.campaign_id AS campaign, ca.scenario, a.fault_entry,
+    (SELECT t.situation_digest FROM test_case t WHERE t.digest = ca.test_case_digest) AS situation,
+    (SELECT t.parameters FROM test_case t WHERE t.digest = ca.test_case_digest) AS parameters,
+    (SELECT t.replicate FROM test_case t WHERE t.digest = ca.test_case_digest) AS replicate,
+    ca.architecture AS architecture_a, cb.architecture AS architecture_b, ca.point AS point_a,
+    cb.point AS point_b, ca.result_digest AS run_a, cb.result_digest AS run_b,
+    (SELECT r.outcome FROM run r WHERE r.number = ma.run_number) AS outcome_a,
+    (SELECT r.outcome FROM run r WHERE r.number = mb.run_number) AS outcome_b,
     $differences,
-    a.verdicts AS verdicts_a, b.verdicts AS verdicts_b
-FROM pair p
-CROSS JOIN v_runs a ON a.campaign = p.campaign AND a.ordinal = p.ordinal_a
-CROSS JOIN v_runs b ON b.campaign = p.campaign AND b.ordinal = p.ordinal_b"""
+    $verdicts_a AS verdicts_a, $verdicts_b AS verdicts_b
+FROM case_match a
+CROSS JOIN case_match b ON b.campaign_id = a.campaign_id AND b.first_ordinal = a.first_ordinal
+    AND b.ordinal <> a.ordinal
+CROSS JOIN campaign_case ca ON ca.campaign_id = a.campaign_id AND ca.ordinal = a.ordinal
+CROSS JOIN campaign_case cb ON cb.campaign_id = b.campaign_id AND cb.ordinal = b.ordinal
+LEFT JOIN case_run oa ON oa.campaign_id = ca.campaign_id AND oa.ordinal = ca.ordinal
+LEFT JOIN case_run ob ON ob.campaign_id = cb.campaign_id AND ob.ordinal = cb.ordinal
+JOIN metric ma ON ma.run_number = $number_a
+JOIN metric mb ON mb.run_number = $number_b
+WHERE cb.architecture > ca.architecture
+    AND (cb.point = ca.point OR NOT EXISTS (
+        SELECT 1 FROM json_each(ca.point) x JOIN json_each(cb.point) y
+            ON y.key = x.key AND (y.value <> x.value OR (y.value IS NULL) <> (x.value IS NULL))))"""
 
+# Blocks that are not done may have runs, too: those that another campaign executed.
 _COVERAGE = """CREATE VIEW v_coverage AS
-SELECT c.campaign_id AS campaign, c.scenario, c.architecture, t.fault_entry,
-    COUNT(*) AS planned, COUNT(r.number) AS done,
-    SUM(CASE WHEN EXISTS (
-        SELECT 1 FROM v_verdicts v
-        WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal AND v.exercised = 1)
-        THEN 1 ELSE 0 END) AS exercised
-FROM campaign_case c
-JOIN test_case t ON t.digest = c.test_case_digest
-LEFT JOIN run r ON r.result_digest = c.result_digest
-GROUP BY c.campaign_id, c.scenario, c.architecture, t.fault_entry"""
+SELECT campaign, scenario, architecture, fault_entry, SUM(planned) AS planned, SUM(done) AS done,
+    SUM(exercised) AS exercised
+FROM (
+    SELECT campaign_id AS campaign, scenario, architecture, fault_entry, planned, 0 AS done,
+        0 AS exercised
+    FROM case_count
+    UNION ALL
+    SELECT campaign_id, scenario, architecture, fault_entry, 0, runs, exercised
+    FROM case_tally
+    UNION ALL
+    SELECT c.campaign_id, c.scenario, c.architecture, t.fault_entry, 0, 1,
+        CASE WHEN EXISTS (
+            SELECT 1 FROM campaign_fsr f
+            JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+            WHERE $judged AND v.exercised = 1) THEN 1 ELSE 0 END
+    FROM work w
+    JOIN campaign_case c ON c.campaign_id = w.campaign_id
+        AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal
+    JOIN run r ON r.result_digest = c.result_digest
+    JOIN test_case t ON t.digest = c.test_case_digest
+    WHERE w.state <> 'done') counted
+GROUP BY campaign, scenario, architecture, fault_entry"""
 
 _TIMELINE = """CREATE VIEW v_timeline AS
 SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
@@ -251,6 +277,11 @@ def _judged_count(table: str) -> str:
     return "n.judged" if table == "f" else "s.planned - s.n_not_run"
 
 
+def _own(sql: str, case: str, own: str = "") -> str:
+    """Write an expression about a case."""
+    return Template(sql).substitute(case=case, own=own)
+
+
 def _lines(parts: list[str]) -> str:
     return ",\n    ".join(parts)
 
@@ -262,7 +293,7 @@ def view_ddl() -> dict[str, str]:
         for verdict, column in COUNTED.items()
     ]
     pairs = [
-        f"a.{name} AS {name}_a, b.{name} AS {name}_b, b.{name} - a.{name} AS {name}_difference"
+        f"ma.{name} AS {name}_a, mb.{name} AS {name}_b, mb.{name} - ma.{name} AS {name}_difference"
         for name in PAIR_METRICS
     ]
     metrics = [
@@ -272,7 +303,11 @@ def view_ddl() -> dict[str, str]:
     ]
     return {
         "v_verdicts": Template(_VERDICTS).substitute(judged=JUDGED),
-        "v_runs": Template(_RUNS).substitute(metrics=_lines(metrics)),
+        "v_runs": Template(_RUNS).substitute(
+            metrics=_lines(metrics),
+            verdicts=_own(_OWN_VERDICTS, "c"),
+            number=_own(_NUMBER, "c", "o"),
+        ),
         "v_fsr_status": Template(_FSR_STATUS).substitute(
             judged=JUDGED,
             counts=_lines(counted),
@@ -285,8 +320,12 @@ def view_ddl() -> dict[str, str]:
             fold=_fold("s", "s.min_exercised"),
             waived_fold=_fold("s", "s.min_exercised", waived=True),
         ),
-        "v_architecture_pairs": Template(_PAIRS).substitute(differences=_lines(pairs)),
-        "v_coverage": _COVERAGE,
+        "v_architecture_pairs": Template(_PAIRS).substitute(
+            differences=_lines(pairs),
+            **{f"verdicts_{one}": _own(_OWN_VERDICTS, f"c{one}") for one in "ab"},
+            **{f"number_{one}": _own(_NUMBER, f"c{one}", f"o{one}") for one in "ab"},
+        ),
+        "v_coverage": Template(_COVERAGE).substitute(judged=JUDGED),
         "v_timeline": _TIMELINE,
         "v_faults": Template(_FAULTS).substitute(
             moments=", ".join(f"i.{name}_s" for name in MOMENTS)

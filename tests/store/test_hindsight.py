@@ -1,7 +1,7 @@
 """What twins and forks told is kept, found again, shown by SQL, and counted by no campaign."""
 
-from contextlib import closing
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from typing import Any
 

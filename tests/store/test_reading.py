@@ -1,5 +1,4 @@
 from contextlib import closing
-import sqlite3
 from itertools import pairwise
 from typing import Any
 

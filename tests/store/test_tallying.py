@@ -10,13 +10,13 @@ from sqlalchemy import Connection
 
 from adeye.evaluation.verdict import Verdict
 from adeye.store import leasing, tables
+from adeye.store.accounts import done_cases
 from adeye.store.block import RunBlock, run_block
-from adeye.store.encoding import Row
 from adeye.store.recording import tally_rows
 from adeye.store.repository import Repository
 from adeye.store.rows import VerdictRecord
 from adeye.store.stored import Block
-from adeye.store.tallying import counted_tallies
+from adeye.store.tallying import Counted, count_block
 
 VERDICTS = tuple(verdict for verdict in Verdict if verdict is not Verdict.NOT_RUN)
 NUMBERS = (None, 0.0, -0.0, 0.5, -0.5, 0.5, 2.0, -3.0, float("inf"), float("-inf"))
@@ -54,9 +54,9 @@ def made_up(example: Any, block: Block, seed: int) -> RunBlock:
     return run_block(records, tables.METRIC_IDS)
 
 
-def counted(repository: Repository, block: Block, runs: RunBlock) -> list[Row] | None:
+def counted(repository: Repository, block: Block, runs: RunBlock) -> Counted | None:
     with repository._database.read() as connection:
-        return counted_tallies(connection, block.id, runs)
+        return count_block(connection, block.id, runs)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -66,11 +66,14 @@ def test_columns_and_rows_count_to_the_same(
     campaign, block = planned(repository, example)
     runs = made_up(example, block, seed)
     from_columns = counted(repository, block, runs)
+    assert from_columns is not None
     assert repository.complete_block(block, runs)
     with repository._database.read() as connection:
-        assert from_columns == tally_rows(connection, block.id)
+        assert from_columns.tallies == tally_rows(connection, block.id)
+        assert from_columns.done(connection) == done_cases(connection, block.id)
         stored = connection.execute(tables.tally.select()).all()
-    assert {tuple(row) for row in stored} == set(from_columns or ())
+    assert {tuple(row) for row in stored} == set(from_columns.tallies)
+    assert {case[-1] for case in from_columns.cases} == {0, 1}
     assert sum(row.runs for row in stored) == len(runs.verdicts.run)
     assert repository.verify() == ()
     assert repository.progress(campaign).accounted == len(runs)
@@ -111,7 +114,7 @@ def test_block_whose_results_exist_is_counted_from_the_rows(
     def refuse(_connection: Connection, _work_id: int, _block: RunBlock) -> None:
         pytest.fail("counted from columns although results were reused")
 
-    monkeypatch.setattr(leasing, "counted_tallies", refuse)
+    monkeypatch.setattr(leasing, "count_block", refuse)
     campaign = example.campaign(repository, 8)
     assert repository.verify() == ()
     assert repository.progress(campaign).accounted == 8

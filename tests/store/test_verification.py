@@ -69,7 +69,10 @@ def test_every_altered_value_is_named_with_its_table(
     assert rows_found(repository) == []
 
 
-DELETABLE = ("run", "metric", "verdict", "event", "tally", "campaign_case", "campaign_fsr")
+DELETABLE = (
+    *("run", "metric", "verdict", "event", "tally", "campaign_case", "campaign_fsr"),
+    *("case_count", "case_match", "case_run", "case_tally"),
+)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,5 @@
 import json
+import random  # noqa: TID251 - made-up verdicts; no simulated noise
 import sqlite3
 from itertools import combinations_with_replacement
 from typing import Any
@@ -7,8 +8,11 @@ import pytest
 
 from adeye.evaluation.verdict import Verdict, fold_runs
 from adeye.store.repository import Repository
+from adeye.store.rows import ContentRecord
 from adeye.store.stored import BlockCase
 from adeye.store.views import view_ddl
+from tests.store.conftest import sha
+from tests.store.former_views import FORMER, make_former
 
 JUDGED = [item for item in Verdict if item is not Verdict.NOT_RUN]
 WAIVABLE = (Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.NOT_RUN)
@@ -204,3 +208,82 @@ def test_timeline_is_in_order(
     example.campaign(repository, 1)
     found = raw.execute("SELECT seq, time_s, kind, subject FROM v_timeline").fetchall()
     assert found == [(0, 0.5, "storyboard", "cutter"), (1, 1.5, "handover", "safety")]
+
+
+def three(example: Any, ordinal: int) -> Any:
+    """A case of three architectures, one of which has an axis of its own, under two faults."""
+    point, rest = divmod(ordinal, 8)
+    architecture = ("legacy", "new", "new", "third")[rest % 4]
+    own = {0: {"yaw": 0.0}, 1: {"yaw": 0.0}, 2: {"yaw": 0.1}, 3: {"pitch": 0.2}}[rest % 4]
+    fault = ("none", "blind")[rest // 4]
+    speed = 20.0 + point
+    return example.case(
+        0,
+        test_case=sha(f"{speed} {architecture} {own} {fault}"),
+        situation=sha(f"three {speed}"),
+        architecture=architecture,
+        architecture_content=ContentRecord(architecture, "", {"sensors": [architecture, own]}),
+        fault_entry=fault,
+        faults=[] if fault == "none" else [{"id": fault}],
+        parameters={"ego_speed": speed},
+        point={"ego_speed": speed, **own},
+        inside_odd=point % 3 != 0,
+        point_index=point,
+    )
+
+
+def complete(repository: Repository, example: Any, campaign: str, blocks: int) -> None:
+    for _ in range(blocks):
+        block = repository.claim_block(campaign=campaign)
+        assert block is not None
+        assert repository.complete_block(block, example.runs(block), example.judged(block))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_views_tell_what_they_told_when_they_looked_at_every_case(
+    repository: Repository, example: Any, raw: sqlite3.Connection, seed: int
+) -> None:
+    picks = random.Random(seed)  # noqa: S311 - made up
+    judged: dict[tuple[str, str], Verdict] = {}
+
+    def verdict_of(case: BlockCase, fsr: str) -> Verdict:
+        return judged.setdefault((case.result_digest, fsr), picks.choice(JUDGED))
+
+    example.verdict_of = verdict_of
+    example.margin_of = lambda case: len(case.result_digest) / 7.0
+    cases = [three(example, ordinal) for ordinal in range(48)]
+    whole = repository.plan_campaign(example.record(), cases, block_size=8)
+    complete(repository, example, whole.campaign, 6)
+    # Half of the results of this one are there, most of its blocks are not done.
+    example.with_odd("2")
+    more = repository.plan_campaign(
+        example.record(), [*cases[:12], *example.cases(16)], block_size=6
+    )
+    complete(repository, example, more.campaign, 2)
+    block = repository.claim_block(campaign=more.campaign)
+    assert block is not None
+    assert repository.quarantine_block(block, "no result")
+    # Results are all there, verdicts are missing.
+    example.thresholds["FSR1"] = "3 m"
+    again = repository.plan_campaign(example.record(), cases, block_size=8)
+    assert again.to_judge
+    complete(repository, example, again.campaign, 1)
+    make_former(raw)
+    for view, former in FORMER.items():
+        now, before = (raw.execute(f"SELECT * FROM {name}") for name in (view, former))  # noqa: S608
+        assert [item[0] for item in now.description] == [item[0] for item in before.description]
+        rows = sorted(now.fetchall(), key=str)
+        assert len(rows) > 10
+        assert rows == sorted(before.fetchall(), key=str), view
+    assert repository.verify() == ()
+
+
+def test_pairs_without_noted_numbers_are_found_by_digest(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.campaign(repository, 8)
+    told = raw.execute("SELECT * FROM v_architecture_pairs").fetchall()
+    assert len(told) == 4
+    raw.execute("DROP TRIGGER case_run_no_delete")
+    raw.execute("DELETE FROM case_run")
+    assert raw.execute("SELECT * FROM v_architecture_pairs").fetchall() == told

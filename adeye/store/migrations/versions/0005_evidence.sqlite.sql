@@ -131,6 +131,32 @@ CREATE TABLE campaign_root (
 
 --
 
+CREATE TABLE case_count (
+	campaign_id VARCHAR(32) NOT NULL, 
+	scenario TEXT NOT NULL, 
+	architecture TEXT NOT NULL, 
+	fault_entry TEXT NOT NULL, 
+	planned INTEGER NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_case_count PRIMARY KEY (campaign_id, scenario, architecture, fault_entry), 
+	CONSTRAINT fk_case_count_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
+CREATE TABLE case_match (
+	campaign_id VARCHAR(32) NOT NULL, 
+	first_ordinal INTEGER NOT NULL, 
+	ordinal INTEGER NOT NULL, 
+	fault_entry TEXT NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_case_match PRIMARY KEY (campaign_id, first_ordinal, ordinal), 
+	CONSTRAINT fk_case_match_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+ WITHOUT ROWID
+
+--
+
 CREATE TABLE session (
 	number INTEGER NOT NULL, 
 	campaign_id VARCHAR(32) NOT NULL, 
@@ -149,6 +175,40 @@ CREATE TABLE session (
 --
 
 CREATE INDEX ix_session_campaign_id ON session (campaign_id)
+
+--
+
+CREATE TABLE case_run (
+	campaign_id VARCHAR(32) NOT NULL, 
+	ordinal INTEGER NOT NULL, 
+	run_number INTEGER NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_case_run PRIMARY KEY (campaign_id, ordinal), 
+	CONSTRAINT fk_case_run_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id), 
+	CONSTRAINT fk_case_run_run_number FOREIGN KEY(run_number) REFERENCES run (number)
+)
+ WITHOUT ROWID
+
+--
+
+CREATE TABLE case_tally (
+	work_id INTEGER NOT NULL, 
+	campaign_id VARCHAR(32) NOT NULL, 
+	scenario TEXT NOT NULL, 
+	architecture TEXT NOT NULL, 
+	fault_entry TEXT NOT NULL, 
+	runs INTEGER NOT NULL, 
+	exercised INTEGER NOT NULL, 
+	row_hash VARCHAR(32) NOT NULL, 
+	CONSTRAINT pk_case_tally PRIMARY KEY (work_id, scenario, architecture, fault_entry), 
+	CONSTRAINT ck_case_tally_exercised CHECK (exercised BETWEEN 0 AND runs), 
+	CONSTRAINT fk_case_tally_work_id FOREIGN KEY(work_id) REFERENCES work (id), 
+	CONSTRAINT fk_case_tally_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
+CREATE INDEX ix_case_tally_campaign_id ON case_tally (campaign_id)
 
 --
 
@@ -210,6 +270,26 @@ BEGIN SELECT RAISE(ABORT, 'campaign_root is insert-only'); END
 
 --
 
+CREATE TRIGGER case_count_no_update BEFORE UPDATE ON case_count
+BEGIN SELECT RAISE(ABORT, 'case_count is insert-only'); END
+
+--
+
+CREATE TRIGGER case_count_no_delete BEFORE DELETE ON case_count
+BEGIN SELECT RAISE(ABORT, 'case_count is insert-only'); END
+
+--
+
+CREATE TRIGGER case_match_no_update BEFORE UPDATE ON case_match
+BEGIN SELECT RAISE(ABORT, 'case_match is insert-only'); END
+
+--
+
+CREATE TRIGGER case_match_no_delete BEFORE DELETE ON case_match
+BEGIN SELECT RAISE(ABORT, 'case_match is insert-only'); END
+
+--
+
 CREATE TRIGGER session_no_update BEFORE UPDATE ON session
 BEGIN SELECT RAISE(ABORT, 'session is insert-only'); END
 
@@ -217,6 +297,26 @@ BEGIN SELECT RAISE(ABORT, 'session is insert-only'); END
 
 CREATE TRIGGER session_no_delete BEFORE DELETE ON session
 BEGIN SELECT RAISE(ABORT, 'session is insert-only'); END
+
+--
+
+CREATE TRIGGER case_run_no_update BEFORE UPDATE ON case_run
+BEGIN SELECT RAISE(ABORT, 'case_run is insert-only'); END
+
+--
+
+CREATE TRIGGER case_run_no_delete BEFORE DELETE ON case_run
+BEGIN SELECT RAISE(ABORT, 'case_run is insert-only'); END
+
+--
+
+CREATE TRIGGER case_tally_no_update BEFORE UPDATE ON case_tally
+BEGIN SELECT RAISE(ABORT, 'case_tally is insert-only'); END
+
+--
+
+CREATE TRIGGER case_tally_no_delete BEFORE DELETE ON case_tally
+BEGIN SELECT RAISE(ABORT, 'case_tally is insert-only'); END
 
 --
 
@@ -257,8 +357,8 @@ LEFT JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
 
 CREATE VIEW v_runs AS
 SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
-    t.replicate, t.seed, c.inside_odd, t.parameters, c.point, r.result_digest AS run,
-    t.digest AS test_case, t.situation_digest AS situation, r.outcome, r.outcome_channel,
+    t.replicate, t.seed, c.inside_odd, t.parameters, c.point, c.result_digest AS run,
+    c.test_case_digest AS test_case, t.situation_digest AS situation, r.outcome, r.outcome_channel,
     r.outcome_detail, r.realised, r.end_reason, r.duration_s, r.backend, r.trace_digest,
     r.machine_dependent, r.executed_at,
     m.contact, m.contact_status, m.contact_time_s, m.contact_actor,
@@ -335,17 +435,20 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
     k.distance_to_safe_state_m, k.distance_to_safe_state_m_status, k.distance_to_safe_state_m_time_s, k.distance_to_safe_state_m_actor,
     k.max_acceleration_disagreement_mps2, k.max_acceleration_disagreement_mps2_status, k.max_acceleration_disagreement_mps2_time_s, k.max_acceleration_disagreement_mps2_actor,
     k.max_steering_disagreement_rad, k.max_steering_disagreement_rad_status, k.max_steering_disagreement_rad_time_s, k.max_steering_disagreement_rad_actor,
-    (SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"', ','), '') || '}'
-        FROM (
-            SELECT v.fsr, v.verdict FROM v_verdicts v
-            WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal ORDER BY v.fsr) judged
-        ) AS verdicts
+    (
+    SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"', ','), '') || '}'
+    FROM (
+        SELECT v.fsr, v.verdict FROM v_verdicts v
+        WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal ORDER BY v.fsr) judged
+    ) AS verdicts
 FROM campaign_case c
-JOIN test_case t ON t.digest = c.test_case_digest
-JOIN run r ON r.result_digest = c.result_digest
-JOIN metric m ON m.run_number = r.number
-LEFT JOIN timing n ON n.run_number = r.number
-LEFT JOIN criticality k ON k.run_number = r.number
+LEFT JOIN case_run o ON o.campaign_id = c.campaign_id AND o.ordinal = c.ordinal
+JOIN metric m ON m.run_number = COALESCE(o.run_number, (
+    SELECT x.number FROM run x WHERE x.result_digest = c.result_digest))
+JOIN run r ON r.number = m.run_number
+LEFT JOIN timing n ON n.run_number = m.run_number
+LEFT JOIN criticality k ON k.run_number = m.run_number
+LEFT JOIN test_case t ON t.digest = c.test_case_digest
 
 --
 
@@ -433,49 +536,77 @@ LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
 --
 
 CREATE VIEW v_architecture_pairs AS
-WITH pair AS (
-    SELECT ca.campaign_id AS campaign, ca.ordinal AS ordinal_a, cb.ordinal AS ordinal_b
-    FROM campaign_case ca
-    CROSS JOIN test_case ta ON ta.digest = ca.test_case_digest
-    CROSS JOIN test_case tb ON tb.situation_digest = ta.situation_digest
-        AND tb.fault_entry = ta.fault_entry
-    CROSS JOIN campaign_case cb ON cb.test_case_digest = tb.digest
-        AND cb.campaign_id = ca.campaign_id AND cb.scenario = ca.scenario
-        AND cb.architecture > ca.architecture
-    WHERE NOT EXISTS (
+SELECT a.campaign_id AS campaign, ca.scenario, a.fault_entry,
+    (SELECT t.situation_digest FROM test_case t WHERE t.digest = ca.test_case_digest) AS situation,
+    (SELECT t.parameters FROM test_case t WHERE t.digest = ca.test_case_digest) AS parameters,
+    (SELECT t.replicate FROM test_case t WHERE t.digest = ca.test_case_digest) AS replicate,
+    ca.architecture AS architecture_a, cb.architecture AS architecture_b, ca.point AS point_a,
+    cb.point AS point_b, ca.result_digest AS run_a, cb.result_digest AS run_b,
+    (SELECT r.outcome FROM run r WHERE r.number = ma.run_number) AS outcome_a,
+    (SELECT r.outcome FROM run r WHERE r.number = mb.run_number) AS outcome_b,
+    ma.contact AS contact_a, mb.contact AS contact_b, mb.contact - ma.contact AS contact_difference,
+    ma.impact_speed_mps AS impact_speed_mps_a, mb.impact_speed_mps AS impact_speed_mps_b, mb.impact_speed_mps - ma.impact_speed_mps AS impact_speed_mps_difference,
+    ma.min_distance_m AS min_distance_m_a, mb.min_distance_m AS min_distance_m_b, mb.min_distance_m - ma.min_distance_m AS min_distance_m_difference,
+    ma.min_ttc_s AS min_ttc_s_a, mb.min_ttc_s AS min_ttc_s_b, mb.min_ttc_s - ma.min_ttc_s AS min_ttc_s_difference,
+    ma.min_time_headway_s AS min_time_headway_s_a, mb.min_time_headway_s AS min_time_headway_s_b, mb.min_time_headway_s - ma.min_time_headway_s AS min_time_headway_s_difference,
+    ma.max_required_deceleration_mps2 AS max_required_deceleration_mps2_a, mb.max_required_deceleration_mps2 AS max_required_deceleration_mps2_b, mb.max_required_deceleration_mps2 - ma.max_required_deceleration_mps2 AS max_required_deceleration_mps2_difference,
+    ma.max_deceleration_mps2 AS max_deceleration_mps2_a, mb.max_deceleration_mps2 AS max_deceleration_mps2_b, mb.max_deceleration_mps2 - ma.max_deceleration_mps2 AS max_deceleration_mps2_difference,
+    ma.rss_violation_s AS rss_violation_s_a, mb.rss_violation_s AS rss_violation_s_b, mb.rss_violation_s - ma.rss_violation_s AS rss_violation_s_difference,
+    ma.fault_to_safe_state_s AS fault_to_safe_state_s_a, mb.fault_to_safe_state_s AS fault_to_safe_state_s_b, mb.fault_to_safe_state_s - ma.fault_to_safe_state_s AS fault_to_safe_state_s_difference,
+    (
+    SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"', ','), '') || '}'
+    FROM (
+        SELECT v.fsr, v.verdict FROM v_verdicts v
+        WHERE v.campaign = ca.campaign_id AND v.ordinal = ca.ordinal ORDER BY v.fsr) judged
+    ) AS verdicts_a, (
+    SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"', ','), '') || '}'
+    FROM (
+        SELECT v.fsr, v.verdict FROM v_verdicts v
+        WHERE v.campaign = cb.campaign_id AND v.ordinal = cb.ordinal ORDER BY v.fsr) judged
+    ) AS verdicts_b
+FROM case_match a
+CROSS JOIN case_match b ON b.campaign_id = a.campaign_id AND b.first_ordinal = a.first_ordinal
+    AND b.ordinal <> a.ordinal
+CROSS JOIN campaign_case ca ON ca.campaign_id = a.campaign_id AND ca.ordinal = a.ordinal
+CROSS JOIN campaign_case cb ON cb.campaign_id = b.campaign_id AND cb.ordinal = b.ordinal
+LEFT JOIN case_run oa ON oa.campaign_id = ca.campaign_id AND oa.ordinal = ca.ordinal
+LEFT JOIN case_run ob ON ob.campaign_id = cb.campaign_id AND ob.ordinal = cb.ordinal
+JOIN metric ma ON ma.run_number = COALESCE(oa.run_number, (
+    SELECT x.number FROM run x WHERE x.result_digest = ca.result_digest))
+JOIN metric mb ON mb.run_number = COALESCE(ob.run_number, (
+    SELECT x.number FROM run x WHERE x.result_digest = cb.result_digest))
+WHERE cb.architecture > ca.architecture
+    AND (cb.point = ca.point OR NOT EXISTS (
         SELECT 1 FROM json_each(ca.point) x JOIN json_each(cb.point) y
             ON y.key = x.key AND (y.value <> x.value OR (y.value IS NULL) <> (x.value IS NULL))))
-SELECT a.campaign, a.scenario, a.fault_entry, a.situation, a.parameters, a.replicate,
-    a.architecture AS architecture_a, b.architecture AS architecture_b, a.point AS point_a,
-    b.point AS point_b, a.run AS run_a, b.run AS run_b, a.outcome AS outcome_a,
-    b.outcome AS outcome_b,
-    a.contact AS contact_a, b.contact AS contact_b, b.contact - a.contact AS contact_difference,
-    a.impact_speed_mps AS impact_speed_mps_a, b.impact_speed_mps AS impact_speed_mps_b, b.impact_speed_mps - a.impact_speed_mps AS impact_speed_mps_difference,
-    a.min_distance_m AS min_distance_m_a, b.min_distance_m AS min_distance_m_b, b.min_distance_m - a.min_distance_m AS min_distance_m_difference,
-    a.min_ttc_s AS min_ttc_s_a, b.min_ttc_s AS min_ttc_s_b, b.min_ttc_s - a.min_ttc_s AS min_ttc_s_difference,
-    a.min_time_headway_s AS min_time_headway_s_a, b.min_time_headway_s AS min_time_headway_s_b, b.min_time_headway_s - a.min_time_headway_s AS min_time_headway_s_difference,
-    a.max_required_deceleration_mps2 AS max_required_deceleration_mps2_a, b.max_required_deceleration_mps2 AS max_required_deceleration_mps2_b, b.max_required_deceleration_mps2 - a.max_required_deceleration_mps2 AS max_required_deceleration_mps2_difference,
-    a.max_deceleration_mps2 AS max_deceleration_mps2_a, b.max_deceleration_mps2 AS max_deceleration_mps2_b, b.max_deceleration_mps2 - a.max_deceleration_mps2 AS max_deceleration_mps2_difference,
-    a.rss_violation_s AS rss_violation_s_a, b.rss_violation_s AS rss_violation_s_b, b.rss_violation_s - a.rss_violation_s AS rss_violation_s_difference,
-    a.fault_to_safe_state_s AS fault_to_safe_state_s_a, b.fault_to_safe_state_s AS fault_to_safe_state_s_b, b.fault_to_safe_state_s - a.fault_to_safe_state_s AS fault_to_safe_state_s_difference,
-    a.verdicts AS verdicts_a, b.verdicts AS verdicts_b
-FROM pair p
-CROSS JOIN v_runs a ON a.campaign = p.campaign AND a.ordinal = p.ordinal_a
-CROSS JOIN v_runs b ON b.campaign = p.campaign AND b.ordinal = p.ordinal_b
 
 --
 
 CREATE VIEW v_coverage AS
-SELECT c.campaign_id AS campaign, c.scenario, c.architecture, t.fault_entry,
-    COUNT(*) AS planned, COUNT(r.number) AS done,
-    SUM(CASE WHEN EXISTS (
-        SELECT 1 FROM v_verdicts v
-        WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal AND v.exercised = 1)
-        THEN 1 ELSE 0 END) AS exercised
-FROM campaign_case c
-JOIN test_case t ON t.digest = c.test_case_digest
-LEFT JOIN run r ON r.result_digest = c.result_digest
-GROUP BY c.campaign_id, c.scenario, c.architecture, t.fault_entry
+SELECT campaign, scenario, architecture, fault_entry, SUM(planned) AS planned, SUM(done) AS done,
+    SUM(exercised) AS exercised
+FROM (
+    SELECT campaign_id AS campaign, scenario, architecture, fault_entry, planned, 0 AS done,
+        0 AS exercised
+    FROM case_count
+    UNION ALL
+    SELECT campaign_id, scenario, architecture, fault_entry, 0, runs, exercised
+    FROM case_tally
+    UNION ALL
+    SELECT c.campaign_id, c.scenario, c.architecture, t.fault_entry, 0, 1,
+        CASE WHEN EXISTS (
+            SELECT 1 FROM campaign_fsr f
+            JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+            WHERE f.campaign_id = c.campaign_id AND f.architecture = c.architecture
+    AND f.scenario = c.scenario AND f.applicable = 1
+    AND f.applies IN ('everywhere', CASE c.inside_odd WHEN 1 THEN 'inside' ELSE 'outside' END) AND v.exercised = 1) THEN 1 ELSE 0 END
+    FROM work w
+    JOIN campaign_case c ON c.campaign_id = w.campaign_id
+        AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal
+    JOIN run r ON r.result_digest = c.result_digest
+    JOIN test_case t ON t.digest = c.test_case_digest
+    WHERE w.state <> 'done') counted
+GROUP BY campaign, scenario, architecture, fault_entry
 
 --
 

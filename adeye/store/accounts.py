@@ -1,0 +1,205 @@
+"""Accounts of the cases of a campaign: made with plan and results, made again to check them.
+
+The plan is accounted for in ``case_count`` and ``case_match``, a block that is done in ``case_run``
+and ``case_tally``. A block just executed is counted from its columns by ``tallying`` instead.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import groupby
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import and_, select
+
+from adeye.store.case_tables import case_count, case_match, case_run, case_tally
+from adeye.store.encoding import Row, row, rows_of_columns
+from adeye.store.inserting import insert_rows
+from adeye.store.matching import CaseGroups
+from adeye.store.pending import JUDGED
+from adeye.store.stored import Finding
+from adeye.store.tables import campaign, campaign_case, work
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from sqlalchemy import Connection, Table
+
+_CHUNK: Final = 1_024
+
+_PLANNED: Final = """
+    SELECT c.scenario, c.architecture, t.fault_entry, t.situation_digest
+    FROM campaign_case c JOIN test_case t ON t.digest = c.test_case_digest
+    WHERE c.campaign_id = ? ORDER BY c.ordinal
+"""
+
+_DONE: Final = f"""
+    SELECT c.campaign_id, c.ordinal, r.number, c.scenario, c.architecture, t.fault_entry,
+        CASE WHEN EXISTS (
+            SELECT 1 FROM campaign_fsr f
+            JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+            WHERE {JUDGED} AND v.exercised = 1) THEN 1 ELSE 0 END
+    FROM work w
+    JOIN campaign_case c ON c.campaign_id = w.campaign_id
+        AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal
+    JOIN test_case t ON t.digest = c.test_case_digest
+    JOIN run r ON r.result_digest = c.result_digest
+    WHERE w.id = ? ORDER BY c.ordinal
+"""  # noqa: S608 - JUDGED is a constant of this package
+
+Done = tuple[str, int, int, str, str, str, int]
+"""A case with a run: campaign, ordinal, number of the run, scenario, architecture, fault entry,
+and whether the run exercises an FSR of the campaign, 1 or 0."""
+
+
+def save_groups(connection: Connection, campaign_id: str, groups: CaseGroups) -> None:
+    """Save what was counted of the cases of a new campaign."""
+    insert_rows(connection, case_count, groups.counts(campaign_id))
+    for rows in groups.matches(campaign_id):
+        insert_rows(connection, case_match, rows)
+
+
+def planned_groups(connection: Connection, campaign_id: str) -> CaseGroups:
+    """Count the cases of a campaign from its plan."""
+    groups = CaseGroups()
+    found = connection.exec_driver_sql(
+        _PLANNED, (campaign_id,), execution_options={"yield_per": _CHUNK}
+    )
+    for (scenario, architecture, fault), items in groupby(found, key=itemgetter(0, 1, 2)):
+        groups.add(scenario, architecture, fault, [item[3] for item in items])
+    return groups
+
+
+def done_cases(connection: Connection, work_id: int) -> list[Done]:
+    """List the cases of a block that have a run, in the order of their ordinals."""
+    found = connection.exec_driver_sql(_DONE, (work_id,))
+    return [(*item[:6], int(item[6])) for item in map(tuple, found)]
+
+
+def run_rows(cases: Sequence[Done]) -> list[Row]:
+    """Make the rows of ``case_run`` of some cases of one campaign."""
+    if not cases:
+        return []
+    campaigns, ordinals, numbers = (list(items) for items in list(zip(*cases, strict=True))[:3])
+    return rows_of_columns(case_run, (campaigns[0], ordinals, numbers))
+
+
+def case_tallies(work_id: int, cases: Sequence[Done]) -> list[Row]:
+    """Make the rows of ``case_tally`` of the cases of a block."""
+    runs = Counter((case[0], *case[3:6]) for case in cases)
+    exercised = Counter((case[0], *case[3:6]) for case in cases if case[6])
+    return [
+        row(case_tally, (work_id, *names, count, exercised[names]))
+        for names, count in sorted(runs.items())
+    ]
+
+
+def save_done(connection: Connection, work_id: int, cases: Sequence[Done]) -> None:
+    """Save the accounts of a block that is done."""
+    insert_rows(connection, case_run, run_rows(cases))
+    insert_rows(connection, case_tally, case_tallies(work_id, cases))
+
+
+def account_block(connection: Connection, work_id: int) -> None:
+    """Account for a block that is done, from its rows."""
+    save_done(connection, work_id, done_cases(connection, work_id))
+
+
+def account_all(connection: Connection) -> None:
+    """Account for the campaigns of a database from before there were accounts.
+
+    Args:
+        connection: In a write transaction, the database of the present schema.
+    """
+    known = set(connection.execute(select(case_count.c.campaign_id).distinct()).scalars())
+    found = connection.execute(select(campaign.c.id).order_by(campaign.c.number)).scalars()
+    for campaign_id in [name for name in found if name not in known]:
+        save_groups(connection, campaign_id, planned_groups(connection, campaign_id))
+        done = select(work.c.id).where(work.c.campaign_id == campaign_id, work.c.state == "done")
+        for work_id in connection.execute(done.order_by(work.c.id)).scalars().all():
+            account_block(connection, work_id)
+
+
+def wrong_plans(connection: Connection) -> Iterator[Finding]:
+    """Name what is in the accounts of plans and should not be, or is not and should.
+
+    A run of a case that was never planned is in no block, so it is named here, too.
+    """
+    found = connection.execute(select(campaign.c.id).order_by(campaign.c.number)).scalars()
+    for campaign_id in found.all():
+        groups = planned_groups(connection, campaign_id)
+        yield from _differences(connection, case_count, campaign_id, groups.counts(campaign_id))
+        matches = (item for rows in groups.matches(campaign_id) for item in rows)
+        yield from _differences(connection, case_match, campaign_id, matches)
+    unplanned = case_run.outerjoin(
+        campaign_case,
+        and_(
+            campaign_case.c.campaign_id == case_run.c.campaign_id,
+            campaign_case.c.ordinal == case_run.c.ordinal,
+        ),
+    )
+    query = select(case_run).select_from(unplanned).where(campaign_case.c.campaign_id.is_(None))
+    for item in connection.execute(query.order_by(case_run.c.campaign_id, case_run.c.ordinal)):
+        yield _finding(case_run, tuple(item), is_stored=True)
+
+
+def _differences(
+    connection: Connection, table: Table, campaign_id: str, expected: Iterable[Row]
+) -> Iterator[Finding]:
+    """Compare what is stored of a campaign with what should be, both in the order of the key."""
+    key = list(table.primary_key.columns)
+    stored = connection.execute(
+        table.select().where(table.c.campaign_id == campaign_id).order_by(*key),
+        execution_options={"yield_per": _CHUNK},
+    )
+    width = len(key)
+    left, right = map(tuple, stored), iter(expected)
+    one, other = next(left, None), next(right, None)
+    while one is not None or other is not None:
+        if one == other:
+            one, other = next(left, None), next(right, None)
+        elif other is None or (one is not None and _before(one, other, width)):
+            yield _finding(table, one or (), is_stored=True)
+            one = next(left, None)
+        else:
+            yield _finding(table, other, is_stored=False)
+            other = next(right, None)
+
+
+def _before(one: Sequence[Any], other: Sequence[Any], width: int) -> bool:
+    """Tell whether a stored row comes not behind another; an altered one comes first."""
+    try:
+        return tuple(one[:width]) <= tuple(other[:width])
+    except TypeError:
+        return True
+
+
+def wrong_block(connection: Connection, block: Any) -> Iterator[Finding]:
+    """Name what the accounts of a block have and should not, or lack.
+
+    Args:
+        connection: In a transaction.
+        block: Its row of ``work``.
+    """
+    cases = done_cases(connection, block.id) if block.state == "done" else []
+    runs = case_run.select().where(
+        case_run.c.campaign_id == block.campaign_id,
+        case_run.c.ordinal >= block.from_ordinal,
+        case_run.c.ordinal < block.to_ordinal,
+    )
+    tallies = case_tally.select().where(case_tally.c.work_id == block.id)
+    for table, query, rows in (
+        (case_run, runs, run_rows(cases)),
+        (case_tally, tallies, case_tallies(block.id, cases)),
+    ):
+        stored = set(map(tuple, connection.execute(query)))
+        for item in sorted(stored ^ set(rows), key=str):
+            yield _finding(table, item, is_stored=item in stored)
+
+
+def _finding(table: Table, item: Sequence[Any], *, is_stored: bool) -> Finding:
+    names = [column.name for column in table.columns]
+    key = [str(item[names.index(column.name)]) for column in table.primary_key.columns]
+    problem = "is not what plan and results say" if is_stored else "is missing"
+    return Finding(table.name, " ".join(key), problem)

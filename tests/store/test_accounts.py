@@ -1,0 +1,152 @@
+"""Accounts of cases agree with plan and results whatever way they came about, or are named."""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from adeye.store import schema, tables
+from adeye.store.accounts import account_all
+from adeye.store.case_tables import case_count, case_match, case_run, case_tally
+from adeye.store.encoding import row_hash
+from adeye.store.repository import Repository
+from adeye.store.triggers import trigger_ddl
+
+ACCOUNTS = (case_count, case_match, case_run, case_tally)
+
+
+@contextmanager
+def tampering(raw: sqlite3.Connection) -> Iterator[None]:
+    """Do what the triggers forbid."""
+    statements = trigger_ddl()
+    for statement in statements:
+        raw.execute(f"DROP TRIGGER {statement.split()[2]}")
+    yield
+    for statement in statements:
+        raw.execute(statement)
+
+
+def content(repository: Repository) -> dict[str, list[Any]]:
+    with repository._database.read() as connection:
+        return {
+            table.name: sorted(map(tuple, connection.execute(table.select()))) for table in ACCOUNTS
+        }
+
+
+def interrupted(repository: Repository, example: Any) -> str:
+    """One block is done, one is pending, one set aside."""
+    plan = repository.plan_campaign(example.record(), example.cases(12), block_size=4)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert repository.complete_block(block, example.runs(block), example.judged(block))
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert repository.quarantine_block(block, "no result")
+    return str(plan.campaign)
+
+
+def test_accounts_tell_the_plan_and_what_is_done(repository: Repository, example: Any) -> None:
+    interrupted(repository, example)
+    told = content(repository)
+    assert [item[1:5] for item in told["case_count"]] == [
+        (scenario, architecture, "none", 3)
+        for scenario in ("braking", "cut_in")
+        for architecture in ("legacy", "new")
+    ]
+    assert [item[1:4] for item in told["case_match"]] == [
+        (ordinal - ordinal % 2, ordinal, "none") for ordinal in range(12)
+    ]
+    assert [item[1] for item in told["case_run"]] == [0, 1, 2, 3]
+    assert [item[5:7] for item in told["case_tally"]] == [(1, 1)] * 4
+    assert repository.verify() == ()
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_accounts_made_afterwards_are_those_made_along_the_way(
+    repository: Repository, example: Any, raw: sqlite3.Connection, times: int
+) -> None:
+    example.campaign(repository, 12)
+    if times == 2:
+        example.thresholds["FSR1"] = "3 m"
+        example.campaign(repository, 12)
+    example.thresholds["FSR2"] = "3 m"
+    interrupted(repository, example)
+    before = content(repository)
+    with tampering(raw):
+        for table in ACCOUNTS:
+            raw.execute(f"DELETE FROM {table.name}")  # noqa: S608
+    assert {item.table for item in repository.verify()} == {table.name for table in ACCOUNTS}
+    with repository._database.write() as connection:
+        account_all(connection)
+        account_all(connection)
+    assert content(repository) == before
+    assert repository.verify() == ()
+
+
+CHANGES = [
+    (case_count, "planned", 1),
+    (case_count, "fault_entry", "x"),
+    (case_match, "ordinal", 90),
+    (case_match, "fault_entry", "x"),
+    (case_run, "run_number", 1),
+    (case_run, "ordinal", 90),
+    (case_tally, "runs", 1),
+    (case_tally, "exercised", -1),
+    (case_tally, "scenario", "x"),
+]
+
+
+@pytest.mark.parametrize(("table", "column", "change"), CHANGES, ids=str)
+def test_altered_account_is_named_even_with_a_hash_that_fits(
+    repository: Repository,
+    example: Any,
+    raw: sqlite3.Connection,
+    table: Any,
+    column: str,
+    change: Any,
+) -> None:
+    interrupted(repository, example)
+    names = [item.name for item in table.columns]
+    key = ", ".join(item.name for item in table.primary_key.columns)
+    values = list(raw.execute(f"SELECT * FROM {table.name} ORDER BY {key} LIMIT 1").fetchone())  # noqa: S608
+    former = values[-1]
+    values[names.index(column)] += change
+    values[-1] = row_hash(table, values[:-1])
+    with tampering(raw):
+        raw.execute("PRAGMA foreign_keys = OFF")
+        assignments = ", ".join(f"{name} = ?" for name in names)
+        raw.execute(
+            f"UPDATE {table.name} SET {assignments} WHERE row_hash = ?",  # noqa: S608
+            (*values, former),
+        )
+    findings = repository.verify()
+    told = [item for item in findings if item.table == table.name]
+    named = [str(values[names.index(item.name)]) for item in table.primary_key.columns]
+    assert any(item.row == " ".join(named) for item in told)
+
+
+def test_database_without_accounts_gets_them_with_its_upgrade(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    """The released ones are upgraded in test_schema.py; what they get is what campaigns have."""
+    example.campaign(repository, 8)
+    before = content(repository)
+    assert all(before.values())
+    with tampering(raw):
+        raw.execute("DELETE FROM case_run")
+    assert schema.upgrade(repository.location) == schema.head()
+    # The version is the newest, so that nothing is to be done.
+    assert content(repository)["case_run"] == []
+
+
+def test_what_is_accounted_for_is_no_part_of_the_hash_of_results(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    campaign = example.campaign(repository, 8)
+    before = repository.result_table_hash(campaign)
+    with tampering(raw):
+        raw.execute("DELETE FROM case_tally")
+    assert repository.result_table_hash(campaign) == before
+    assert set(ACCOUNTS) <= set(tables.INSERT_ONLY)
