@@ -1,9 +1,10 @@
-"""``db upgrade|info|verify``: the database file itself."""
+"""``db upgrade|info|verify|metadata``: the database file itself."""
 
 from __future__ import annotations
 
 import typer
 
+from adeye.cli.datasette import metadata
 from adeye.cli.options import Db, Json, add
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, talk
 
@@ -95,3 +96,4 @@ def verify(db: Db = None, json: Json = False) -> None:
 add(database_app, upgrade, "adeye db upgrade", "adeye db upgrade --db my.db")
 add(database_app, info, "adeye db info", "adeye db info --json")
 add(database_app, verify, "adeye db verify")
+add(database_app, metadata, "adeye db metadata -o metadata.json")

@@ -72,9 +72,14 @@ def _silence(stream: TextIO) -> None:
 
 def emit_json(verb: str, content: Mapping[str, Any]) -> None:
     """Write one JSON document with its schema, ``adeye/<verb>@1``."""
+    emit(json_text(verb, content))
+
+
+def json_text(verb: str, content: Mapping[str, Any]) -> str:
+    """Make one JSON document with its schema; what a terminal would obey is escaped."""
     document = {"schema": f"adeye/{verb}@1", **content}
     text = json.dumps(plain(document), indent=1, ensure_ascii=False, allow_nan=False)
-    emit(_ESCAPED_IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text))
+    return _ESCAPED_IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def plain(value: Any) -> Any:

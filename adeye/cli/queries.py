@@ -25,6 +25,12 @@ class SavedQuery:
     basis: str = "SELECT COUNT(*) FROM campaign"
     lacking: str = "the database has no campaign: 'adeye run ODD' makes one"
 
+    def about_one(self) -> SavedQuery:
+        """Ask about the campaign that the parameter ``:campaign`` names instead of the latest."""
+        sql, basis = (text.replace(_LATEST, ":campaign") for text in (self.sql, self.basis))
+        lacking = self.lacking.replace("the latest campaign", "this campaign")
+        return replace(self, sql=sql, basis=basis, lacking=lacking)
+
 
 _LATEST: Final = "(SELECT campaign FROM v_campaigns WHERE recency = 1)"
 
