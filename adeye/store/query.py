@@ -107,30 +107,36 @@ def run_query(
         PlatformError: The database cannot be read.
     """
     path = database_path(location)
-    _require_ours(path)
-    with errors_in_words(path):
-        connection = sqlite3.connect(
-            f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
-        )
-    try:
-        guard = _Guard(timeout_s)
+    with _ours(path):
         with errors_in_words(path):
-            guard.close_in(connection)
+            connection = sqlite3.connect(
+                f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
+            )
         try:
-            with _little_memory():
-                return _fetch(connection, sql, parameters or {}, max_rows)
-        except (sqlite3.Error, sqlite3.Warning, UnicodeError, MemoryError) as error:
-            raise guard.in_words(error) from error
-    finally:
-        connection.close()
+            guard = _Guard(timeout_s)
+            with errors_in_words(path):
+                guard.close_in(connection)
+            try:
+                with _little_memory():
+                    return _fetch(connection, sql, parameters or {}, max_rows)
+            except (sqlite3.Error, sqlite3.Warning, UnicodeError, MemoryError) as error:
+                raise guard.in_words(error) from error
+        finally:
+            connection.close()
 
 
-def _require_ours(path: Path) -> None:
+@contextmanager
+def _ours(path: Path) -> Iterator[None]:
+    """Require a database of this release and keep it open.
+
+    Whoever closes it last removes the files of its log, and who may only read cannot.
+    """
     require_exists(path)
     database = Database(path)
     try:
         with database.read() as connection:
             require_current(connection, path)
+        yield
     finally:
         database.close()
 

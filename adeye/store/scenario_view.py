@@ -105,7 +105,9 @@ def _ddl(connection: Connection, view: str, scenario: str) -> str:
         # While trusted_schema is off, SQLite 3.40 lets a view use json_each, but not json_extract.
         value = f"(SELECT value FROM json_each({source}) WHERE key = '{key}')"  # noqa: S608
         is_number = set(kinds.split(",")) <= {"integer", "real"}
-        columns.append(f"CAST({value} AS REAL) AS {name}" if is_number else f"{value} AS {name}")
+        typed = f"CAST({value} AS REAL)" if is_number else value
+        # A parameter may be called like a word of SQL.
+        columns.append(f'{typed} AS "{name}"')
     columns += [f"{name}, {name}_status" for name in METRIC_IDS]
     columns.append("verdicts")
     return _VIEW.substitute(view=view, columns=",\n    ".join(columns), scenario=scenario)
