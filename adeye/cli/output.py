@@ -103,7 +103,12 @@ def plain(value: Any) -> Any:
 
 
 def emit_csv(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write comma-separated values with a line of headers; no value is an empty field.
+    """Write comma-separated values with a line of headers."""
+    emit(csv_text(headers, rows))
+
+
+def csv_text(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Make comma-separated values with a line of headers; no value is an empty field.
 
     What a spreadsheet would take for a formula is written as text, see ``report.cells``.
     """
@@ -111,7 +116,7 @@ def emit_csv(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(map(csv_cell, headers))
     writer.writerows(map(csv_cell, row) for row in rows)
-    emit(text.getvalue())
+    return text.getvalue()
 
 
 def emit_table(

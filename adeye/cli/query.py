@@ -13,11 +13,20 @@ import typer
 
 from adeye.cli.completion import complete_campaigns, complete_queries
 from adeye.cli.options import Db, Json
-from adeye.cli.output import clean, emit, emit_csv, emit_json, emit_table, json_text, talk, wrote
+from adeye.cli.output import (
+    clean,
+    csv_text,
+    emit,
+    emit_csv,
+    emit_json,
+    emit_table,
+    json_text,
+    talk,
+    wrote,
+)
 from adeye.cli.writing import keep_apart, named
 
 if TYPE_CHECKING:
-    from adeye.report.table_files import FileFormat
     from adeye.store.query import QueryResult
 
 _NAME: Final = re.compile(r"[\w-]+")
@@ -254,10 +263,11 @@ def _save(result: QueryResult, wanted: Format, output: Path, db: str | None) -> 
     if wanted is Format.json:
         text = json_text("query", _document(result))
         write_atomically(f"{text}\n".encode(), output)
+    elif wanted is Format.csv:
+        write_atomically(csv_text(result.columns, result.rows).encode(), output)
     else:
         columns, values = typed_columns(_distinct(result.columns), result.rows)
-        form: FileFormat = "parquet" if wanted is Format.parquet else "csv"
-        with replacing(output) as place, open_table(place, form, columns, {}) as file:
+        with replacing(output) as place, open_table(place, "parquet", columns, {}) as file:
             file.add(values)
     wrote(output)
 
