@@ -144,6 +144,11 @@ def test_many_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.Mo
     fuzz(path, 10_000)
 
 
+def late_after(duration_s: float) -> Callable[[], bool]:
+    end = time.monotonic() + duration_s
+    return lambda: time.monotonic() > end
+
+
 def test_fuzzed_statements_would_do_harm_on_a_plain_connection(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -152,8 +157,7 @@ def test_fuzzed_statements_would_do_harm_on_a_plain_connection(
     for sql in statements(500):
         connection = sqlite3.connect(path, isolation_level=None, timeout=0)
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, 1_000_000)
-        late = time.monotonic() + 0.5
-        connection.set_progress_handler(lambda late=late: time.monotonic() > late, 1000)
+        connection.set_progress_handler(late_after(0.5), 1000)
         with suppress(sqlite3.Error, sqlite3.Warning, UnicodeError):
             connection.execute(sql).fetchmany(100)
         connection.close()
