@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests import motorway
+from tests import motorway, postgres
 from tests.project import Executed, Project, run_cases
 from tests.suites import build_suites
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
+    from tests.postgres import Server
 
 MakeProject = Callable[..., Project]
 
@@ -75,3 +77,13 @@ def cut_ins(mini: Executed) -> tuple[list[TestCase], Trace]:
         and case.fault_entry == "nominal_silent"
     ]
     return cases, run_cases(mini.plan, cases)
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[Server]:
+    """A PostgreSQL server; in the continuous integration it must be there."""
+    if postgres.binaries() is None:
+        if os.environ.get("CI") == "true":
+            pytest.fail("PostgreSQL is missing; its tests must run here")
+        pytest.skip("PostgreSQL is not installed")
+    yield from postgres.running()

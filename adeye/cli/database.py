@@ -1,6 +1,8 @@
-"""``db upgrade|info|verify|metadata``: the database file itself."""
+"""``db upgrade|info|verify|metadata|grant``: the database file itself."""
 
 from __future__ import annotations
+
+from typing import Annotated
 
 import typer
 
@@ -18,16 +20,16 @@ database_app = typer.Typer(
 def upgrade(db: Db = None, json: Json = False) -> None:
     """Create the database or bring it to the newest schema, wholly or not at all."""
     from adeye.store import schema
-    from adeye.store.database import database_path
+    from adeye.store.location import locate
 
     before = schema.current(db)
     after = schema.upgrade(db)
     if json:
-        emit_json("db-upgrade", {"path": database_path(db), "before": before, "after": after})
+        emit_json("db-upgrade", {"path": str(locate(db)), "before": before, "after": after})
     elif before == after:
-        emit(clean(f"{database_path(db)}: schema {after} already"))
+        emit(clean(f"{locate(db)}: schema {after} already"))
     else:
-        emit(clean(f"{database_path(db)}: schema {before or 'none'} → {after}"))
+        emit(clean(f"{locate(db)}: schema {before or 'none'} → {after}"))
 
 
 def info(db: Db = None, json: Json = False) -> None:
@@ -96,4 +98,37 @@ def verify(db: Db = None, json: Json = False) -> None:
 add(database_app, upgrade, "adeye db upgrade", "adeye db upgrade --db my.db")
 add(database_app, info, "adeye db info", "adeye db info --json")
 add(database_app, verify, "adeye db verify")
+
+
+def grant(
+    role: Annotated[
+        str | None,
+        typer.Argument(metavar="[ROLE]", help="User of the server who shall be able to read."),
+    ] = None,
+    *,
+    db: Db = None,
+) -> None:
+    """Let a user of a PostgreSQL server read the database and do nothing else.
+
+    Makes the role adeye_reader, as which 'adeye query' runs what people type; without it, 'adeye
+    query' refuses users who may do more on the server. Takes the right to make temporary tables
+    from everybody. To be run by the owner of the database.
+    """
+    from adeye.errors import UsageError
+    from adeye.store.location import locate
+    from adeye.store.server_query import READER
+    from adeye.store.server_query import grant as grant_reading
+
+    location = locate(db)
+    if not location.is_server:
+        raise UsageError(
+            "rights are those of a server, and this database is a file",
+            remedy="Give readers the right to read the file, or --db postgresql://….",
+        )
+    for note in grant_reading(location, role):
+        talk(f"note: {clean(note)}")
+    emit(f"{READER} may read" + (f", and {clean(role)} is a member of it" if role else ""))
+
+
 add(database_app, metadata, "adeye db metadata -o metadata.json")
+add(database_app, grant, "adeye db grant alice --db postgresql://admin@db.example/adeye")

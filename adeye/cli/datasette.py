@@ -54,13 +54,13 @@ def metadata(db: Db = None, *, output: Output = None) -> None:
     Then 'datasette adeye.db --metadata metadata.json' shows the database in a browser.
     """
     from adeye.report.files import write_atomically
-    from adeye.store.database import database_path
+    from adeye.store.location import locate
 
     text = json.dumps(document(db), indent=1, ensure_ascii=False)
     if output is None:
         emit(text)
         return
-    keep_apart(output, database_path(db))
+    keep_apart(output, locate(db).path)
     write_atomically(f"{text}\n".encode(), output)
     wrote(output)
 
@@ -69,14 +69,21 @@ def document(db: str | None) -> dict[str, Any]:
     """Describe a database in the form of datasette's ``metadata.json``.
 
     Raises:
-        InputError: There is no such database.
+        InputError: There is no such database, or it is on a server.
         PlatformError: It cannot be read.
     """
     from adeye.cli.queries import SAVED
-    from adeye.store.database import database_path
+    from adeye.errors import UsageError
+    from adeye.store.location import locate
     from adeye.store.query import run_query
     from adeye.store.scenario_view import PREFIX
 
+    path = locate(db).path
+    if path is None:
+        raise UsageError(
+            "datasette shows files of SQLite, and this database is on a server",
+            remedy="Name a file with --db.",
+        )
     views = run_query(db, "SELECT name FROM sqlite_master WHERE type = 'view' ORDER BY name").rows
     tables: dict[str, Any] = {}
     for (view,) in views:
@@ -97,7 +104,7 @@ def document(db: str | None) -> dict[str, Any]:
         "title": "adeye",
         "description": "Results of adeye. Columns are in SI; the views are the stable interface. "
         "The canned queries are about the latest campaign.",
-        "databases": {database_path(db).stem: {"tables": tables, "queries": queries}},
+        "databases": {path.stem: {"tables": tables, "queries": queries}},
     }
 
 

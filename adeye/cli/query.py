@@ -257,9 +257,9 @@ def _save(result: QueryResult, wanted: Format, output: Path, db: str | None) -> 
     """Write rows to a file, as a whole or not at all."""
     from adeye.report.files import replacing, write_atomically
     from adeye.report.table_files import open_table, typed_columns
-    from adeye.store.database import database_path
+    from adeye.store.location import locate
 
-    keep_apart(output, database_path(db))
+    keep_apart(output, locate(db).path)
     if wanted is Format.json:
         text = json_text("query", _document(result))
         write_atomically(f"{text}\n".encode(), output)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.report.table_files import TableFile
+    from adeye.store.location import Place
 
 CONTENTS: Final = "export.json"
 SCHEMA: Final = "adeye/export@1"
@@ -47,7 +48,7 @@ class Written:
 
 
 def export_campaign(
-    location: str | Path | None,
+    place: Place,
     campaign: str | None,
     output: Path,
     *,
@@ -58,7 +59,7 @@ def export_campaign(
     """Write tables of a campaign, all of them or nothing.
 
     Args:
-        location: The database, as everywhere.
+        place: The database, as everywhere.
         campaign: Its number or the beginning of its id; None for the latest.
         output: A file if it ends like one of ``FORMATS``, else a folder.
         file_format: Of the files; default: how the output ends, Parquet for a folder.
@@ -77,11 +78,11 @@ def export_campaign(
     chosen = file_format or (_format(promised) if is_file else "parquet")
     names = list(dict.fromkeys(tables)) or (["runs"] if is_file else list(TABLES))
     _require_place(output, names, chosen if is_file else None)
-    with open_export(location, campaign, names, with_provenance=with_provenance) as source:
+    with open_export(place, campaign, names, with_provenance=with_provenance) as source:
         about = _about(source, with_provenance=with_provenance)
         if is_file:
-            with replacing(output) as place:
-                rows = _write(source, {names[0]: place}, chosen, about)
+            with replacing(output) as file:
+                rows = _write(source, {names[0]: file}, chosen, about)
         else:
             with replacing_folder(output) as folder:
                 places = {name: folder / f"{name}.{chosen}" for name in names}

@@ -55,11 +55,11 @@ class ExecutedRuns:
     situations: tuple[ExecutedSituations, ...]
 
 
-def executed_runs(path: Path, campaign: str) -> ExecutedRuns:
+def executed_runs(place: Place, campaign: str) -> ExecutedRuns:
     """Read what a campaign executed.
 
     Args:
-        path: The database file, of the current schema.
+        place: The database, of the current schema.
         campaign: Id of the campaign.
     """
     cases, case, run = tables.campaign_case.c, tables.test_case.c, tables.run.c
@@ -71,7 +71,7 @@ def executed_runs(path: Path, campaign: str) -> ExecutedRuns:
         .where(cases.campaign_id == campaign)
         .order_by(cases.ordinal)
     )
-    database = Database(path)
+    database = Database(place)
     found: dict[str, list[Mapping[str, float]]] = {}
     planned = without = unjudged = outside = 0
     try:

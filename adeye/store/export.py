@@ -17,7 +17,7 @@ from sqlalchemy import text
 
 from adeye.errors import InputError, suggest
 from adeye.store import reading, summaries
-from adeye.store.database import Database, database_path
+from adeye.store.database import Database
 from adeye.store.export_columns import (
     PARAMETERS_AFTER,
     TABLES,
@@ -27,13 +27,12 @@ from adeye.store.export_columns import (
     metric_columns,
     unit_of,
 )
+from adeye.store.location import Place, locate
 from adeye.store.scenario_view import identifier, unique_name
 from adeye.store.schema import require_current, require_exists
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-    from pathlib import Path
-
     from sqlalchemy import Connection
 
     from adeye.store.stored import CampaignInfo
@@ -297,7 +296,7 @@ def _without_provenance(table: ExportTable, *, keep: bool) -> ExportTable:
 
 @contextmanager
 def open_export(
-    location: str | Path | None,
+    place: Place,
     campaign: str | None,
     names: Iterable[str] = tuple(TABLES),
     *,
@@ -306,7 +305,7 @@ def open_export(
     """Open a campaign for reading it out.
 
     Args:
-        location: The database, as everywhere.
+        place: The database, as everywhere.
         campaign: Its number or the beginning of its id; None for the latest.
         names: Tables to read.
         with_provenance: Whether columns are read that differ between two executions.
@@ -322,12 +321,12 @@ def open_export(
                 f"export: there is no table {name!r}, only {', '.join(TABLES)}",
                 remedy=suggest(name, TABLES),
             )
-    path = database_path(location)
-    require_exists(path)
-    database = Database(path)
+    location = locate(place)
+    require_exists(location)
+    database = Database(location)
     try:
         with database.read() as connection:
-            require_current(connection, path)
+            require_current(connection, location)
             found = reading.find_campaign(connection, campaign)
             yield CampaignExport(connection, found, chosen, with_provenance=with_provenance)
     finally:

@@ -10,10 +10,11 @@ from collections import Counter
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import select, update
+from sqlalchemy import func, select, update
 
 from adeye.store.basis import record_basis
 from adeye.store.block import JudgedBlock
+from adeye.store.catalog import is_server
 from adeye.store.encoding import insert_rows, utc_text
 from adeye.store.halving import judge_with_uncertainty
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
@@ -47,14 +48,15 @@ def claim_block(
     candidates = select(work).where(work.c.state.in_(["pending", "leased"]))
     if campaign_id is not None:
         candidates = candidates.where(work.c.campaign_id == campaign_id)
-    pending = candidates.where(work.c.state == "pending").order_by(work.c.id).limit(1)
+    # On a server others claim at the same time: what one of them looks at is left to it.
+    candidates = candidates.order_by(work.c.id).with_for_update(skip_locked=True)
+    pending = candidates.where(work.c.state == "pending").limit(1)
+    now = _now(connection)
     found = connection.execute(pending).first() or next(
         (
             leased
-            for leased in connection.execute(
-                candidates.where(work.c.state == "leased").order_by(work.c.id)
-            ).all()
-            if _is_abandoned(leased)
+            for leased in connection.execute(candidates.where(work.c.state == "leased")).all()
+            if _is_abandoned(leased, now)
         ),
         None,
     )
@@ -64,25 +66,32 @@ def claim_block(
     connection.execute(
         update(work)
         .where(work.c.id == found.id)
-        .values(state="leased", owner=owner.to_text(), attempt=attempt, **_lease(lease_s))
+        .values(state="leased", owner=owner.to_text(), attempt=attempt, **_lease(now, lease_s))
     )
     cases = open_cases(connection, found.campaign_id, found.from_ordinal, found.to_ordinal)
     return Block(found.id, found.campaign_id, attempt, cases)
 
 
-def _lease(lease_s: float) -> dict[str, Any]:
+def _now(connection: Connection) -> datetime:
+    """Read the clock that leases go by: that of the server, if there is one."""
+    if is_server(connection):
+        return connection.execute(select(func.clock_timestamp())).scalar_one()
+    return datetime.now(UTC)
+
+
+def _lease(now: datetime, lease_s: float) -> dict[str, Any]:
     return {
-        "until": utc_text(datetime.now(UTC) + timedelta(seconds=lease_s)),
+        "until": utc_text(now + timedelta(seconds=lease_s)),
         "until_boot_s": boot_clock_s() + lease_s,
     }
 
 
-def _is_abandoned(leased: Row[Any]) -> bool:
+def _is_abandoned(leased: Row[Any], now: datetime) -> bool:
     owner = owner_from_text(leased.owner)
     if owner.is_here:
         # The clock of the boot cannot be set, so a changed time of day ends no lease.
         return owner.is_dead or boot_clock_s() >= leased.until_boot_s
-    return utc_text(None) >= str(leased.until)
+    return utc_text(now) >= str(leased.until)
 
 
 def _change(connection: Connection, block: Block, **values: Any) -> bool:
@@ -108,7 +117,7 @@ _FREE: Final[Mapping[str, Any]] = {"owner": None, "until": None, "until_boot_s":
 
 def renew_lease(connection: Connection, block: Block, lease_s: float) -> bool:
     """Extend a lease; False if the block was taken over."""
-    return _change(connection, block, **_lease(lease_s))
+    return _change(connection, block, **_lease(_now(connection), lease_s))
 
 
 def release_block(connection: Connection, block: Block) -> bool:
@@ -215,8 +224,9 @@ def _require_complete(connection: Connection, block: Block, *bounds: int) -> Non
 def work_state(connection: Connection, campaign_id: str) -> WorkState:
     """Count the blocks of a campaign by state; a block whose owner is gone counts as pending."""
     blocks = connection.execute(select(work).where(work.c.campaign_id == campaign_id)).all()
+    now = _now(connection)
     counted = Counter(
-        "pending" if block.state == "leased" and _is_abandoned(block) else block.state
+        "pending" if block.state == "leased" and _is_abandoned(block, now) else block.state
         for block in blocks
     )
     return WorkState(

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError
-from adeye.store.database import Database, database_path, errors_in_words
+from adeye.store.database import Database, errors_in_words
+from adeye.store.location import Location, Place, locate
 from adeye.store.schema import require_current, require_exists
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ class QueryResult:
 
 
 def run_query(
-    location: str | Path | None,
+    place: Place,
     sql: str,
     *,
     parameters: Mapping[str, str] | None = None,
@@ -96,7 +97,7 @@ def run_query(
     """Run one SELECT on the database without being able to change anything.
 
     Args:
-        location: The database, as everywhere.
+        place: The database, as everywhere.
         sql: One statement.
         parameters: Values of what it names ``:name``.
         max_rows: Most rows to return.
@@ -106,15 +107,20 @@ def run_query(
         InputError: The statement is wrong, not allowed, ran too long, or takes too much memory.
         PlatformError: The database cannot be read.
     """
-    path = database_path(location)
-    with _ours(path):
-        with errors_in_words(path):
+    location = locate(place)
+    if location.path is None:
+        from adeye.store.server_query import run_server_query
+
+        with _little_memory():
+            return run_server_query(location, sql, parameters or {}, max_rows, timeout_s)
+    with _ours(location):
+        with errors_in_words(location):
             connection = sqlite3.connect(
-                f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
+                f"{location.path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
             )
         try:
             guard = _Guard(timeout_s)
-            with errors_in_words(path):
+            with errors_in_words(location):
                 guard.close_in(connection)
             try:
                 with _little_memory():
@@ -126,16 +132,16 @@ def run_query(
 
 
 @contextmanager
-def _ours(path: Path) -> Iterator[None]:
+def _ours(location: Location) -> Iterator[None]:
     """Require a database of this release and keep it open.
 
     Whoever closes it last removes the files of its log, and who may only read cannot.
     """
-    require_exists(path)
-    database = Database(path)
+    require_exists(location)
+    database = Database(location)
     try:
         with database.read() as connection:
-            require_current(connection, path)
+            require_current(connection, location)
         yield
     finally:
         database.close()

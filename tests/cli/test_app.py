@@ -54,6 +54,7 @@ def test_the_verbs_are_these() -> None:
         "compare",
         "confidence",
         "coverage",
+        "db grant",
         "db info",
         "db metadata",
         "db upgrade",

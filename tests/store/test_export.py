@@ -13,11 +13,12 @@ from adeye.store import export
 from adeye.store.export import open_export
 from adeye.store.export_columns import TABLES
 from adeye.store.repository import Repository
+from tests.postgres import Server
 
 Tables = dict[str, list[dict[str, Any]]]
 
 
-def read(path: Path, campaign: str | None = None, **options: Any) -> Tables:
+def read(path: str | Path, campaign: str | None = None, **options: Any) -> Tables:
     with open_export(path, campaign, **options) as source:
         found: Tables = {name: [] for name in source.tables}
         for chunk in source.chunks():
@@ -108,6 +109,16 @@ def test_another_database_gives_the_same(tmp_path: Path, make_example: Any) -> N
         example.run = lambda case, **changes: replace(run(case, **changes), executed_by="host 2")
         assert example.campaign(repository, 8, block_size=5) == campaign
     assert read(one, campaign) == read(other, campaign)
+
+
+def test_server_gives_the_same_as_a_file(
+    server: Server, repository: Repository, make_example: Any
+) -> None:
+    url = server.new_database()
+    with Repository.open(url) as other:
+        campaign = make_example().campaign(other, 8, block_size=5)
+    assert make_example().campaign(repository, 8) == campaign
+    assert repr(read(url, campaign)) == repr(read(repository.path, campaign))
 
 
 def test_what_differs_between_executions_is_left_out_unless_asked_for(
