@@ -33,6 +33,7 @@ from adeye.store.schema import require_current, require_exists
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
     from sqlalchemy import Connection
 
     from adeye.store.stored import CampaignInfo
@@ -51,7 +52,7 @@ _FSRS: Final = (
 _UNITS: Final = "SELECT units FROM campaign WHERE id = :campaign"
 _KINDS: Final[Mapping[type, Kind]] = {bool: "flag", int: "number", float: "number", str: "text"}
 
-Place = tuple[str, str, str]
+Key = tuple[str, str, str]
 """Scenario, ``parameters`` or ``point``, and key of a parameter."""
 
 
@@ -235,7 +236,7 @@ class CampaignExport:
     def _find_parameters(self, runs: ExportTable) -> _Parameters:
         """Look at every test case: which parameters there are, and whether they are numbers."""
         (stored,) = self._rows_of(_UNITS, lambda row: json.loads(row[0]))
-        kinds: dict[Place, set[Kind | None]] = {}
+        kinds: dict[Key, set[Kind | None]] = {}
         for first in range(0, self.campaign.planned, CHUNK_CASES):
             for scenario, parameters, point in self._rows_of(_CASES, tuple, first):
                 named = json.loads(parameters)
@@ -245,7 +246,7 @@ class CampaignExport:
                         found = kinds.setdefault((scenario, source, key), set())
                         if value is not None:
                             found.add(_KINDS.get(type(value)))
-        by_name: dict[tuple[str, str], dict[Place, set[Kind | None]]] = {}
+        by_name: dict[tuple[str, str], dict[Key, set[Kind | None]]] = {}
         for (scenario, source, key), found in kinds.items():
             suffix = stored.get(scenario, {}).get(key, "")
             name = f"{key}_{suffix}" if suffix else key
@@ -254,7 +255,7 @@ class CampaignExport:
 
 
 def _named(
-    by_name: Mapping[tuple[str, str], Mapping[Place, set[Kind | None]]], taken: set[str]
+    by_name: Mapping[tuple[str, str], Mapping[Key, set[Kind | None]]], taken: set[str]
 ) -> _Parameters:
     columns, places = [], []
     for (wanted, suffix), found in sorted(by_name.items()):

@@ -37,10 +37,10 @@ _RIGHTS: Final = (
     "SELECT rolsuper OR pg_has_role(current_user, 'pg_read_server_files', 'MEMBER') "
     "OR pg_has_role(current_user, 'pg_write_server_files', 'MEMBER') "
     "OR pg_has_role(current_user, 'pg_execute_server_program', 'MEMBER'), "
-    f"COALESCE((SELECT pg_has_role(current_user, r.oid, 'MEMBER') FROM pg_roles r "
+    "COALESCE((SELECT pg_has_role(current_user, r.oid, 'MEMBER') FROM pg_roles r "
     f"WHERE r.rolname = '{READER}' AND has_schema_privilege(r.oid, '{SCHEMA}', 'USAGE')), FALSE), "
     f"has_schema_privilege(current_user, to_regnamespace('{SCHEMA}'), 'USAGE') "
-    "FROM pg_roles WHERE rolname = current_user"
+    "FROM pg_roles WHERE rolname = current_user"  # noqa: S608 - names of this package
 )
 _BEGIN: Final = (
     "BEGIN TRANSACTION ISOLATION LEVEL REPEATABLE READ READ ONLY",

@@ -21,17 +21,16 @@ regr_r2 regr_slope right round row_number rtrim sign sin sqrt starts_with stddev
 stddev_samp string_agg strpos substr substring sum tan to_char trim trunc upper var_pop var_samp
 variance width_bucket
 """
+_KEYWORDS: Final = """
+all and any as between by case cast char decimal distinct else end except exists filter float
+from full group having in inner intersect into interval is join lateral left like limit
+materialized not numeric offset on or order outer over partition precision recursive right
+select some then time timestamp union using values varchar when where window with within
+"""
 FUNCTIONS: Final = frozenset(_FUNCTION_NAMES.split())
 """Functions that neither wait nor change anything nor make much of little."""
 
-_BEFORE_BRACKETS: Final = frozenset(
-    """
-    all and any as between by case cast char decimal distinct else end except exists filter float
-    from full group having in inner intersect into interval is join lateral left like limit
-    materialized not numeric offset on or order outer over partition precision recursive right
-    select some then time timestamp union using values varchar when where window with within
-    """.split()
-)
+_BEFORE_BRACKETS: Final = frozenset(_KEYWORDS.split())
 _FIRST: Final = frozenset({"select", "with", "values", "table", "explain"})
 _BODIES: Final = frozenset({"select", "with", "values", "table", "("})
 _SCHEMAS: Final = frozenset({"adeye", "pg_catalog"})

@@ -42,11 +42,11 @@ def of_view(path: Path, table: str) -> list[dict[str, Any]]:
 def test_tables_hold_what_their_views_hold(repository: Repository, example: Any) -> None:
     example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal % 3 == 1 else Verdict.PASS
     example.campaign(repository, 9)
-    found = read(repository.path)
+    found = read(str(repository.location))
     for name in ("verdicts", "events", "fsr_status"):
         assert found[name]
-        assert found[name] == of_view(repository.path, name)
-    for row, seen in zip(found["runs"], of_view(repository.path, "runs"), strict=True):
+        assert found[name] == of_view(str(repository.location), name)
+    for row, seen in zip(found["runs"], of_view(str(repository.location), "runs"), strict=True):
         assert {**row, **seen}.keys() - row.keys() == {
             "parameters", "point", "verdicts", "executed_at"
         }  # fmt: skip
@@ -58,7 +58,7 @@ def test_tables_hold_what_their_views_hold(repository: Repository, example: Any)
 def test_parameters_and_verdicts_are_columns(repository: Repository, example: Any) -> None:
     example.verdict_of = lambda _, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
     example.campaign(repository, 8)
-    runs = read(repository.path)["runs"]
+    runs = read(str(repository.location))["runs"]
     # Only the units of one scenario are known, so that a parameter has a column for each.
     assert [(row["ego_speed_mps"], row["ego_speed"]) for row in runs[:5]] == [
         (20.0, None), (20.0, None), (None, 20.0), (None, 20.0), (21.0, None)
@@ -66,7 +66,7 @@ def test_parameters_and_verdicts_are_columns(repository: Repository, example: An
     assert {(row["verdict_fsr1"], row["verdict_fsr2"]) for row in runs} == {("PASS", "FAIL")}
     # FSR3 is about what is outside the ODD, and nothing is.
     assert {row["verdict_fsr3"] for row in runs} == {None}
-    with open_export(repository.path, None) as source:
+    with open_export(str(repository.location), None) as source:
         columns = {column.name: column for column in source.tables["runs"].columns}
     assert (columns["ego_speed_mps"].kind, columns["ego_speed_mps"].unit) == ("number", "m/s")
 
@@ -74,11 +74,11 @@ def test_parameters_and_verdicts_are_columns(repository: Repository, example: An
 def test_missing_result_is_not_run_and_no_row_of_runs(repository: Repository, example: Any) -> None:
     example.work_off = lambda *_: 0
     example.campaign(repository, 4)
-    found = read(repository.path)
+    found = read(str(repository.location))
     assert found["runs"] == []
     assert {row["verdict"] for row in found["verdicts"]} == {"NOT_RUN"}
     assert len(found["verdicts"]) == 8
-    with open_export(repository.path, None) as source:
+    with open_export(str(repository.location), None) as source:
         assert (source.campaign.planned, source.done) == (4, 0)
 
 
@@ -86,10 +86,10 @@ def test_rows_do_not_depend_on_the_parts_that_are_read(
     repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     example.campaign(repository, 10)
-    whole = read(repository.path)
+    whole = read(str(repository.location))
     monkeypatch.setattr(export, "CHUNK_CASES", 3)
-    assert read(repository.path) == whole
-    with open_export(repository.path, None, ["runs"]) as source:
+    assert read(str(repository.location)) == whole
+    with open_export(str(repository.location), None, ["runs"]) as source:
         sizes = [len(chunk.columns[0]) for chunk in source.chunks()]
     # Never more at once than asked for, however large the campaign is.
     assert sizes == [3, 3, 3, 1]
@@ -118,15 +118,15 @@ def test_server_gives_the_same_as_a_file(
     with Repository.open(url) as other:
         campaign = make_example().campaign(other, 8, block_size=5)
     assert make_example().campaign(repository, 8) == campaign
-    assert repr(read(url, campaign)) == repr(read(repository.path, campaign))
+    assert repr(read(url, campaign)) == repr(read(str(repository.location), campaign))
 
 
 def test_what_differs_between_executions_is_left_out_unless_asked_for(
     repository: Repository, example: Any
 ) -> None:
     example.campaign(repository, 2)
-    assert "executed_at" not in read(repository.path)["runs"][0]
-    with_it = read(repository.path, with_provenance=True)["runs"][0]
+    assert "executed_at" not in read(str(repository.location))["runs"][0]
+    with_it = read(str(repository.location), with_provenance=True)["runs"][0]
     assert with_it["executed_at"].startswith("2026-01-01T00:00:00")
 
 
@@ -148,9 +148,9 @@ def test_hostile_and_mixed_parameters_become_plain_columns(
 
     example.case = case
     example.campaign(repository, 2)
-    with open_export(repository.path, None) as source:
+    with open_export(str(repository.location), None) as source:
         columns = {column.name: column.kind for column in source.tables["runs"].columns}
-    row = read(repository.path)["runs"][1]
+    row = read(str(repository.location))["runs"][1]
     assert (row["a_drop_table_run"], columns["a_drop_table_run"]) == (1.0, "number")
     assert (row["on"], columns["on"]) == (True, "flag")
     assert (row["either"], row["list"], columns["list"]) == ("word", "[1, 1]", "text")
@@ -165,13 +165,14 @@ def test_hostile_and_mixed_parameters_become_plain_columns(
 
 def test_what_is_not_there_is_an_input_error(repository: Repository, example: Any) -> None:
     example.campaign(repository, 1)
+    place = str(repository.location)
     for campaign, names, part in (
         ("9", ["runs"], "no number of one"),
         (None, ["run"], "there is no table 'run'"),
     ):
-        with pytest.raises(InputError, match=part), open_export(repository.path, campaign, names):
+        with pytest.raises(InputError, match=part), open_export(place, campaign, names):
             pass
-    nowhere = repository.path.with_name("none.db")
+    nowhere = Path(str(repository.location)).with_name("none.db")
     with pytest.raises(InputError, match="no such file"), open_export(nowhere, None):
         pass
     assert not nowhere.exists()

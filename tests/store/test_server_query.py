@@ -46,6 +46,11 @@ HARMFUL = [
 ]
 
 
+def grown(doublings: int, what: str) -> str:
+    """Select something from texts that double."""
+    return f"{GROWN.format(doublings)}SELECT {what}"
+
+
 @pytest.fixture(scope="module")
 def owned(server: Server, make_example: Callable[[], Any]) -> str:
     """A campaign on the server, as its owner names it; who may read is settled."""
@@ -141,9 +146,10 @@ def test_role_and_transaction_hold_without_the_list_of_words(
     "sql",
     [
         "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n",
-        "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i FROM n ORDER BY 1",
+        "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
+        "SELECT i FROM n ORDER BY 1",
         "SELECT count(*) FROM event a, event b, event c, event d, event e, event f, event g",
-        GROWN.format(16) + "SELECT count(*) FROM g a, g b, g c WHERE a.s || b.s || c.s LIKE '%b'",
+        grown(16, "count(*) FROM g a, g b, g c WHERE a.s || b.s || c.s LIKE '%b'"),
     ],
 )
 def test_endless_statement_is_stopped_at_its_deadline(alice: str, sql: str) -> None:
@@ -156,9 +162,9 @@ def test_endless_statement_is_stopped_at_its_deadline(alice: str, sql: str) -> N
 @pytest.mark.parametrize(
     "sql",
     [
-        GROWN.format(16) + f"SELECT s{', s' * 990} FROM g WHERE n = 16",
-        GROWN.format(18) + "SELECT s FROM g, event, event e WHERE n = 18",
-        GROWN.format(40) + "SELECT length(max(s)) FROM g",
+        grown(16, f"s{', s' * 990} FROM g WHERE n = 16"),
+        grown(18, "s FROM g, event, event e WHERE n = 18"),
+        grown(40, "length(max(s)) FROM g"),
     ],
 )
 def test_statement_that_takes_all_memory_is_stopped(alice: str, sql: str) -> None:

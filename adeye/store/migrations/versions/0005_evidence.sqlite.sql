@@ -409,7 +409,7 @@ CREATE VIEW v_check_fsr_without_measure AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id, 'nothing measures it' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE trim(f.measure) = ''
+WHERE f.measure NOT GLOB '*[^ ]*'
 
 --
 
@@ -418,7 +418,7 @@ SELECT c.id AS campaign, 'fsr' AS part, f.id,
     'nobody says where ' || f.measure || ' comes from' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE trim(f.threshold_source, ' ?.!-') = '' OR lower(f.threshold_source) IN
+WHERE f.threshold_source NOT GLOB '*[^ ?.!-]*' OR lower(f.threshold_source) IN
     ('tbd', 'tbd.', 'tbc', 'tbc.', 'todo', 'todo.', 'n/a', 'na', 'none', 'none.', 'unknown',
     'unknown.')
 
@@ -455,7 +455,7 @@ SELECT c.id AS campaign, 'decomposition' AS part, d.id,
     'nobody says why ' || d.scheme || ' are independent' AS detail
 FROM campaign c
 JOIN decomposition d ON d.concept_digest = c.concept_digest
-WHERE trim(d.independence) = ''
+WHERE d.independence NOT GLOB '*[^ ]*'
 
 --
 
