@@ -34,13 +34,13 @@ _TEMP_FILES: Final = "1GB"
 _MOST_SQL: Final = 100_000
 
 _RIGHTS: Final = (
-    "SELECT rolsuper OR pg_has_role(current_user, 'pg_read_server_files', 'MEMBER') "
+    "SELECT rolsuper OR pg_has_role(current_user, 'pg_read_server_files', 'MEMBER') "  # noqa: S608
     "OR pg_has_role(current_user, 'pg_write_server_files', 'MEMBER') "
     "OR pg_has_role(current_user, 'pg_execute_server_program', 'MEMBER'), "
     "COALESCE((SELECT pg_has_role(current_user, r.oid, 'MEMBER') FROM pg_roles r "
     f"WHERE r.rolname = '{READER}' AND has_schema_privilege(r.oid, '{SCHEMA}', 'USAGE')), FALSE), "
     f"has_schema_privilege(current_user, to_regnamespace('{SCHEMA}'), 'USAGE') "
-    "FROM pg_roles WHERE rolname = current_user"  # noqa: S608 - names of this package
+    "FROM pg_roles WHERE rolname = current_user"
 )
 _BEGIN: Final = (
     "BEGIN TRANSACTION ISOLATION LEVEL REPEATABLE READ READ ONLY",
