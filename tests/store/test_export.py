@@ -29,7 +29,7 @@ def read(path: str | Path, campaign: str | None = None, **options: Any) -> Table
     return found
 
 
-def of_view(path: Path, table: str) -> list[dict[str, Any]]:
+def of_view(path: str | Path, table: str) -> list[dict[str, Any]]:
     connection = sqlite3.connect(path)
     connection.row_factory = sqlite3.Row
     order = ", ".join(TABLES[table].order)
