@@ -1,4 +1,4 @@
-"""``db upgrade|info|verify``: the database itself; ``db prove|withdraw``: runs as evidence."""
+"""``db upgrade|info|verify|metadata|grant``: the database; ``db prove|withdraw``: runs as evidence."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adeye.cli.datasette import metadata
 from adeye.cli.options import Db, Json, RunId, add
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, talk
 
@@ -190,3 +191,37 @@ add(
     withdraw,
     "adeye db withdraw 3f9c2a --author 'J. Doe' --reason 'wrong map version'",
 )
+
+
+def grant(
+    role: Annotated[
+        str | None,
+        typer.Argument(metavar="[ROLE]", help="User of the server who shall be able to read."),
+    ] = None,
+    *,
+    db: Db = None,
+) -> None:
+    """Let a user of a PostgreSQL server read the database and do nothing else.
+
+    Makes the role adeye_reader, as which 'adeye query' runs what people type; without it, 'adeye
+    query' refuses users who may do more on the server. Takes the right to make temporary tables
+    from everybody. To be run by the owner of the database.
+    """
+    from adeye.errors import UsageError
+    from adeye.store.location import locate
+    from adeye.store.server_query import READER
+    from adeye.store.server_query import grant as grant_reading
+
+    location = locate(db)
+    if not location.is_server:
+        raise UsageError(
+            "rights are those of a server, and this database is a file",
+            remedy="Give readers the right to read the file, or --db postgresql://….",
+        )
+    for note in grant_reading(location, role):
+        talk(f"note: {clean(note)}")
+    emit(f"{READER} may read" + (f", and {clean(role)} is a member of it" if role else ""))
+
+
+add(database_app, metadata, "adeye db metadata -o metadata.json")
+add(database_app, grant, "adeye db grant alice --db postgresql://admin@db.example/adeye")

@@ -169,7 +169,7 @@ WHERE NOT EXISTS (
         """SELECT c.id AS campaign, 'fsr' AS part, f.id, 'nothing measures it' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE trim(f.measure) = ''""",
+WHERE f.measure NOT GLOB '*[^ ]*'""",
     ),
     Rule(
         "threshold_without_source",
@@ -179,7 +179,7 @@ WHERE trim(f.measure) = ''""",
     'nobody says where ' || f.measure || ' comes from' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE trim(f.threshold_source, ' ?.!-') = '' OR lower(f.threshold_source) IN
+WHERE f.threshold_source NOT GLOB '*[^ ?.!-]*' OR lower(f.threshold_source) IN
     ('tbd', 'tbd.', 'tbc', 'tbc.', 'todo', 'todo.', 'n/a', 'na', 'none', 'none.', 'unknown',
     'unknown.')""",
     ),
@@ -245,7 +245,7 @@ WHERE NOT EXISTS (
     'nobody says why ' || d.scheme || ' are independent' AS detail
 FROM campaign c
 JOIN decomposition d ON d.concept_digest = c.concept_digest
-WHERE trim(d.independence) = ''""",
+WHERE d.independence NOT GLOB '*[^ ]*'""",
     ),
     Rule(
         "independence_unknown",

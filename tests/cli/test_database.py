@@ -69,3 +69,22 @@ def test_verify_names_an_altered_row_and_ends_with_4(adeye: Any, folder: Path) -
     document = adeye("db", "verify", "--db", "x.db", "--json")
     assert document.code == 4
     assert "odd" in {finding["table"] for finding in document.document["findings"]}
+
+
+def test_rights_are_those_of_a_server(adeye: Any) -> None:
+    ended = adeye("db", "grant", "alice", "--db", "some.db")
+    assert (ended.code, ended.out) == (2, "")
+    assert "this database is a file" in ended.err
+
+
+def test_reading_is_granted_on_a_server(adeye: Any, server: Any) -> None:
+    url = server.new_database()
+    assert adeye("db", "upgrade", "--db", url).code == 0
+    refused = adeye("query", "campaigns", "--db", url)
+    assert (refused.code, refused.out) == (2, "")
+    assert "adeye db grant" in refused.err
+    assert adeye("db", "grant", "--db", url).out == "adeye_reader may read\n"
+    assert adeye("query", "campaigns", "--db", url).code == 0
+    unknown = adeye("db", "grant", "nobody_of_this_name", "--db", url)
+    assert (unknown.code, unknown.out) == (5, "")
+    assert "datasette shows files" in adeye("db", "metadata", "--db", url).err

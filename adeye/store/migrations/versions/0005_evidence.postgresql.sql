@@ -2437,11 +2437,11 @@ CREATE VIEW v_check_fsr_without_measure AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id, 'nothing measures it' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE trim(f.measure) = ''
+WHERE f.measure NOT GLOB '*[^ ]*'
 
 --
 
-COMMENT ON VIEW v_check_fsr_without_measure IS '3d15134cc0c0b5e1155d27fde2dd8a89b6f53d6ab16ed8d6ce47715740cf71aa'
+COMMENT ON VIEW v_check_fsr_without_measure IS '66ddee29d5f61f29ba91394ae342e9ccd27986db0bc1187c4bed64855526b405'
 
 --
 
@@ -2450,13 +2450,13 @@ SELECT c.id AS campaign, 'fsr' AS part, f.id,
     'nobody says where ' || f.measure || ' comes from' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE trim(f.threshold_source, ' ?.!-') = '' OR lower(f.threshold_source) IN
+WHERE f.threshold_source NOT GLOB '*[^ ?.!-]*' OR lower(f.threshold_source) IN
     ('tbd', 'tbd.', 'tbc', 'tbc.', 'todo', 'todo.', 'n/a', 'na', 'none', 'none.', 'unknown',
     'unknown.')
 
 --
 
-COMMENT ON VIEW v_check_threshold_without_source IS 'c72b6d7ce3d0c077507bad168b632cc434258d0bec3b01653836e8ab50b154d5'
+COMMENT ON VIEW v_check_threshold_without_source IS '7aa1a5c79cef796d113701bf64ea06a2742bfb129849444a63a104ec075b6498'
 
 --
 
@@ -2530,11 +2530,11 @@ SELECT c.id AS campaign, 'decomposition' AS part, d.id,
     'nobody says why ' || d.scheme || ' are independent' AS detail
 FROM campaign c
 JOIN decomposition d ON d.concept_digest = c.concept_digest
-WHERE trim(d.independence) = ''
+WHERE d.independence NOT GLOB '*[^ ]*'
 
 --
 
-COMMENT ON VIEW v_check_independence_argument IS 'c6ef6093456197c50262219b48fca4747778781fa2b8ecc3dd464925deea2212'
+COMMENT ON VIEW v_check_independence_argument IS '772667b37abcbda51bc1a454b7bab2d68f3fe27b0edb6221fb6537374bc43fd9'
 
 --
 

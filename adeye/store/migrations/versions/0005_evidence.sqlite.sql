@@ -42,19 +42,7 @@ DROP VIEW v_check_common_cause
 
 --
 
-DROP VIEW v_check_independence_argument
-
---
-
 DROP VIEW v_check_illegal_decomposition
-
---
-
-DROP VIEW v_check_threshold_without_source
-
---
-
-DROP VIEW v_check_fsr_without_measure
 
 --
 
@@ -685,25 +673,6 @@ WHERE COALESCE(h.asil, '') <> COALESCE(e.asil, '')
 
 --
 
-CREATE VIEW v_check_fsr_without_measure AS
-SELECT c.id AS campaign, 'fsr' AS part, f.id, 'nothing measures it' AS detail
-FROM campaign c
-JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE trim(f.measure) = ''
-
---
-
-CREATE VIEW v_check_threshold_without_source AS
-SELECT c.id AS campaign, 'fsr' AS part, f.id,
-    'nobody says where ' || f.measure || ' comes from' AS detail
-FROM campaign c
-JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE trim(f.threshold_source, ' ?.!-') = '' OR lower(f.threshold_source) IN
-    ('tbd', 'tbd.', 'tbc', 'tbc.', 'todo', 'todo.', 'n/a', 'na', 'none', 'none.', 'unknown',
-    'unknown.')
-
---
-
 CREATE VIEW v_check_illegal_decomposition AS
 SELECT c.id AS campaign, 'decomposition' AS part, d.id,
     p.asil || ' into ' || COALESCE(k.children, 'nothing') || ' for a goal of ASIL '
@@ -727,15 +696,6 @@ LEFT JOIN (
 WHERE COALESCE(k.n, 0) <> 2 OR k.total <> CASE substr(p.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END OR CASE substr(p.asil, 1, 1) WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 3 WHEN 'D' THEN 4 ELSE -9 END < 1
     OR COALESCE(k.least, -8) <> COALESCE(g.rank, -8)
     OR COALESCE(k.most, -8) <> COALESCE(g.rank, -8)
-
---
-
-CREATE VIEW v_check_independence_argument AS
-SELECT c.id AS campaign, 'decomposition' AS part, d.id,
-    'nobody says why ' || d.scheme || ' are independent' AS detail
-FROM campaign c
-JOIN decomposition d ON d.concept_digest = c.concept_digest
-WHERE trim(d.independence) = ''
 
 --
 
