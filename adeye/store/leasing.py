@@ -28,9 +28,10 @@ from adeye.store.recording import (
 from adeye.store.stored import Block, WorkState
 from adeye.store.tables import tally, work
 from adeye.store.tallying import counted_tallies
+from adeye.store.wanted import Wanted, cut_block
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from sqlalchemy import Connection, Row
 
@@ -41,33 +42,62 @@ MAX_FAILURES: Final = 3
 
 
 def claim_block(
-    connection: Connection, owner: Owner, lease_s: float, campaign_id: str | None
+    connection: Connection,
+    owner: Owner,
+    lease_s: float,
+    campaign_id: str | None,
+    wanted: Wanted | None = None,
 ) -> Block | None:
-    """Lease the first free block: pending, or leased by an owner that is dead or late."""
+    """Lease the first free block: pending, or leased by an owner that is dead or late.
+
+    Args:
+        connection: In a write transaction.
+        owner: Who leases it.
+        lease_s: For how long [s].
+        campaign_id: Of one campaign; None for any.
+        wanted: Only blocks with a test case that is wanted; they are cut to what is wanted.
+    """
     candidates = select(work).where(work.c.state.in_(["pending", "leased"]))
     if campaign_id is not None:
         candidates = candidates.where(work.c.campaign_id == campaign_id)
-    pending = candidates.where(work.c.state == "pending").order_by(work.c.id).limit(1)
-    found = connection.execute(pending).first() or next(
-        (
-            leased
-            for leased in connection.execute(
-                candidates.where(work.c.state == "leased").order_by(work.c.id)
-            ).all()
-            if _is_abandoned(leased)
-        ),
-        None,
+    asked = wanted or Wanted()
+    pending = candidates.where(work.c.state == "pending").order_by(work.c.id)
+    if asked.is_anything:
+        pending = pending.limit(1)
+    leased = candidates.where(work.c.state == "leased").order_by(work.c.id)
+    found = asked.first(connection.execute(pending)) or asked.first(
+        item for item in connection.execute(leased).all() if _is_abandoned(item)
     )
     if found is None:
         return None
+    bounds = cut_block(connection, found, asked)
     attempt = found.attempt + 1
     connection.execute(
         update(work)
         .where(work.c.id == found.id)
         .values(state="leased", owner=owner.to_text(), attempt=attempt, **_lease(lease_s))
     )
-    cases = open_cases(connection, found.campaign_id, found.from_ordinal, found.to_ordinal)
-    return Block(found.id, found.campaign_id, attempt, cases)
+    cases = open_cases(connection, found.campaign_id, *bounds)
+    return Block(found.id, found.campaign_id, attempt, cases, bounds)
+
+
+def held_by_others(
+    connection: Connection, campaign_id: str, wanted: Wanted, mine: Collection[int]
+) -> int:
+    """Count the wanted test cases in blocks that somebody else holds and may still complete.
+
+    Args:
+        connection: In a transaction.
+        campaign_id: The campaign.
+        wanted: What is wanted.
+        mine: Numbers of the blocks that the caller holds.
+    """
+    held = select(work).where(work.c.campaign_id == campaign_id, work.c.state == "leased")
+    return sum(
+        item.to_ordinal - item.from_ordinal
+        for item in connection.execute(held.order_by(work.c.id)).all()
+        if item.id not in mine and wanted.wants(item)
+    )
 
 
 def _lease(lease_s: float) -> dict[str, Any]:

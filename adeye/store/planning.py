@@ -92,7 +92,8 @@ def plan_campaign(
         if latest_id(connection) != campaign_id:
             _save_use(connection, campaign_id)
         to_execute, to_judge = count_open(connection, campaign_id)
-    return Plan(campaign_id, identity.count, to_execute, to_judge, is_new=known is None)
+        ends = tuple(selection.ends)
+    return Plan(campaign_id, identity.count, to_execute, to_judge, known is None, ends)
 
 
 def identify(record: CampaignRecord, cases: Iterable[PlannedCases]) -> str:
