@@ -1,4 +1,4 @@
-"""Renew leases while their holder lives: a slow block keeps its lease, a stopped runner loses it."""
+"""Renew leases while their holder lives: slow blocks keep theirs, a stopped runner loses them."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from typing import Final
 import typer
 
 from adeye.cli.app import app
-from adeye.cli.interruption import raising_on_sigterm
+from adeye.cli.interruption import leave_if_abandoned, raising_on_sigterm
 from adeye.cli.output import clean, talk
 from adeye.errors import Terminated
 
@@ -52,8 +52,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with raising_on_sigterm():
             return _run(arguments)
     except Terminated:
+        leave_if_abandoned(_TERMINATED)
         return _TERMINATED
     except (KeyboardInterrupt, typer.Abort):
+        leave_if_abandoned(_INTERRUPTED)
         return _INTERRUPTED
     except SystemExit as error:
         return _code_of(error)
