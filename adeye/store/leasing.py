@@ -10,6 +10,7 @@ from collections import Counter
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
 from sqlalchemy import select, update
 
 from adeye.store.basis import record_basis
@@ -233,6 +234,37 @@ def complete_block(
     _require_complete(connection, block, *bounds)
     write_tallies(connection, block.id)
     return True
+
+
+def close_blocks(connection: Connection, campaign_id: str) -> int:
+    """Count what has all its results although nobody completed its block; return how many blocks.
+
+    Results may come from elsewhere. A free block that lacks some of them is cut, so that the rest
+    is counted.
+    """
+    closed = 0
+    free = select(work).where(work.c.campaign_id == campaign_id, work.c.state == "pending")
+    waiting = list(connection.execute(free.order_by(work.c.id)).all())
+    while waiting:
+        block = waiting.pop()
+        first, end = block.from_ordinal, block.to_ordinal
+        has_all = np.ones(end, dtype=np.bool_)
+        has_all[[case.ordinal for case in open_cases(connection, campaign_id, first, end)]] = False
+        if not has_all[first:end].any():
+            continue
+        bounds = cut_block(connection, block, Wanted(has_all))
+        if bounds != (first, end):
+            others = free.where(work.c.from_ordinal >= first, work.c.to_ordinal <= end)
+            waiting += [item for item in connection.execute(others).all() if item.id != block.id]
+        elif not has_all[first:end].all():
+            # It was counted in part already, so it stays whole and open.
+            continue
+        connection.execute(
+            update(work).where(work.c.id == block.id).values(state="done", detail=None, **_FREE)
+        )
+        write_tallies(connection, block.id)
+        closed += 1
+    return closed
 
 
 def _require_complete(connection: Connection, block: Block, *bounds: int) -> None:

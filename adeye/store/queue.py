@@ -9,13 +9,16 @@ from sqlalchemy import select
 
 from adeye.evaluation.verdict import Verdict
 from adeye.store import leasing, pending
+from adeye.store.merging import merge
 from adeye.store.owner import Owner
 from adeye.store.tables import campaign_case, campaign_fsr, run, test_case, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
+    from pathlib import Path
 
     from adeye.store.database import Database
+    from adeye.store.merging import Merged
     from adeye.store.stored import Block
     from adeye.store.wanted import Wanted
 
@@ -132,3 +135,11 @@ class Queue:
                 (campaign, campaign),
             )
             return [str(item) for item in found.scalars()]
+
+    def merge(self, source: str | Path) -> Merged:
+        """Add what another database has, in one transaction; see ``store.merging``.
+
+        Args:
+            source: The other database, which is only read.
+        """
+        return merge(self._database, source)
