@@ -143,7 +143,8 @@ def _word(word: str) -> _Test:
     if not (equals and name):
         part = word.casefold()
         return lambda names: any(part in text for text in names.texts)
-    number, _ = quantity_or_text(value)
+    # Words of the language of expressions, such as true or pi, are no numbers here.
+    number = quantity_or_text(value)[0] if any(map(str.isdigit, value)) else value
 
     def is_asked(names: _Names) -> bool:
         return any(

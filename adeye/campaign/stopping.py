@@ -80,7 +80,7 @@ class Limits:
     budget_s: float = math.inf
     most_failures: int | None = None
     reached: str = ""
-    _began: float = field(default_factory=time.monotonic)
+    _began: float = field(default_factory=lambda: time.monotonic())
     _paces: deque[float] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
 
     @property
