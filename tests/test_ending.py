@@ -95,6 +95,8 @@ def _end_all() -> Iterator[None]:
     for process in STARTED:
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
+        with process:  # closes its pipes
+            pass
     STARTED.clear()
 
 

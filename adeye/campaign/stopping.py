@@ -80,8 +80,11 @@ class Limits:
     budget_s: float = math.inf
     most_failures: int | None = None
     reached: str = ""
-    _began: float = field(default_factory=lambda: time.monotonic())
+    _began: float = field(init=False)
     _paces: deque[float] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
+
+    def __post_init__(self) -> None:
+        self._began = time.monotonic()
 
     @property
     def left_s(self) -> float:

@@ -177,6 +177,7 @@ class Tasks(Iterator[BatchTask]):
                 self.executed += sum(not case.has_result for case in block.cases)
             else:
                 self.dropped += 1
+                self.met_others = True
         elapsed = time.monotonic() - self._given.pop(task.block)
         self.session.limits.measure(sum(map(self._needs, self._held.pop(task.block))), elapsed)
         return done

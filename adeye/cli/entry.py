@@ -49,21 +49,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(_COLLECT_AFTER)
     before = os.environ.get(DEBUG)
     try:
+        code = _ended(arguments)
+    finally:
+        if before is None:
+            os.environ.pop(DEBUG, None)
+    if code in {_INTERRUPTED, _TERMINATED}:
+        leave_if_abandoned(code)
+    return code
+
+
+def _ended(arguments: Sequence[str] | None) -> int:
+    try:
         with raising_on_sigterm():
             return _run(arguments)
     except Terminated:
-        leave_if_abandoned(_TERMINATED)
         return _TERMINATED
     except (KeyboardInterrupt, typer.Abort):
-        leave_if_abandoned(_INTERRUPTED)
         return _INTERRUPTED
     except SystemExit as error:
         return _code_of(error)
     except Exception as error:  # noqa: BLE001 - the boundary where errors become messages
         return _report(error)
-    finally:
-        if before is None:
-            os.environ.pop(DEBUG, None)
 
 
 def _run(arguments: Sequence[str] | None) -> int:

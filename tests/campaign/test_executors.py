@@ -186,16 +186,20 @@ def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
 
 
 def test_what_a_worker_started_ends_with_it(tmp_path: object) -> None:
-    place = f"{tmp_path}/pid"
+    place = Path(f"{tmp_path}/pid")
     executor = Processes(perform, 2)
     ended = executor.run(iter([f"child:{place}", "echo:a"]))
     assert next(ended).result == "a"
+    deadline = time.monotonic() + 30.0
+    while not (place.exists() and place.read_text("utf-8")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    child = int(place.read_text("utf-8"))
+    assert is_running(child)
     executor.abandon()
     assert multiprocessing.active_children() == []
-    deadline = time.monotonic() + 10.0
-    while is_running(int(Path(place).read_text("utf-8"))) and time.monotonic() < deadline:
+    while is_running(child) and time.monotonic() < deadline:
         time.sleep(0.02)
-    assert not is_running(int(Path(place).read_text("utf-8")))
+    assert not is_running(child)
 
 
 def is_running(pid: int) -> bool:
