@@ -273,7 +273,7 @@ class _Campaign:
                 if self._session.has_ended:
                     break
                 others = tasks.held_by_others() if executes else 0
-                if others:
+                if others and self._session.limits.allow(0):
                     self._report(replace(state, phase="wait"))
                     time.sleep(POLL_S)
         return state

@@ -28,7 +28,7 @@ class Campaigns:
 
     def cases(self, campaign: str) -> Iterator[tuple[int, NamedCase, bool]]:
         for ordinal, (name, verdict) in enumerate(self.all[campaign].items()):
-            yield ordinal, NamedCase(name, "a", "none", 0, "{}"), bool(verdict)
+            yield ordinal, NamedCase(name, "x", "none", 0, "{}"), bool(verdict)
 
     def failed(self, campaign: str) -> frozenset[int]:
         verdicts = enumerate(self.all[campaign].values())

@@ -225,7 +225,12 @@ def test_what_no_thread_has_begun_can_be_dropped() -> None:
 
     executor = Threads(wait_for_it, 1)
     waiting = Again("a", "b")
-    timer = threading.Timer(0.2, lambda: (executor.drop_waiting(), go.set()))
+
+    def drop() -> None:
+        executor.drop_waiting()
+        go.set()
+
+    timer = threading.Timer(0.2, drop)
     timer.start()
     assert [done.result for done in executor.run(waiting)] == ["a"]
     timer.join()
@@ -234,7 +239,7 @@ def test_what_no_thread_has_begun_can_be_dropped() -> None:
 
 def test_abandoned_threads_are_not_waited_for() -> None:
     go = threading.Event()
-    executor = Threads(lambda _: go.wait(timeout=30.0), 1)
+    executor: Threads[str, bool] = Threads(lambda _: go.wait(timeout=30.0), 1)
     ended = executor.run(iter(["a"]))
     thread = threading.Thread(target=lambda: list(ended))
     thread.start()

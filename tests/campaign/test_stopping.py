@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from adeye.campaign import stopping
 from adeye.campaign.stopping import Limits, Stop
 from adeye.errors import Terminated
 
@@ -24,7 +23,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     made = Clock()
-    monkeypatch.setattr(stopping.time, "monotonic", made.monotonic)
+    monkeypatch.setattr("adeye.campaign.stopping.time.monotonic", made.monotonic)
     return made
 
 

@@ -75,8 +75,8 @@ def test_pieces_of_a_block_are_executed_together_and_completed_apart(
     assert campaign.work.done == 3
     # The rest is in pieces too, and comes as one task.
     rest = make()
-    while (task := next(rest, None)) is not None:
-        rest.complete(task, execute(task))
+    for other in rest:
+        rest.complete(other, execute(other))
     assert repository.verify() == ()
     project.run(db="whole.db")
     assert table_hash(project.db) == table_hash(project.folder / "whole.db")

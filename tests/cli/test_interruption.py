@@ -47,7 +47,7 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         codes.append(code)
         raise Ended
 
-    monkeypatch.setattr(interruption.os, "_exit", end)
+    monkeypatch.setattr("adeye.cli.interruption.os._exit", end)
     return codes
 
 

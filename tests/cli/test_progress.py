@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import pytest
 
-from adeye.cli import progress
 from adeye.cli.progress import Meter, duration, is_live, line, reporting, watching
 
 
@@ -114,7 +113,7 @@ def test_long_work_without_a_terminal_shows_life_now_and_then(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     now = iter([0.0, 1.0, 30.0, 61.0, 62.0, 121.0, 130.0])
-    monkeypatch.setattr(progress.time, "perf_counter", lambda: next(now))
+    monkeypatch.setattr("adeye.cli.progress.time.perf_counter", lambda: next(now))
     with reporting("100 test cases") as report:
         for done, failures in ((0, 0), (10, 0), (60, 3), (61, 3), (90, 4)):
             report(State(done, failures=failures))

@@ -53,7 +53,7 @@ def test_nothing_given_leaves_nothing_out() -> None:
 
 
 def test_what_is_given_arrives() -> None:
-    given = {
+    given: dict[str, Any] = {
         "shard": "2/3",
         "keyword": "cut_in",
         "last_failed": True,
