@@ -25,11 +25,14 @@ if TYPE_CHECKING:
 SMALL: dict[str, Any] = {
     **MINI,
     "scenarios": [
-        {"use": "cut_in", "faults": ["none"], "sweep": {"parameters": {"gap": ["30 m", "50 m"]}}}
+        {
+            "use": "cut_in",
+            "faults": ["none", "nominal_silent"],
+            "sweep": {"parameters": {"ego_speed": ["120 km/h"], "gap": ["30 m", "50 m"]}},
+        }
     ],
-    "faults": [],
 }
-"""Two situations, two architectures: four test cases, of which some of legacy_camera fail."""
+"""Eight test cases: the candidate passes, legacy_camera does not."""
 FAR = Owner("another machine", 1, "1")
 
 
@@ -57,9 +60,9 @@ def fails_for_the_candidate(project: Project) -> None:
 def test_shards_are_parts_of_one_campaign_and_none_of_them_is_green(small: Project) -> None:
     parts = [run(small, choice=Choice(shard=Shard(place, 2))) for place in (1, 2)]
     assert parts[0].campaign == parts[1].campaign
-    assert [item.executed for item in parts] == [2, 2]
+    assert [item.executed for item in parts] == [4, 4]
     assert parts[0].exit_code is ExitCode.INCOMPLETE
-    assert "--shard 1/2 chose 2 of 4 test cases" in parts[0].message
+    assert "--shard 1/2 chose 4 of 8 test cases" in parts[0].message
     # With what the first one left here, the second one has everything.
     assert parts[1].exit_code is ExitCode.OK
     small.run(db="whole.db")
@@ -69,15 +72,15 @@ def test_shards_are_parts_of_one_campaign_and_none_of_them_is_green(small: Proje
 def test_what_is_not_chosen_is_not_run_and_what_is_chosen_counts(small: Project) -> None:
     fails_for_the_candidate(small)
     summary = run(small, **word("gap=30"))
-    assert (summary.executed, summary.selected, summary.to_execute) == (2, 2, 2)
+    assert (summary.executed, summary.selected, summary.to_execute) == (4, 4, 4)
     # A failure in the part is a failure, though the rest was not run.
     assert summary.exit_code is ExitCode.FAILED
     verdicts = {(line.architecture, line.fsr): line.verdict for line in summary.verdicts}
     assert verdicts["camera_radar", "FSR-06"] is Verdict.FAIL
     assert verdicts["camera_radar", "FSR-01"] is Verdict.NOT_RUN
-    assert "2 of 4 test cases accounted for" in summary.message
+    assert "4 of 8 test cases accounted for" in summary.message
     rest = small.run()
-    assert (rest.executed, rest.reused) == (2, 2)
+    assert (rest.executed, rest.reused) == (4, 4)
     with Repository.open(small.db, create=False) as repository:
         assert repository.verify() == ()
 
@@ -100,7 +103,7 @@ def test_empty_selection_is_no_success_even_where_all_is_done(small: Project) ->
 def test_last_failed_executes_after_an_edit_what_failed_before_it(small: Project) -> None:
     first = small.run()
     failed = {row["ordinal"] for row in small.rows() if "FAIL" in row["verdicts"].values()}
-    assert 0 < len(failed) < 4
+    assert 0 < len(failed) < 8
     with small.edited_odd() as odd:
         odd["seed"] = 8
     summary = run(small, choice=Choice(last_failed=True))
@@ -114,21 +117,21 @@ def test_enough_failures_begin_no_further_block(
 ) -> None:
     fails_for_the_candidate(small)
     monkeypatch.setattr(runner, "block_size", lambda _: 1)
-    summary = run(small, limits=Limits(most_failures=2))
+    summary = run(small, **word("camera_radar"), limits=Limits(most_failures=2))
     assert summary.executed == 2
     assert summary.exit_code is ExitCode.FAILED
     assert "ended early, 2 runs with a FAIL or an ERROR" in summary.message
-    assert "2 test cases remain, the same command goes on" in summary.message
-    assert small.run().executed == 2
+    assert "6 test cases remain, the same command goes on" in summary.message
+    assert small.run().executed == 6
 
 
 def test_budget_that_is_over_leaves_the_rest_for_the_next_time(small: Project) -> None:
     summary = run(small, limits=Limits(budget_s=1e-9))
     assert (summary.executed, summary.exit_code) == (0, ExitCode.INCOMPLETE)
-    assert "the time that --budget gives is over; 4 test cases remain" in summary.message
+    assert "the time that --budget gives is over; 8 test cases remain" in summary.message
     # A budget that is enough is not mentioned.
     done = run(small, limits=Limits(budget_s=1e6))
-    assert (done.executed, done.exit_code) == (4, ExitCode.OK)
+    assert (done.executed, done.exit_code) == (8, ExitCode.OK)
     assert "budget" not in done.message
 
 
@@ -152,8 +155,8 @@ def test_runner_waits_for_what_others_execute_and_takes_it_over(
 
         summary = run_campaign(plan, db=small.db, progress=tell)
     assert phases.count("wait") == 3
-    assert (summary.executed, summary.exit_code) == (4, ExitCode.OK)
-    assert count_rows(small.db, "run") == 4
+    assert (summary.executed, summary.exit_code) == (8, ExitCode.OK)
+    assert count_rows(small.db, "run") == 8
 
 
 def test_runner_that_does_not_want_it_does_not_wait_for_it(small: Project) -> None:
@@ -168,4 +171,4 @@ def test_runner_that_does_not_want_it_does_not_wait_for_it(small: Project) -> No
             if ordinal == block.cases[0].ordinal
         )
     summary = run(small, **word(f"not {name}"))
-    assert summary.executed == 2
+    assert summary.executed == 4
