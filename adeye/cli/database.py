@@ -120,8 +120,8 @@ def merge(
             if not json:
                 emit(
                     clean(
-                        f"{found.source}: {len(found.campaigns):,} campaigns, {found.runs:,} new "
-                        f"runs, {found.rows:,} new rows, {found.blocks:,} blocks done by it"
+                        f"{found.source}: campaigns {len(found.campaigns):,}, new runs "
+                        f"{found.runs:,}, blocks done by it {found.blocks:,}"
                     )
                 )
     if json:

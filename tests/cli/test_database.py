@@ -79,9 +79,7 @@ def test_merge_says_what_came_over_and_needs_its_sources(
     found = Merged("other.db", ("c",), 1_000, 20_000, 3)
     monkeypatch.setattr(queue, "merge", lambda _database, _source: found)
     ended = adeye("db", "merge", "all.db", "other.db")
-    assert ended.out == (
-        "other.db: 1 campaigns, 1,000 new runs, 20,000 new rows, 3 blocks done by it\n"
-    )
+    assert ended.out == "other.db: campaigns 1, new runs 1,000, blocks done by it 3\n"
     document = adeye("db", "merge", "all.db", "other.db", "other.db", "--json").document
     assert document["schema"] == "adeye/db-merge@1"
     assert [item["runs"] for item in document["sources"]] == [1_000, 1_000]
