@@ -272,7 +272,7 @@ class _Campaign:
                     self._report(state)
                 if self._session.has_ended:
                     break
-                others = tasks.held_by_others() if executes else 0
+                others = tasks.open_elsewhere() if executes else 0
                 if others and self._session.limits.allow(0):
                     self._report(replace(state, phase="wait"))
                     time.sleep(POLL_S)

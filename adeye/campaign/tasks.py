@@ -127,10 +127,10 @@ class Tasks(Iterator[BatchTask]):
         """List the blocks that are leased here; may be called from another thread."""
         return [block for blocks in list(self._held.values()) for block in blocks]
 
-    def held_by_others(self) -> int:
-        """Count the wanted test cases that other runners have leased."""
+    def open_elsewhere(self) -> int:
+        """Count the wanted test cases that are left to other runners, when none is free here."""
         mine = {block.id for block in self.held()}
-        count = self._repository.queue.held_by_others(self._campaign, self._wanted, mine)
+        count = self._repository.queue.open_elsewhere(self._campaign, self._wanted, mine)
         self.met_others |= count > 0
         return count
 

@@ -58,14 +58,14 @@ def claim_block(
         campaign_id: Of one campaign; None for any.
         wanted: Only blocks with a test case that is wanted; they are cut to what is wanted.
     """
-    candidates = select(work).where(work.c.state.in_(["pending", "leased"]))
+    candidates = select(work).order_by(work.c.id)
     if campaign_id is not None:
         candidates = candidates.where(work.c.campaign_id == campaign_id)
     asked = wanted or Wanted()
-    pending = candidates.where(work.c.state == "pending").order_by(work.c.id)
+    pending = candidates.where(work.c.state == "pending")
     if asked.is_anything:
         pending = pending.limit(1)
-    leased = candidates.where(work.c.state == "leased").order_by(work.c.id)
+    leased = candidates.where(work.c.state == "leased")
     found = asked.first(connection.execute(pending)) or asked.first(
         item for item in connection.execute(leased).all() if _is_abandoned(item)
     )
@@ -82,10 +82,12 @@ def claim_block(
     return Block(found.id, found.campaign_id, attempt, cases, bounds)
 
 
-def held_by_others(
+def open_elsewhere(
     connection: Connection, campaign_id: str, wanted: Wanted, mine: Collection[int]
 ) -> int:
-    """Count the wanted test cases in blocks that somebody else holds and may still complete.
+    """Count the wanted test cases in blocks that are not done, and not with the caller.
+
+    Free ones count, too: somebody may be about to claim them, and they are nobody's until then.
 
     Args:
         connection: In a transaction.
@@ -93,10 +95,12 @@ def held_by_others(
         wanted: What is wanted.
         mine: Numbers of the blocks that the caller holds.
     """
-    held = select(work).where(work.c.campaign_id == campaign_id, work.c.state == "leased")
+    found = select(work).where(
+        work.c.campaign_id == campaign_id, work.c.state.in_(["pending", "leased"])
+    )
     return sum(
         item.to_ordinal - item.from_ordinal
-        for item in connection.execute(held.order_by(work.c.id)).all()
+        for item in connection.execute(found.order_by(work.c.id)).all()
         if item.id not in mine and wanted.wants(item)
     )
 

@@ -65,8 +65,8 @@ class Queue:
         with self._database.write() as connection:
             return leasing.claim_block(connection, Owner.current(), lease_s, campaign, wanted)
 
-    def held_by_others(self, campaign: str, wanted: Wanted, mine: Collection[int]) -> int:
-        """Count the wanted test cases that somebody else holds and may still complete.
+    def open_elsewhere(self, campaign: str, wanted: Wanted, mine: Collection[int]) -> int:
+        """Count the wanted test cases in blocks that are not done, and not with the caller.
 
         Args:
             campaign: Id of the campaign.
@@ -74,7 +74,7 @@ class Queue:
             mine: Numbers of the blocks that the caller holds.
         """
         with self._database.read() as connection:
-            return leasing.held_by_others(connection, campaign, wanted, mine)
+            return leasing.open_elsewhere(connection, campaign, wanted, mine)
 
     def requeue_quarantined(self, campaign: str) -> int:
         """Make quarantined blocks pending again; return how many."""

@@ -65,17 +65,22 @@ def test_earlier_campaigns_of_the_same_odd_are_told_last_first(
     assert repository.queue.earlier(third) == [campaign, second]
 
 
-def test_what_others_hold_is_counted_as_far_as_it_is_wanted(
-    repository: Repository, campaign: str
+def test_what_is_left_elsewhere_is_counted_as_far_as_it_is_wanted(
+    repository: Repository, example: Any, campaign: str
 ) -> None:
-    assert repository.queue.held_by_others(campaign, Wanted(), ()) == 0
+    assert repository.queue.open_elsewhere(campaign, Wanted(), ()) == 8
     theirs = repository.claim_block(FAR, lease_s=1e6, campaign=campaign)
     mine = repository.queue.claim(campaign, Wanted(), 60.0)
     assert theirs is not None
     assert mine is not None
-    assert repository.queue.held_by_others(campaign, Wanted(), {mine.id}) == 2
-    assert repository.queue.held_by_others(campaign, Wanted(within=(2, 8)), {mine.id}) == 0
-    assert repository.queue.held_by_others(campaign, Wanted(), ()) == 4
+    assert repository.queue.open_elsewhere(campaign, Wanted(), {mine.id}) == 6
+    assert repository.queue.open_elsewhere(campaign, Wanted(within=(0, 4)), {mine.id}) == 2
+    complete_all = Wanted(aside={theirs.id, mine.id})
+    while (block := repository.queue.claim(campaign, complete_all, 60.0)) is not None:
+        assert repository.complete_block(block, example.runs(block))
+    assert repository.queue.open_elsewhere(campaign, Wanted(), {mine.id}) == 2
+    assert repository.complete_block(theirs, example.runs(theirs))
+    assert repository.queue.open_elsewhere(campaign, Wanted(), {mine.id}) == 0
 
 
 def test_quarantined_blocks_are_free_again(repository: Repository, campaign: str) -> None:
