@@ -5,6 +5,7 @@ AdeyeError
 │   ├── SpecError, SweepError, ExpressionError, UnitError, UsageError
 │   └── InputErrors: several at once
 ├── PlatformError   exit 5: database, disk, permissions
+│   └── LostConnection: to a server, which may answer again
 ├── IntegrityError  exit 4: stored evidence does not agree with itself
 └── ChannelError    recorded with the run; never ends a campaign
 """
@@ -126,6 +127,10 @@ class PlatformError(AdeyeError):
     """The database, the disk or the machine did not do its part."""
 
     exit_code = 5
+
+
+class LostConnection(PlatformError):  # noqa: N818 - what happened, not who erred
+    """The connection to a database server was lost, or there is none at the moment."""
 
 
 class IntegrityError(AdeyeError):

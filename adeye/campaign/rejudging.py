@@ -91,7 +91,9 @@ def rejudge(
         for first in range(0, len(group), CHUNK):
             part = group[first : first + CHUNK]
             open_pairs = _judge_rows(again, plan, part, ways)
-            open_pairs = _judge_traces(again, plan, part, open_pairs, ways, repository.path)
+            open_pairs = _judge_traces(
+                again, plan, part, open_pairs, ways, repository.location.beside
+            )
             left |= open_pairs
             done += len(part)
             tell(done, len(gaps))

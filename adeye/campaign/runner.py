@@ -139,7 +139,7 @@ class _Campaign:
         self._session = session or Session()
         self._repository, self._plan = repository, plan
         self._report = progress or (lambda _: None)
-        keep = Keep(traces, folder_of(repository.path))
+        keep = Keep(traces, folder_of(repository.location.beside))
         self._context = plan.work if traces == "none" else replace(plan.work, keep=keep)
 
     def finish(

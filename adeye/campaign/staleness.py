@@ -179,7 +179,7 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
         counts=evidence - sum(item.evidence for item in stale),
         stale=tuple(stale),
         pairs=pairs,
-        **_needs(repository.again, plan, now, repository.path),
+        **_needs(repository.again, plan, now, repository.location.beside),
     )
 
 

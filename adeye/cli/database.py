@@ -20,16 +20,16 @@ database_app = typer.Typer(
 def upgrade(db: Db = None, json: Json = False) -> None:
     """Create the database or bring it to the newest schema, wholly or not at all."""
     from adeye.store import schema
-    from adeye.store.database import database_path
+    from adeye.store.location import locate
 
     before = schema.current(db)
     after = schema.upgrade(db)
     if json:
-        emit_json("db-upgrade", {"path": database_path(db), "before": before, "after": after})
+        emit_json("db-upgrade", {"path": str(locate(db)), "before": before, "after": after})
     elif before == after:
-        emit(clean(f"{database_path(db)}: schema {after} already"))
+        emit(clean(f"{locate(db)}: schema {after} already"))
     else:
-        emit(clean(f"{database_path(db)}: schema {before or 'none'} → {after}"))
+        emit(clean(f"{locate(db)}: schema {before or 'none'} → {after}"))
 
 
 def info(db: Db = None, json: Json = False) -> None:

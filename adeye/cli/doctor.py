@@ -108,20 +108,20 @@ def check_database(db: str | None) -> Check:
     """Open the database and compare its schema with the one that this release needs."""
     from adeye.errors import AdeyeError
     from adeye.store import schema
-    from adeye.store.database import database_path
+    from adeye.store.location import locate
 
     try:
-        path, found = database_path(db), schema.current(db)
+        location, found = locate(db), schema.current(db)
     except AdeyeError as error:
         return Check("database", False, str(error))
-    if found is None and path.exists():
-        return Check("database", False, f"{path} was not made by adeye; name another with --db")
+    if found is None and location.path is not None and location.path.exists():
+        return Check("database", False, f"{location} was not made by adeye; name another with --db")
     if found is None:
-        return Check("database", True, f"{path} does not exist yet; the first run makes it")
+        return Check("database", True, f"{location} does not exist yet; the first run makes it")
     if found != schema.head():
-        text = f"{path} has schema {found}, needed is {schema.head()}; run 'adeye db upgrade'"
+        text = f"{location} has schema {found}, needed is {schema.head()}; run 'adeye db upgrade'"
         return Check("database", False, text)
-    return Check("database", True, f"{path}, schema {found}")
+    return Check("database", True, f"{location}, schema {found}")
 
 
 def check_compiled_code() -> Check:
@@ -141,11 +141,11 @@ def check_self_test(db: str | None) -> Check:
     from adeye.engine import NUMERICS_VERSION
     from adeye.errors import AdeyeError
     from adeye.report.credibility import NOT_RUN, read_result
-    from adeye.store.database import database_path
+    from adeye.store.location import locate
     from adeye.version import __version__
 
     try:
-        folder = database_path(db).parent
+        folder = locate(db).beside.parent
     except AdeyeError as error:
         return Check("self-test", False, str(error))
     this = {"adeye": __version__, "numerics_version": NUMERICS_VERSION}

@@ -88,9 +88,9 @@ def selftest(
 
 def _keep(result: SelfTestResult, db: str | None) -> None:
     from adeye.report.credibility import write_result
-    from adeye.store.database import database_path
+    from adeye.store.location import locate
 
-    wrote(write_result(result, database_path(db).parent))
+    wrote(write_result(result, locate(db).beside.parent))
 
 
 def _list(masters: Sequence[Master], *, json: bool) -> None:

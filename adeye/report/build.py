@@ -140,7 +140,7 @@ class ReportBuilder:
         # What the files say now has lines; what was stored has none.
         places = places_of(odd_path, self.odd, self.concept)
         rules = RULES if self.is_read_whole else PLAN_RULES
-        checked = check_campaign(self.repository.path, self.campaign.id, rules=rules)
+        checked = check_campaign(self.repository.location, self.campaign.id, rules=rules)
         assert checked is not None
         content = CampaignContent(
             self.campaign, self.concept, self.odd, places, checked.fsr_digests
@@ -158,7 +158,7 @@ class ReportBuilder:
             numerics_version=str(provenance.get("numerics_version", "")),
             created=self.created,
             campaign=self.campaign.id,
-            database=self.repository.path.name,
+            database=self.repository.location.beside.name,
             concept=self.concept.concept,
             concept_title=self.concept.title,
             concept_digest=self.campaign.concept_digest,
@@ -198,7 +198,7 @@ class ReportBuilder:
             realisations=tuple(realisations_of(factors, designs_of(self.odd), self.figures)),
             dependencies=tuple(dependencies_of(content)),
             suites=tuple(suites_of(content)),
-            self_test=read_result(self.repository.path.parent, provenance),
+            self_test=read_result(self.repository.location.beside.parent, provenance),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
             **evidence_of(self.repository, self.campaign, self.odd, self._command),
         )

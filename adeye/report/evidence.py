@@ -84,7 +84,7 @@ def odd_coverage_of(
             refusal=f"Not counted here: more than {MAX_COUNTED:,} test cases.",
             command=command,
         )
-    runs = executed_runs(repository.path, campaign.id)
+    runs = executed_runs(repository.location, campaign.id)
     found = coverage_of_runs(runs, odd, 2)
     bins = bins_of(*declared_attributes(odd))
     pairs = [item for item in found.combinations if len(item.attributes) == 2]

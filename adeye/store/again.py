@@ -85,7 +85,7 @@ class StoredEvidence:
     fsrs: tuple[str, ...]
 
 
-_EVIDENCE: Final = """
+_EVIDENCE: Final = f"""
     SELECT c.ordinal, c.result_digest, c.scenario, c.architecture, t.fault_entry, c.point,
         t.replicate, s.content, a.content, t.faults, t.parameters, t.seed, t.step_s, r.backend,
         r.variant, r.numerics_version, r.plugins_digest, f.fsr_id
@@ -94,13 +94,10 @@ _EVIDENCE: Final = """
     JOIN scenario s ON s.digest = t.scenario_digest
     JOIN architecture a ON a.digest = t.architecture_digest
     JOIN run r ON r.result_digest = c.result_digest
-    JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.architecture
-        AND f.scenario = c.scenario AND f.applicable
-        AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
-            ELSE NOT c.inside_odd END
+    JOIN campaign_fsr f ON {pending.JUDGED}
     JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
     WHERE c.campaign_id = ? ORDER BY c.ordinal, f.fsr_id
-"""
+"""  # noqa: S608 - the condition is a constant of this package
 
 
 class Again:
@@ -193,7 +190,7 @@ class Again:
         with self._database.read() as connection:
             for number, digest in connection.exec_driver_sql(
                 "SELECT run_number, fsr_digest FROM verdict "
-                "WHERE run_number IN (SELECT value FROM json_each(?))",
+                "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
                 (json.dumps(list(numbers)),),
             ):
                 judged[number].add(digest)

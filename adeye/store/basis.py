@@ -89,7 +89,7 @@ def read_bases(
     """Read whether contact ended runs, why they are invalid, and their definitions, by number."""
     found = connection.exec_driver_sql(
         "SELECT run_number, by_contact, invalid, uid_set_digest FROM basis "
-        "WHERE version = ? AND run_number IN (SELECT value FROM json_each(?))",
+        "WHERE version = ? AND run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
         (version, json.dumps(list(numbers))),
     )
     return {item[0]: (bool(item[1]), item[2], item[3]) for item in found}
@@ -112,7 +112,7 @@ def read_metric(
     for table in tables:
         rows = connection.exec_driver_sql(
             f"SELECT run_number, {name}, {name}_status, {name}_time_s, {name}_actor "  # noqa: S608 - ids of metrics
-            f"FROM {table} WHERE run_number IN (SELECT value FROM json_each(?))",
+            f"FROM {table} WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
             (json.dumps(list(numbers)),),
         )
         for number, *values in rows:
@@ -129,7 +129,7 @@ def read_extremes(
     """Read the samples that decide, as ``samples_text`` wrote them, by number of the run."""
     found = connection.exec_driver_sql(
         "SELECT run_number, samples FROM extreme WHERE measure = ? AND version = ? "
-        "AND run_number IN (SELECT value FROM json_each(?))",
+        "AND run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
         (measure, version, json.dumps(list(numbers))),
     )
     return {item[0]: json.loads(item[1]) for item in found}
@@ -139,7 +139,7 @@ def read_files(connection: Connection, numbers: Sequence[int]) -> list[tuple[int
     """Read where traces are kept: number of the run, name of the file, place in it."""
     found = connection.exec_driver_sql(
         "SELECT run_number, file, place FROM kept_trace "
-        "WHERE run_number IN (SELECT value FROM json_each(?)) ORDER BY file, place",
+        "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?)) ORDER BY file, place",
         (json.dumps(list(numbers)),),
     )
     return [(item[0], item[1], item[2]) for item in found]

@@ -17,6 +17,7 @@ from adeye.evaluation.preventability import BENCHMARK_VERSION, Cell, Comparison,
 from adeye.store import tables
 from adeye.store.content import save_content
 from adeye.store.encoding import insert_rows, row
+from adeye.store.pending import JUDGED
 from adeye.store.reading import run_ref
 from adeye.store.recording import record_runs
 
@@ -47,16 +48,13 @@ JOIN test_case t ON t.digest = c.test_case_digest AND t.situation_digest = a.sit
 WHERE c.campaign_id = ? AND b.version = ?
 ORDER BY c.ordinal, b.model, b.edition"""
 
-_FAILED = """
+_FAILED = f"""
 SELECT c.ordinal, c.result_digest, v.signal
 FROM campaign_case c
-JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.architecture
-    AND f.scenario = c.scenario AND f.applicable
-    AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
-        ELSE NOT c.inside_odd END
+JOIN campaign_fsr f ON {JUDGED}
 JOIN run r ON r.result_digest = c.result_digest
 JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
-WHERE c.campaign_id = ? AND f.fsr_id = ? AND c.architecture = ? AND v.verdict = 'FAIL'"""
+WHERE c.campaign_id = ? AND f.fsr_id = ? AND c.architecture = ? AND v.verdict = 'FAIL'"""  # noqa: S608 - the condition is a constant of this package
 
 _OPEN = """
 SELECT COUNT(DISTINCT c.result_digest)
@@ -64,7 +62,7 @@ FROM campaign_case c
 JOIN run r ON r.result_digest = c.result_digest
 JOIN metric m ON m.run_number = r.number
 WHERE c.campaign_id = ?
-    AND (m.contact_status <> 'value' OR m.contact IS NULL OR m.contact <> 0.0 OR NOT r.realised)
+    AND (m.contact_status <> 'value' OR m.contact IS NULL OR m.contact <> 0.0 OR r.realised = 0)
     AND NOT EXISTS (SELECT 1 FROM benchmark b
         WHERE b.result_digest = c.result_digest AND b.version = ?)"""
 

@@ -10,9 +10,8 @@ from adeye.store.rules import Rule
 _SIDES: Final = """FROM campaign_fsr f
     JOIN v_case_counts n ON n.campaign = f.campaign_id AND n.scenario = f.scenario
         AND n.architecture = f.architecture
-        AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN n.inside_odd
-            ELSE NOT n.inside_odd END
-    WHERE f.applicable
+        AND f.applies IN ('everywhere', CASE n.inside_odd WHEN 1 THEN 'inside' ELSE 'outside' END)
+    WHERE f.applicable = 1
     GROUP BY f.campaign_id, f.fsr_id, f.architecture, f.scenario"""
 _JUDGED: Final = """SELECT campaign_id, fsr_id, architecture, scenario, SUM(runs) AS runs
     FROM tally GROUP BY campaign_id, fsr_id, architecture, scenario"""
@@ -41,7 +40,7 @@ WHERE NOT EXISTS (
     'no requirement of its goals is judged in ' || l.value AS detail
 FROM campaign c
 JOIN hazardous_event e ON e.concept_digest = c.concept_digest
-JOIN json_each(e.content, '$.scenarios') l
+JOIN json_each(e.content, '$.scenarios') l ON TRUE
 WHERE NOT EXISTS (
     SELECT 1 FROM v_goal_events g
     JOIN v_fsr_goals s ON s.concept = g.concept AND s.goal = g.goal
@@ -69,8 +68,8 @@ WHERE e.asil <> 'QM' AND NOT EXISTS (SELECT 1 FROM json_each(e.content, '$.scena
         """SELECT DISTINCT c.id AS campaign, 'scenario' AS part, n.value AS id,
     'no requirement is judged in it' AS detail
 FROM campaign c
-JOIN json_each(c.factors) x
-JOIN json_each(x.value, '$.scenario') n
+JOIN json_each(c.factors) x ON TRUE
+JOIN json_each(x.value, '$.scenario') n ON TRUE
 WHERE NOT EXISTS (
     SELECT 1 FROM campaign_fsr p
     WHERE p.campaign_id = c.id AND p.scenario = n.value AND p.planned > 0)""",
@@ -82,7 +81,7 @@ WHERE NOT EXISTS (
         """SELECT DISTINCT p.campaign_id AS campaign, 'fsr' AS part, p.fsr_id AS id,
     'not applicable to ' || p.architecture || ': ' || COALESCE(p.reason, 'no reason') AS detail
 FROM campaign_fsr p
-WHERE p.in_gate AND p.mandatory AND NOT p.applicable""",
+WHERE p.in_gate = 1 AND p.mandatory = 1 AND p.applicable = 0""",
     ),
     Rule(
         "not_run",
@@ -143,10 +142,11 @@ FROM campaign_case k
 JOIN run r ON r.result_digest = k.result_digest
 JOIN test_case t ON t.digest = r.test_case_digest
 JOIN (
-    SELECT y.architecture_digest, MAX(x.number) AS number, x.plugins_digest
+    SELECT y.architecture_digest, MAX(x.number) AS number
     FROM run x JOIN test_case y ON y.digest = x.test_case_digest
     GROUP BY y.architecture_digest) n ON n.architecture_digest = t.architecture_digest
-WHERE r.plugins_digest <> n.plugins_digest
+JOIN run last ON last.number = n.number
+WHERE r.plugins_digest <> last.plugins_digest
 GROUP BY k.campaign_id, k.architecture""",
         needs_evidence=True,
     ),

@@ -20,32 +20,36 @@ SELECT e.concept_digest AS concept, e.id AS event,
         OR e.exposure NOT IN ('E0', 'E1', 'E2', 'E3', 'E4')
         OR e.controllability NOT IN ('C0', 'C1', 'C2', 'C3') THEN 'unknown'
     WHEN e.severity = 'S0' OR e.exposure = 'E0' OR e.controllability = 'C0' THEN NULL
-    ELSE CASE substr(e.severity, 2) + substr(e.exposure, 2) + substr(e.controllability, 2)
+    ELSE CASE CAST(substr(e.severity, 2) AS INTEGER) + CAST(substr(e.exposure, 2) AS INTEGER)
+            + CAST(substr(e.controllability, 2) AS INTEGER)
         WHEN 10 THEN 'D' WHEN 9 THEN 'C' WHEN 8 THEN 'B' WHEN 7 THEN 'A' ELSE 'QM' END
     END AS asil
 FROM hazardous_event e"""
 
 _GOAL_EVENTS: Final = """CREATE VIEW v_goal_events AS
 SELECT g.concept_digest AS concept, g.id AS goal, j.value AS event
-FROM safety_goal g JOIN json_each(g.content, '$.hazardous_events') j"""
+FROM safety_goal g JOIN json_each(g.content, '$.hazardous_events') j ON TRUE"""
 
 # What the goal says and what its events call for, whichever is higher.
 _GOAL_ASIL: Final = """CREATE VIEW v_goal_asil AS
-SELECT g.concept_digest AS concept, g.id AS goal, MAX(RANK(g.asil), COALESCE((
-    SELECT MAX(RANK(e.asil)) FROM v_goal_events v
-    JOIN v_hazard_asil e ON e.concept = v.concept AND e.event = v.event
-    WHERE v.concept = g.concept_digest AND v.goal = g.id), -9)) AS rank
-FROM safety_goal g"""
+SELECT concept, goal, MAX(rank) AS rank
+FROM (
+    SELECT g.concept_digest AS concept, g.id AS goal, RANK(g.asil) AS rank FROM safety_goal g
+    UNION ALL
+    SELECT v.concept, v.goal, RANK(e.asil) FROM v_goal_events v
+    JOIN v_hazard_asil e ON e.concept = v.concept AND e.event = v.event) x
+GROUP BY concept, goal"""
 
 _FSR_GOALS: Final = """CREATE VIEW v_fsr_goals AS
 SELECT f.concept_digest AS concept, f.id AS fsr, j.value AS goal,
-    (SELECT value FROM json_each(f.content, '$.fdti')) AS fdti_s,
-    (SELECT value FROM json_each(f.content, '$.frti')) AS frti_s,
-    (SELECT value FROM json_each(f.content, '$.emergency_operation_interval'))
+    (SELECT NUMBER(value) FROM json_each(f.content, '$.fdti')) AS fdti_s,
+    (SELECT NUMBER(value) FROM json_each(f.content, '$.frti')) AS frti_s,
+    (SELECT NUMBER(value) FROM json_each(f.content, '$.emergency_operation_interval'))
         AS emergency_operation_s
-FROM fsr f JOIN json_each(f.content, '$.goals') j"""
+FROM fsr f JOIN json_each(f.content, '$.goals') j ON TRUE"""
 
-# A resource that is itself an element goes by the element.
+# A resource that is itself an element goes by the element. What follows 'element' is nothing, in
+# the collation of the column: PostgreSQL wants the same one in both halves of a recursion.
 _ELEMENT_CAUSES: Final = """CREATE VIEW v_element_causes AS
 WITH RECURSIVE edge(concept, source, kind, name) AS (
     SELECT r.concept_digest, r.element_id,
@@ -60,7 +64,7 @@ WITH RECURSIVE edge(concept, source, kind, name) AS (
         AND p.name = r.name
     WHERE r.kind = 'consumes'),
 above(concept, element, kind, name) AS (
-    SELECT concept_digest, id, 'element', id FROM element
+    SELECT concept_digest, id, 'element' || substr(id, 1, 0), id FROM element
     UNION
     SELECT a.concept, a.element, x.kind, x.name
     FROM above a JOIN edge x ON x.concept = a.concept AND x.source = a.name
@@ -93,7 +97,7 @@ CONCEPT_RULES: Final = (
 FROM campaign c
 JOIN hazardous_event e ON e.concept_digest = c.concept_digest
 JOIN v_hazard_asil h ON h.concept = e.concept_digest AND h.event = e.id
-WHERE h.asil IS NOT e.asil""",
+WHERE COALESCE(h.asil, '') <> COALESCE(e.asil, '')""",
     ),
     Rule(
         "hazard_without_goal",
@@ -165,7 +169,7 @@ WHERE NOT EXISTS (
         """SELECT c.id AS campaign, 'fsr' AS part, f.id, 'nothing measures it' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE f.measure NOT GLOB '*[^ ]*'""",
+WHERE trim(f.measure) = ''""",
     ),
     Rule(
         "threshold_without_source",
@@ -175,7 +179,7 @@ WHERE f.measure NOT GLOB '*[^ ]*'""",
     'nobody says where ' || f.measure || ' comes from' AS detail
 FROM campaign c
 JOIN fsr f ON f.concept_digest = c.concept_digest
-WHERE f.threshold_source NOT GLOB '*[^ ?.!-]*' OR lower(f.threshold_source) IN
+WHERE trim(f.threshold_source, ' ?.!-') = '' OR lower(f.threshold_source) IN
     ('tbd', 'tbd.', 'tbc', 'tbc.', 'todo', 'todo.', 'n/a', 'na', 'none', 'none.', 'unknown',
     'unknown.')""",
     ),
@@ -215,7 +219,8 @@ LEFT JOIN (
     WHERE g.asil <> 'QM'
     GROUP BY s.concept, s.fsr) g ON g.concept = d.concept_digest AND g.fsr = d.id
 WHERE COALESCE(k.n, 0) <> 2 OR k.total <> RANK(p.asil) OR RANK(p.asil) < 1
-    OR k.least IS NOT g.rank OR k.most IS NOT g.rank""",
+    OR COALESCE(k.least, -8) <> COALESCE(g.rank, -8)
+    OR COALESCE(k.most, -8) <> COALESCE(g.rank, -8)""",
     ),
     Rule(
         "decomposition_elements",
@@ -240,7 +245,7 @@ WHERE NOT EXISTS (
     'nobody says why ' || d.scheme || ' are independent' AS detail
 FROM campaign c
 JOIN decomposition d ON d.concept_digest = c.concept_digest
-WHERE d.independence NOT GLOB '*[^ ]*'""",
+WHERE trim(d.independence) = ''""",
     ),
     Rule(
         "independence_unknown",
@@ -270,7 +275,7 @@ JOIN v_fsr_causes b ON b.concept = a.concept AND b.fsr = y.child_id AND b.kind =
 WHERE NOT EXISTS (
     SELECT 1 FROM json_each(d.content, '$.dfa') n
     JOIN dependent_failure w ON w.concept_digest = d.concept_digest AND w.id = n.value
-    JOIN json_each(w.content, '$.covers') v
+    JOIN json_each(w.content, '$.covers') v ON TRUE
     WHERE v.value = a.name)""",
     ),
     Rule(
@@ -301,9 +306,9 @@ WHERE a.valid_until < date('now')""",
     'expired on ' || u.value AS detail
 FROM campaign c
 JOIN concept k ON k.digest = c.concept_digest
-JOIN json_each(k.content, '$.waivers') w
-JOIN json_each(w.value, '$.requirement') r
-JOIN json_each(w.value, '$.expires') u
+JOIN json_each(k.content, '$.waivers') w ON TRUE
+JOIN json_each(w.value, '$.requirement') r ON TRUE
+JOIN json_each(w.value, '$.expires') u ON TRUE
 WHERE u.value < date('now')""",
     ),
     Rule(
@@ -335,12 +340,13 @@ WHERE b.fdti_s + b.frti_s > g.ftti_s + 1e-9""",
         "Shorten emergency_operation_interval, or state the goal's emergency operation and eotti.",
         """SELECT c.id AS campaign, 'fsr' AS part, s.fsr AS id,
     'emergency operation of ' || s.emergency_operation_s || ' s, and ' || g.id || ' tolerates '
-        || COALESCE((SELECT value FROM json_each(g.content, '$.eotti')) || ' s', 'none') AS detail
+        || COALESCE((SELECT NUMBER(value) FROM json_each(g.content, '$.eotti')) || ' s', 'none')
+        AS detail
 FROM campaign c
 JOIN v_fsr_goals s ON s.concept = c.concept_digest
 JOIN safety_goal g ON g.concept_digest = s.concept AND g.id = s.goal
 WHERE s.emergency_operation_s
-    > COALESCE((SELECT value FROM json_each(g.content, '$.eotti')), 0.0) + 1e-9""",
+    > COALESCE((SELECT NUMBER(value) FROM json_each(g.content, '$.eotti')), 0.0) + 1e-9""",
     ),
 )
 """Rules about what the concept says."""
@@ -352,14 +358,16 @@ _RANKED: Final = "WHEN 'Q' THEN 0 WHEN 'A' THEN 1 WHEN 'B' THEN 2 WHEN 'C' THEN 
 _LETTERED: Final = (
     "WHEN 0 THEN 'QM' WHEN 1 THEN 'A' WHEN 2 THEN 'B' WHEN 3 THEN 'C' WHEN 4 THEN 'D'"
 )
-_RANK: Final = re.compile(r"(RANK|BRACKET|LETTER)\(([a-z_.]+)\)")
+_RANK: Final = re.compile(r"(RANK|BRACKET|LETTER|NUMBER)\(([a-z_.]+)\)")
 
 
 def _ranked(match: re.Match[str]) -> str:
+    if match[1] == "NUMBER":
+        return f"CAST({match[2]} AS DOUBLE PRECISION)"
     if match[1] == "LETTER":
         return f"CASE {match[2]} {_LETTERED} ELSE 'none' END"
     # The letter before the closing bracket, or the first one; what is no ASIL is below every one.
-    start = "-2" if match[1] == "BRACKET" else "1"
+    start = f"length({match[2]}) - 1" if match[1] == "BRACKET" else "1"
     return f"CASE substr({match[2]}, {start}, 1) {_RANKED} ELSE -9 END"
 
 
@@ -380,7 +388,7 @@ def check_view_ddl() -> dict[str, str]:
         "v_hazard_asil": _HAZARD_ASIL,
         "v_goal_events": _GOAL_EVENTS,
         "v_goal_asil": _written_out(_GOAL_ASIL),
-        "v_fsr_goals": _FSR_GOALS,
+        "v_fsr_goals": _written_out(_FSR_GOALS),
         "v_element_causes": _ELEMENT_CAUSES,
         "v_fsr_causes": _FSR_CAUSES,
         "v_case_counts": _CASE_COUNTS,

@@ -10,9 +10,10 @@ from sqlalchemy import create_engine, select
 from adeye.store import tables
 from adeye.store.check_views import RULES, check_view_ddl
 from adeye.store.content import save_concept, save_content
-from adeye.store.database import Database, database_path
+from adeye.store.database import Database
 from adeye.store.encoding import chunks, insert_rows
 from adeye.store.half_tables import plain_digests
+from adeye.store.location import Place, locate
 from adeye.store.planning import fsr_rows, judging_hash, save_campaign
 from adeye.store.reading import find_campaign, latest_campaign
 from adeye.store.schema import require_current, require_exists
@@ -20,7 +21,6 @@ from adeye.store.schema import require_current, require_exists
 if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Iterable, Sequence
-    from pathlib import Path
 
     from sqlalchemy import Connection
 
@@ -138,7 +138,7 @@ def check_plan(
 
 
 def check_campaign(
-    location: str | Path | None,
+    place: Place,
     name: str | None = None,
     *,
     odd: str | None = None,
@@ -147,7 +147,7 @@ def check_campaign(
     """Ask rules of a campaign in a database.
 
     Args:
-        location: The database, as everywhere.
+        place: The database, as everywhere.
         name: Number or beginning of the id of the campaign; None for the newest.
         odd: Take the newest of the ODD of this id.
         rules: Those to ask.
@@ -159,14 +159,14 @@ def check_campaign(
         InputError: There is no campaign of the name.
         PlatformError: The database cannot be read.
     """
-    path = database_path(location)
-    if name is None and not path.is_file():
+    location = locate(place)
+    if name is None and location.path is not None and not location.path.is_file():
         return None
-    require_exists(path)
-    database = Database(path)
+    require_exists(location)
+    database = Database(location)
     try:
         with database.read() as connection:
-            require_current(connection, path)
+            require_current(connection, location)
             campaign = (
                 latest_campaign(connection, odd)
                 if name is None
@@ -180,13 +180,11 @@ def check_campaign(
         database.close()
 
 
-def count_unknown(
-    location: str | Path | None, campaign: str, results: Iterable[Sequence[str]]
-) -> tuple[int, int]:
+def count_unknown(place: Place, campaign: str, results: Iterable[Sequence[str]]) -> tuple[int, int]:
     """Count the results that neither a campaign asks for nor anything has brought.
 
     Args:
-        location: The database, which is there.
+        place: The database, which is there.
         campaign: Id of the campaign.
         results: Digests of results, many at a time.
 
@@ -198,7 +196,7 @@ def count_unknown(
     """
     case, run = tables.campaign_case.c, tables.run.c
     unknown = total = 0
-    database = Database(database_path(location))
+    database = Database(place)
     try:
         with database.read() as connection:
             for some in (part for digests in results for part in chunks(digests)):

@@ -133,8 +133,14 @@ def _objects(column: Column) -> list[Any]:
         return column.values()
     if column.dtype.kind != "f":
         return list(column.astype(np.int64).tolist())
-    # SQLite stores NaN as NULL.
-    return list((column + 0.0).tolist())
+    numbers = column + 0.0
+    missing = np.isnan(numbers)
+    if not missing.any():
+        return list(numbers.tolist())
+    # SQLite would store NaN as NULL, PostgreSQL as NaN.
+    values = numbers.astype(object)
+    values[missing] = None
+    return list(values.tolist())
 
 
 def hash_words(columns: Sequence[Column]) -> NDArray[np.uint64]:

@@ -20,7 +20,6 @@ from adeye.sweep.coverage import Coverage, Situations, coverage_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
 
 @dataclass(frozen=True)
@@ -55,11 +54,11 @@ class ExecutedRuns:
     situations: tuple[ExecutedSituations, ...]
 
 
-def executed_runs(path: Path, campaign: str) -> ExecutedRuns:
+def executed_runs(place: Place, campaign: str) -> ExecutedRuns:
     """Read what a campaign executed.
 
     Args:
-        path: The database file, of the current schema.
+        place: The database, of the current schema.
         campaign: Id of the campaign.
     """
     cases, case, run = tables.campaign_case.c, tables.test_case.c, tables.run.c
@@ -71,7 +70,7 @@ def executed_runs(path: Path, campaign: str) -> ExecutedRuns:
         .where(cases.campaign_id == campaign)
         .order_by(cases.ordinal)
     )
-    database = Database(path)
+    database = Database(place)
     found: dict[str, list[Mapping[str, float]]] = {}
     planned = without = unjudged = outside = 0
     try:

@@ -17,6 +17,9 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import Boolean, Float, Integer, Table
 from sqlalchemy.dialects import sqlite
 
+from adeye.store import postgres
+from adeye.store.catalog import is_server
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
@@ -192,7 +195,9 @@ def insert_rows(
 ) -> None:
     """Insert rows that have a value for every column, in the order of the columns."""
     batch = list(rows)
-    if batch:
+    if is_server(connection):
+        postgres.insert_rows(connection, table, batch, ignore_existing=ignore_existing)
+    elif batch:
         connection.exec_driver_sql(_insert_statement(table, ignore_existing=ignore_existing), batch)
 
 

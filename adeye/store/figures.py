@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adeye.store.catalog import is_server
 from adeye.store.metric_ids import TABLES
 
 if TYPE_CHECKING:
@@ -254,6 +255,7 @@ def read_chunks(
 ) -> Iterator[list[tuple[Any, ...]]]:
     """Read the rows of a query, many at a time."""
     # The cursor of the driver: a row object of SQLAlchemy costs more than the row.
-    cursor: Any = connection.exec_driver_sql(query, values).cursor
+    options = {"stream_results": True} if is_server(connection) else {}
+    cursor: Any = connection.exec_driver_sql(query, values, execution_options=options).cursor
     while chunk := cursor.fetchmany(_CHUNK):
         yield chunk

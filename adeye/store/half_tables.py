@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sqlalchemy import CheckConstraint, Column, ForeignKey, Index, String, Table
+from sqlalchemy import CheckConstraint, Column, ForeignKey, Index, Table
 
 from adeye.store.column_kinds import (
+    coded,
     count_column,
     digest_column,
     metadata,
@@ -32,7 +33,7 @@ half_step = Table(
 uncertainty = Table(
     "uncertainty",
     metadata,
-    Column("campaign_id", String(32), ForeignKey("campaign.id"), primary_key=True, nullable=False),
+    Column("campaign_id", coded(32), ForeignKey("campaign.id"), primary_key=True, nullable=False),
     text_column("scenario", key=True),
     text_column("architecture", key=True),
     text_column("kind", key=True),
@@ -45,8 +46,8 @@ uncertainty = Table(
     number_column("uncertainty"),
     count_column("differing"),
     text_column("changes"),
-    Column("fsr_digest", String(64), nullable=True),
-    Column("judged_digest", String(64), nullable=True),
+    Column("fsr_digest", coded(64), nullable=True),
+    Column("judged_digest", coded(64), nullable=True),
     row_hash_column(),
     one_of("kind", ("metric", "fsr"), "kind"),
     CheckConstraint("pairs BETWEEN 0 AND sampled", name="pairs"),

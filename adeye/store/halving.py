@@ -25,7 +25,7 @@ from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
 from adeye.store.block import JudgedBlock
 from adeye.store.encoding import insert_rows, json_text, row
-from adeye.store.pending import count_open
+from adeye.store.pending import JUDGED, count_open
 from adeye.store.recording import record_runs, record_verdicts
 from adeye.store.rows import VerdictRecord
 
@@ -41,13 +41,10 @@ if TYPE_CHECKING:
 _PART: Final = 2_048
 """Cases that are judged together."""
 
-_PLAIN: Final = """SELECT r.result_digest, c.scenario, c.architecture, u.judged_digest, v.*
+_PLAIN: Final = f"""SELECT r.result_digest, c.scenario, c.architecture, u.judged_digest, v.*
 FROM campaign_case c
 JOIN run r ON r.result_digest = c.result_digest
-JOIN campaign_fsr f ON f.campaign_id = c.campaign_id AND f.architecture = c.architecture
-    AND f.scenario = c.scenario AND f.applicable
-    AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
-        ELSE NOT c.inside_odd END
+JOIN campaign_fsr f ON {JUDGED}
 JOIN (SELECT DISTINCT scenario, architecture, name, fsr_digest, judged_digest
     FROM uncertainty WHERE campaign_id = ? AND kind = 'fsr') u
     ON u.scenario = c.scenario AND u.architecture = c.architecture AND u.name = f.fsr_id
@@ -55,7 +52,7 @@ JOIN (SELECT DISTINCT scenario, architecture, name, fsr_digest, judged_digest
 JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = u.fsr_digest
 LEFT JOIN verdict w ON w.run_number = r.number AND w.fsr_digest = f.fsr_digest
 WHERE c.campaign_id = ? AND c.ordinal >= ? AND c.ordinal < ? AND w.run_number IS NULL
-ORDER BY c.ordinal, f.fsr_id"""
+ORDER BY c.ordinal, f.fsr_id"""  # noqa: S608 - the condition is a constant of this package
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,11 @@ from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from sqlalchemy import select, update
+from sqlalchemy import func, select, update
 
 from adeye.store.basis import record_basis
 from adeye.store.block import JudgedBlock
+from adeye.store.catalog import is_server
 from adeye.store.encoding import insert_rows, utc_text
 from adeye.store.halving import judge_with_uncertainty
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
@@ -32,9 +33,9 @@ from adeye.store.tallying import counted_tallies
 from adeye.store.wanted import Wanted, cut_block
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
-    from sqlalchemy import Connection, Row
+    from sqlalchemy import Connection, Row, Select
 
     from adeye.store.block import RunBlock
 
@@ -63,12 +64,16 @@ def claim_block(
         candidates = candidates.where(work.c.campaign_id == campaign_id)
     asked = wanted or Wanted()
     pending = candidates.where(work.c.state == "pending")
-    if asked.is_anything:
-        pending = pending.limit(1)
     leased = candidates.where(work.c.state == "leased")
-    found = asked.first(connection.execute(pending)) or asked.first(
-        item for item in connection.execute(leased).all() if _is_abandoned(item)
-    )
+    now = _now(connection)
+    if asked.is_anything:
+        # On a server others claim at the same time: what one of them looks at is left to it.
+        found = connection.execute(_unlocked(pending.limit(1))).first()
+    else:
+        found = _first_unlocked(connection, asked, connection.execute(pending).all())
+    if found is None:
+        late = [item for item in connection.execute(leased).all() if _is_abandoned(item, now)]
+        found = _first_unlocked(connection, asked, late)
     if found is None:
         return None
     bounds = cut_block(connection, found, asked)
@@ -76,10 +81,32 @@ def claim_block(
     connection.execute(
         update(work)
         .where(work.c.id == found.id)
-        .values(state="leased", owner=owner.to_text(), attempt=attempt, **_lease(lease_s))
+        .values(state="leased", owner=owner.to_text(), attempt=attempt, **_lease(now, lease_s))
     )
     cases = open_cases(connection, found.campaign_id, *bounds)
     return Block(found.id, found.campaign_id, attempt, cases, bounds)
+
+
+def _unlocked(query: Select[Any]) -> Select[Any]:
+    """Lock what a query finds, without what somebody else looks at; on SQLite nobody else does."""
+    return query.with_for_update(skip_locked=True)
+
+
+def _first_unlocked(
+    connection: Connection, asked: Wanted, blocks: Sequence[Row[Any]]
+) -> Row[Any] | None:
+    """Lock the first block that is wanted and still as it was seen."""
+    for block in blocks:
+        if asked.wants(block):
+            same = select(work).where(
+                work.c.id == block.id,
+                work.c.state == block.state,
+                work.c.attempt == block.attempt,
+            )
+            found = connection.execute(_unlocked(same)).first()
+            if found is not None:
+                return found
+    return None
 
 
 def open_elsewhere(
@@ -105,19 +132,26 @@ def open_elsewhere(
     )
 
 
-def _lease(lease_s: float) -> dict[str, Any]:
+def _now(connection: Connection) -> datetime:
+    """Read the clock that leases go by: that of the server, if there is one."""
+    if is_server(connection):
+        return connection.execute(select(func.clock_timestamp())).scalar_one()
+    return datetime.now(UTC)
+
+
+def _lease(now: datetime, lease_s: float) -> dict[str, Any]:
     return {
-        "until": utc_text(datetime.now(UTC) + timedelta(seconds=lease_s)),
+        "until": utc_text(now + timedelta(seconds=lease_s)),
         "until_boot_s": boot_clock_s() + lease_s,
     }
 
 
-def _is_abandoned(leased: Row[Any]) -> bool:
+def _is_abandoned(leased: Row[Any], now: datetime) -> bool:
     owner = owner_from_text(leased.owner)
     if owner.is_here:
         # The clock of the boot cannot be set, so a changed time of day ends no lease.
         return owner.is_dead or boot_clock_s() >= leased.until_boot_s
-    return utc_text(None) >= str(leased.until)
+    return utc_text(now) >= str(leased.until)
 
 
 def _change(connection: Connection, block: Block, **values: Any) -> bool:
@@ -143,7 +177,7 @@ _FREE: Final[Mapping[str, Any]] = {"owner": None, "until": None, "until_boot_s":
 
 def renew_lease(connection: Connection, block: Block, lease_s: float) -> bool:
     """Extend a lease; False if the block was taken over."""
-    return _change(connection, block, **_lease(lease_s))
+    return _change(connection, block, **_lease(_now(connection), lease_s))
 
 
 def release_block(connection: Connection, block: Block) -> bool:
@@ -281,8 +315,9 @@ def _require_complete(connection: Connection, block: Block, *bounds: int) -> Non
 def work_state(connection: Connection, campaign_id: str) -> WorkState:
     """Count the blocks of a campaign by state; a block whose owner is gone counts as pending."""
     blocks = connection.execute(select(work).where(work.c.campaign_id == campaign_id)).all()
+    now = _now(connection)
     counted = Counter(
-        "pending" if block.state == "leased" and _is_abandoned(block) else block.state
+        "pending" if block.state == "leased" and _is_abandoned(block, now) else block.state
         for block in blocks
     )
     return WorkState(

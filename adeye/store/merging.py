@@ -22,10 +22,12 @@ from sqlalchemy import Integer, func, select
 from adeye.errors import InputError, IntegrityError
 from adeye.store import tables
 from adeye.store.basis_tables import kept_trace
+from adeye.store.catalog import table_names
 from adeye.store.column_kinds import metadata
-from adeye.store.database import Database, database_path
+from adeye.store.database import Database
 from adeye.store.encoding import insert_rows, row
 from adeye.store.leasing import close_blocks
+from adeye.store.location import locate
 from adeye.store.numbers import next_number
 from adeye.store.planning import save_use
 from adeye.store.plugin_metrics import ensure_same_table, plugin_tables
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from sqlalchemy import Connection, Row, Table
+
+    from adeye.store.location import Location
 
 _CHUNK: Final = 1_000
 _NAMED: Final = 3
@@ -93,21 +97,25 @@ def merge(into: Database, source: str | Path) -> Merged:
         PlatformError: One of them cannot be used, or has another schema version.
         IntegrityError: The source is not as it was written, or contradicts what is here.
     """
-    path = database_path(source)
-    require_exists(path)
-    if into.path.exists() and path.samefile(into.path):
-        raise InputError(f"database {path}: it is the one that is merged into")
-    other = Database(path, is_read_only=True)
+    place = locate(source)
+    require_exists(place)
+    if place == into.location or _is_same_file(place.path, into.location.path):
+        raise InputError(f"database {place}: it is the one that is merged into")
+    other = Database(place, is_read_only=True)
     try:
         with other.read() as reading:
-            _require_sound(reading, path)
+            _require_sound(reading, place)
             with into.write() as writing:
-                return _Merge(reading, writing, path).run()
+                return _Merge(reading, writing, place).run()
     finally:
         other.close()
 
 
-def _require_sound(connection: Connection, path: Path) -> None:
+def _is_same_file(one: Path | None, other: Path | None) -> bool:
+    return one is not None and other is not None and other.exists() and one.samefile(other)
+
+
+def _require_sound(connection: Connection, path: Location) -> None:
     """Refuse a source of which anything is not as it was written.
 
     Raises:
@@ -115,10 +123,9 @@ def _require_sound(connection: Connection, path: Path) -> None:
         IntegrityError: It was altered.
     """
     require_current(connection, path)
-    kinds = connection.exec_driver_sql("SELECT name, type FROM sqlite_master").all()
-    known = {item.name: item.type for item in kinds}
+    known = set(table_names(connection))
     for table in metadata.sorted_tables:
-        if known.get(table.name) != "table":
+        if table.name not in known:
             raise IntegrityError(f"database {path}: {table.name} is not a table of this release")
     findings = list(islice(verify(connection), _NAMED + 1))
     if findings:
@@ -133,7 +140,7 @@ def _require_sound(connection: Connection, path: Path) -> None:
 class _Merge:
     """One source on its way into the database."""
 
-    def __init__(self, source: Connection, into: Connection, path: Path) -> None:
+    def __init__(self, source: Connection, into: Connection, path: Location) -> None:
         self._source, self._into, self._path = source, into, path
         self._numbers: dict[int, int] = {}
         self._differing: set[int] = set()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import and_, case, distinct, exists, func, select
 
+from adeye.store.column_kinds import is_true
 from adeye.store.stored import BlockCase
 from adeye.store.tables import campaign_case, campaign_fsr, run, verdict, work
 
@@ -14,18 +15,21 @@ if TYPE_CHECKING:
     from sqlalchemy import ColumnElement, Connection, FromClause, Select
 
 
+JUDGED: Final = """f.campaign_id = c.campaign_id AND f.architecture = c.architecture
+    AND f.scenario = c.scenario AND f.applicable = 1
+    AND f.applies IN ('everywhere', CASE c.inside_odd WHEN 1 THEN 'inside' ELSE 'outside' END)"""
+"""``is_judged`` as text, of an FSR ``f`` of a campaign and a case ``c``."""
+
+
 def is_judged() -> ColumnElement[bool]:
     """Whether an FSR of a campaign is judged on a case of it, inside or outside the ODD."""
-    inside = campaign_case.c.inside_odd
     return and_(
         campaign_fsr.c.campaign_id == campaign_case.c.campaign_id,
         campaign_fsr.c.architecture == campaign_case.c.architecture,
         campaign_fsr.c.scenario == campaign_case.c.scenario,
-        campaign_fsr.c.applicable,
-        case(
-            (campaign_fsr.c.applies == "everywhere", True),
-            (campaign_fsr.c.applies == "inside", inside),
-            else_=~inside,
+        is_true(campaign_fsr.c.applicable),
+        campaign_fsr.c.applies.in_(
+            ["everywhere", case((is_true(campaign_case.c.inside_odd), "inside"), else_="outside")]
         ),
     )
 

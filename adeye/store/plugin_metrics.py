@@ -16,6 +16,7 @@ from sqlalchemy import MetaData, Table
 from adeye.errors import IntegrityError
 from adeye.evaluation.metrics.registry import STATUSES
 from adeye.identity import digest
+from adeye.store import catalog
 from adeye.store.columns import Column, Dictionary, Texts, hash_words, table_rows
 from adeye.store.encoding import Row, insert_rows
 from adeye.store.numbers import run_numbers
@@ -121,17 +122,9 @@ def plugin_metrics(connection: Connection, run_number: int) -> dict[str, dict[st
 
 def plugin_tables(connection: Connection) -> tuple[Table, ...]:
     """Describe the tables of plug-ins that the database has."""
-    names = connection.exec_driver_sql(
-        "SELECT name FROM sqlite_master WHERE type = 'table' AND name GLOB 'metric_*' ORDER BY name"
-    ).scalars()
-    tables: list[Table] = []
-    for name in names.all():
-        columns = connection.exec_driver_sql(
-            "SELECT name FROM pragma_table_info(?)", (name,)
-        ).scalars()
-        # Four columns for each metric stand between the key and the hash.
-        tables.append(_table(name, columns.all()[1:-1:4]))
-    return tuple(tables)
+    names = [name for name in catalog.table_names(connection) if name.startswith(PREFIX)]
+    # Four columns for each metric stand between the key and the hash.
+    return tuple(_table(name, catalog.column_names(connection, name)[1:-1:4]) for name in names)
 
 
 def _table(name: str, ids: Sequence[str]) -> Table:
@@ -172,19 +165,16 @@ def ensure_same_table(connection: Connection, table: Table) -> None:
 
 def _create(connection: Connection, table: Table) -> None:
     """Make a table unless it is there."""
-    known = connection.exec_driver_sql(
-        "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", (table.name,)
-    ).first()
-    if known is None:
+    if table.name not in catalog.table_names(connection):
         table.create(connection)
-        for statement in insert_only_ddl(table.name):
+        for statement in insert_only_ddl(table.name, connection.dialect.name):
             connection.exec_driver_sql(statement)
 
 
 def _existing(connection: Connection, table: Table, numbers: Sequence[int]) -> dict[int, str]:
     found = connection.exec_driver_sql(
         f"SELECT run_number, row_hash FROM {table.name} "  # noqa: S608 - a name of this package
-        "WHERE run_number IN (SELECT value FROM json_each(?))",
+        "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
         (json.dumps(numbers),),
     )
     return {item.run_number: item.row_hash for item in found}

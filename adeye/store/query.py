@@ -10,14 +10,12 @@ from __future__ import annotations
 import sqlite3
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from adeye.errors import InputError
-from adeye.store.database import Database, database_path, errors_in_words
+from adeye.store.database import Database, errors_in_words
+from adeye.store.location import Location, Place, locate
 from adeye.store.schema import require_current, require_exists
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _FUNCTION_NAMES: Final = """
 -> ->> abs acos asin atan atan2 avg ceil ceiling char coalesce cos count cume_dist
@@ -79,7 +77,7 @@ class QueryResult:
 
 
 def run_query(
-    location: str | Path | None,
+    place: Place,
     sql: str,
     *,
     max_rows: int = DEFAULT_ROWS,
@@ -88,7 +86,7 @@ def run_query(
     """Run one SELECT on the database without being able to change anything.
 
     Args:
-        location: The database, as everywhere.
+        place: The database, as everywhere.
         sql: One statement.
         max_rows: Most rows to return.
         timeout_s: Longest time that it may run [s].
@@ -97,15 +95,18 @@ def run_query(
         InputError: The statement is wrong, not allowed, or ran too long.
         PlatformError: The database cannot be read.
     """
-    path = database_path(location)
-    _require_ours(path)
-    with errors_in_words(path):
+    location = locate(place)
+    _require_ours(location)
+    if location.path is None:
+        raise InputError("query: not on a server", remedy="")
+    path = location.path
+    with errors_in_words(location):
         connection = sqlite3.connect(
             f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
         )
     try:
         guard = _Guard(timeout_s)
-        with errors_in_words(path):
+        with errors_in_words(location):
             guard.close_in(connection)
         try:
             return _fetch(connection, sql, max_rows)
@@ -115,12 +116,12 @@ def run_query(
         connection.close()
 
 
-def _require_ours(path: Path) -> None:
-    require_exists(path)
-    database = Database(path)
+def _require_ours(location: Location) -> None:
+    require_exists(location)
+    database = Database(location)
     try:
         with database.read() as connection:
-            require_current(connection, path)
+            require_current(connection, location)
     finally:
         database.close()
 

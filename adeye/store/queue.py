@@ -9,6 +9,7 @@ from sqlalchemy import select
 
 from adeye.evaluation.verdict import Verdict
 from adeye.store import leasing, pending
+from adeye.store.column_kinds import is_true
 from adeye.store.merging import merge
 from adeye.store.owner import Owner
 from adeye.store.tables import campaign_case, campaign_fsr, run, test_case, verdict
@@ -62,8 +63,11 @@ class Queue:
             wanted: What is wanted.
             lease_s: For how long [s].
         """
-        with self._database.write() as connection:
-            return leasing.claim_block(connection, Owner.current(), lease_s, campaign, wanted)
+        owner = Owner.current()
+        return self._database.change(
+            lambda connection: leasing.claim_block(connection, owner, lease_s, campaign, wanted),
+            shared=True,
+        )
 
     def open_elsewhere(self, campaign: str, wanted: Wanted, mine: Collection[int]) -> int:
         """Count the wanted test cases in blocks that are not done, and not with the caller.
@@ -78,8 +82,9 @@ class Queue:
 
     def requeue_quarantined(self, campaign: str) -> int:
         """Make quarantined blocks pending again; return how many."""
-        with self._database.write() as connection:
-            return leasing.requeue_quarantined(connection, campaign)
+        return self._database.change(
+            lambda connection: leasing.requeue_quarantined(connection, campaign), shared=True
+        )
 
     def cases(self, campaign: str) -> Iterator[tuple[int, NamedCase, bool]]:
         """Read the test cases of a campaign: ordinal, names, and whether there is a result."""
@@ -118,7 +123,7 @@ class Queue:
             )
             .where(
                 campaign_case.c.campaign_id == campaign,
-                campaign_fsr.c.mandatory,
+                is_true(campaign_fsr.c.mandatory),
                 verdict.c.verdict.in_(_BAD),
             )
             .distinct()

@@ -19,6 +19,7 @@ from adeye.store.columns import Column, Dictionary, Texts, Words, hash_words, ta
 from adeye.store.encoding import Row, clean_text, insert_rows, row, utc_text
 from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.numbers import next_number, run_numbers
+from adeye.store.pending import JUDGED
 from adeye.store.plugin_metrics import metric_columns, record_plugin_metrics
 from adeye.store.views import WORST_FIRST
 from adeye.trace import LINK_TICKS
@@ -48,10 +49,7 @@ _TALLY = text(
         FROM work w
         JOIN campaign_case c ON c.campaign_id = w.campaign_id
             AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal
-        JOIN campaign_fsr f ON f.campaign_id = c.campaign_id
-            AND f.architecture = c.architecture AND f.scenario = c.scenario AND f.applicable
-            AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
-                ELSE NOT c.inside_odd END
+        JOIN campaign_fsr f ON {JUDGED}
         JOIN run r ON r.result_digest = c.result_digest
         JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
         WHERE w.id = :work_id),
@@ -347,7 +345,7 @@ def _new_verdicts(
     """
     found = connection.exec_driver_sql(
         "SELECT run_number, fsr_digest, row_hash FROM verdict "
-        "WHERE run_number IN (SELECT value FROM json_each(?))",
+        "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
         (json.dumps(sorted(existing)),),
     )
     known = {(item[0], item[1]): item[2] for item in found}

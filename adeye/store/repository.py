@@ -36,14 +36,14 @@ from adeye.store import (
 )
 from adeye.store.again import Again
 from adeye.store.block import JudgedBlock, RunBlock, run_block
-from adeye.store.database import Database, create_parent, database_path
+from adeye.store.database import Database, create_parent
 from adeye.store.hindsight import Hindsight
+from adeye.store.location import Location, Place, locate
 from adeye.store.owner import Owner
 from adeye.store.queue import Queue
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-    from pathlib import Path
 
     from adeye.evaluation.verdict import Verdict
     from adeye.spec.concept import Concept
@@ -86,36 +86,36 @@ class Repository:
         self._database = database
 
     @classmethod
-    def open(cls, location: str | Path | None = None, *, create: bool = True) -> Self:
+    def open(cls, place: Place = None, *, create: bool = True) -> Self:
         """Open a database, by default ``.adeye/adeye.db``.
 
         Args:
-            location: A path or ``sqlite:///PATH``.
+            place: A path, ``sqlite:///PATH`` or ``postgresql://…``.
             create: Make it if it does not exist; otherwise that is an input error.
 
         Raises:
             InputError: The location is not supported, or does not exist and may not be made.
             PlatformError: It cannot be opened, is not ours, or has another schema version.
         """
-        path = database_path(location)
-        (create_parent if create else schema.require_exists)(path)
-        database = Database(path)
+        location = locate(place)
+        (create_parent if create else schema.require_exists)(location)
+        database = Database(location)
         try:
             with database.read() as connection:
                 is_new = schema.read_version(connection) is None
             if create and is_new:
                 schema.upgrade_database(database)
             with database.read() as connection:
-                schema.require_current(connection, path)
+                schema.require_current(connection, location)
         except BaseException:
             database.close()
             raise
         return cls(database)
 
     @property
-    def path(self) -> Path:
-        """The database file."""
-        return self._database.path
+    def location(self) -> Location:
+        """Where the database is."""
+        return self._database.location
 
     def close(self) -> None:
         """Close the connections of this process."""
@@ -188,28 +188,35 @@ class Repository:
 
         Its cases may be none, if what it needed came in since; complete it as well.
         """
-        with self._database.write() as connection:
-            return leasing.claim_block(connection, owner or Owner.current(), lease_s, campaign)
+        holder = owner or Owner.current()
+        return self._database.change(
+            lambda connection: leasing.claim_block(connection, holder, lease_s, campaign),
+            shared=True,
+        )
 
     def renew_lease(self, block: Block, lease_s: float = DEFAULT_LEASE_S) -> bool:
         """Extend a lease; False if the block was taken over."""
-        with self._database.write() as connection:
-            return leasing.renew_lease(connection, block, lease_s)
+        return self._database.change(
+            lambda connection: leasing.renew_lease(connection, block, lease_s), shared=True
+        )
 
     def release_block(self, block: Block) -> bool:
         """Give a block back untouched; False if it was taken over."""
-        with self._database.write() as connection:
-            return leasing.release_block(connection, block)
+        return self._database.change(
+            lambda connection: leasing.release_block(connection, block), shared=True
+        )
 
     def fail_block(self, block: Block, detail: str) -> str | None:
         """Record an infrastructure error: ``pending``, ``quarantined``; None if taken over."""
-        with self._database.write() as connection:
-            return leasing.fail_block(connection, block, detail)
+        return self._database.change(
+            lambda connection: leasing.fail_block(connection, block, detail), shared=True
+        )
 
     def quarantine_block(self, block: Block, detail: str) -> bool:
         """Set a block aside; its runs stay NOT_RUN. False if it was taken over."""
-        with self._database.write() as connection:
-            return leasing.quarantine_block(connection, block, detail)
+        return self._database.change(
+            lambda connection: leasing.quarantine_block(connection, block, detail), shared=True
+        )
 
     def complete_block(
         self,
@@ -231,12 +238,11 @@ class Repository:
             IntegrityError: A result or verdict contradicts one that exists.
             ValueError: A result or verdict is missing, or is not of this block.
         """
-        with self._database.write() as connection:
-            if not isinstance(runs, RunBlock):
-                runs = run_block(runs or (), tables.METRIC_IDS)
-            if not isinstance(verdicts, JudgedBlock):
-                verdicts = JudgedBlock.of(verdicts or {})
-            return leasing.complete_block(connection, block, runs, verdicts)
+        made = runs if isinstance(runs, RunBlock) else run_block(runs or (), tables.METRIC_IDS)
+        judged = verdicts if isinstance(verdicts, JudgedBlock) else JudgedBlock.of(verdicts or {})
+        return self._database.change(
+            lambda connection: leasing.complete_block(connection, block, made, judged)
+        )
 
     def work_state(self, campaign: str) -> WorkState:
         """Count the blocks of a campaign by state."""
@@ -396,4 +402,4 @@ class Repository:
     def info(self) -> DatabaseInfo:
         """Say what the database holds."""
         with self._database.read() as connection:
-            return summaries.info(connection, self.path)
+            return summaries.info(connection, self.location)

@@ -12,6 +12,7 @@ from string import Template
 from typing import TYPE_CHECKING, Final
 
 from adeye.identity import digest
+from adeye.store import catalog
 from adeye.store.metric_ids import METRIC_IDS
 
 if TYPE_CHECKING:
@@ -66,14 +67,13 @@ def _unique_name(text: str, taken: Iterable[str]) -> str:
 
 def ensure_scenario_views(connection: Connection) -> None:
     """Make or renew the view of every scenario whose parameters changed."""
-    views = connection.exec_driver_sql("SELECT name, sql FROM sqlite_master WHERE type = 'view'")
-    present = {item.name: item.sql for item in views}
+    present = catalog.views(connection)
     for view, ddl in _wanted(connection).items():
-        if present.get(view) == ddl:
+        if present.get(view) == catalog.mark(connection, ddl):
             continue
         if view in present:
             connection.exec_driver_sql(f"DROP VIEW {view}")
-        connection.exec_driver_sql(ddl)
+        catalog.create_view(connection, view, ddl)
 
 
 def _wanted(connection: Connection) -> dict[str, str]:
@@ -104,7 +104,9 @@ def _ddl(connection: Connection, view: str, scenario: str) -> str:
         # While trusted_schema is off, SQLite 3.40 lets a view use json_each, but not json_extract.
         value = f"(SELECT value FROM json_each({source}) WHERE key = '{key}')"  # noqa: S608
         is_number = set(kinds.split(",")) <= {"integer", "real"}
-        columns.append(f"CAST({value} AS REAL) AS {name}" if is_number else f"{value} AS {name}")
+        columns.append(
+            f"CAST({value} AS DOUBLE PRECISION) AS {name}" if is_number else f"{value} AS {name}"
+        )
     columns += [f"{name}, {name}_status" for name in METRIC_IDS]
     columns.append("verdicts")
     return _VIEW.substitute(view=view, columns=",\n    ".join(columns), scenario=scenario)
@@ -121,19 +123,19 @@ def _keys(connection: Connection, scenario: str) -> list[tuple[str, str, str]]:
             SELECT c.test_case_digest, c.point
             FROM work w CROSS JOIN campaign_case c
             ON c.campaign_id = w.campaign_id AND c.ordinal = w.from_ordinal
-            WHERE c.scenario = ?1
+            WHERE c.scenario = ?
             UNION
             SELECT * FROM (
-                SELECT test_case_digest, point FROM campaign_case WHERE scenario = ?1 LIMIT 1))
-        SELECT source, key, group_concat(DISTINCT kind) FROM (
+                SELECT test_case_digest, point FROM campaign_case WHERE scenario = ? LIMIT 1) one)
+        SELECT source, key, group_concat(kind, ',') FROM (
             SELECT DISTINCT 'parameters' AS source, j.key AS key, j.type AS kind
             FROM first CROSS JOIN test_case t ON t.digest = first.test_case_digest
-            JOIN json_each(t.parameters) j
+            JOIN json_each(t.parameters) j ON TRUE
             UNION
-            SELECT DISTINCT 'point', j.key, j.type FROM first JOIN json_each(first.point) j)
+            SELECT DISTINCT 'point', j.key, j.type FROM first JOIN json_each(first.point) j ON TRUE) found
         GROUP BY source, key ORDER BY source, key
         """,
-        (scenario,),
+        (scenario, scenario),
     ).all()
     parameters = {key for source, key, _ in found if source == "parameters"}
     return [

@@ -6,13 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import InputError, PlatformError
-from adeye.store.database import Database, create_parent, database_path
+from adeye.store import catalog, postgres
+from adeye.store.database import Database, create_parent
+from adeye.store.location import Location, Place, locate
 from adeye.store.scenario_view import ensure_scenario_views
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-_HEAD: Final = "0004"
+_HEAD: Final = "0005"
+_FIRST_OF_SERVERS: Final = "0005"
+"""Before it there was SQLite only: its migration makes everything on a server."""
 _FOLDER: Final = Path(__file__).parent / "migrations"
 
 
@@ -21,17 +25,17 @@ def head() -> str:
     return _HEAD
 
 
-def current(location: str | Path | None = None) -> str | None:
+def current(place: Place = None) -> str | None:
     """Return the version of a database, None if there is none yet.
 
     Raises:
-        InputError: The location is not a file.
-        PlatformError: The file cannot be read or is not a database.
+        InputError: The location is not supported.
+        PlatformError: It cannot be read or is not a database.
     """
-    path = database_path(location)
-    if not path.exists():
+    location = locate(place)
+    if location.path is not None and not location.path.exists():
         return None
-    database = Database(path)
+    database = Database(location)
     try:
         with database.read() as connection:
             return read_version(connection)
@@ -39,19 +43,19 @@ def current(location: str | Path | None = None) -> str | None:
         database.close()
 
 
-def upgrade(location: str | Path | None = None) -> str:
+def upgrade(place: Place = None) -> str:
     """Create a database or bring it to the newest version, wholly or not at all.
 
     Returns:
         The version that it has now.
 
     Raises:
-        InputError: The location is not a file.
+        InputError: The location is not supported.
         PlatformError: The file cannot be written, is not ours, or is newer than this release.
     """
-    path = database_path(location)
-    create_parent(path)
-    database = Database(path)
+    location = locate(place)
+    create_parent(location)
+    database = Database(location)
     try:
         upgrade_database(database)
     finally:
@@ -66,16 +70,16 @@ def upgrade_database(database: Database) -> None:
         if version == _HEAD:
             return
         if version is None:
-            _refuse_foreign(connection, database.path)
+            _refuse_foreign(connection, database.location)
         elif version not in known_versions():
-            raise _newer(database.path, version)
+            raise _newer(database.location, version)
         _migrate(connection)
         if version is not None:
             # These views are made of what the database holds, and v_runs has other columns now.
             ensure_scenario_views(connection)
 
 
-def require_current(connection: Connection, path: Path) -> None:
+def require_current(connection: Connection, location: Location) -> None:
     """Refuse a database of another version.
 
     Raises:
@@ -85,34 +89,33 @@ def require_current(connection: Connection, path: Path) -> None:
     if version == _HEAD:
         return
     if version is None:
-        raise PlatformError(f"database {path} was not made by adeye. Name another file with --db.")
+        raise PlatformError(
+            f"database {location} was not made by adeye. Name another file with --db."
+        )
     if version in known_versions():
         raise PlatformError(
-            f"database {path} has schema {version}, this release needs {_HEAD}. "
+            f"database {location} has schema {version}, this release needs {_HEAD}. "
             "Run 'adeye db upgrade'; keep a copy if older releases still use it."
         )
-    raise _newer(path, version)
+    raise _newer(location, version)
 
 
-def require_exists(path: Path) -> None:
+def require_exists(location: Location) -> None:
     """Refuse to read a database that is not there.
 
     Raises:
         InputError: There is no such file.
     """
-    if not path.is_file():
+    if location.path is not None and not location.path.is_file():
         raise InputError(
-            f"database {path}: no such file",
+            f"database {location}: no such file",
             remedy="Run a campaign first, or name the database with --db.",
         )
 
 
 def read_version(connection: Connection) -> str | None:
     """Read the version that a database says it has."""
-    known = connection.exec_driver_sql(
-        "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'alembic_version'"
-    ).first()
-    if known is None:
+    if "alembic_version" not in catalog.table_names(connection):
         return None
     return connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalar()
 
@@ -127,22 +130,27 @@ def known_versions() -> frozenset[str]:
 def _migrate(connection: Connection) -> None:
     from alembic import command
     from alembic.config import Config
+    from alembic.script import ScriptDirectory
 
     config = Config()
     config.set_main_option("script_location", str(_FOLDER).replace("%", "%%"))
     config.attributes["connection"] = connection
+    if catalog.is_server(connection) and read_version(connection) is None:
+        connection.exec_driver_sql(f"CREATE SCHEMA IF NOT EXISTS {postgres.SCHEMA}")
+        before = ScriptDirectory.from_config(config).get_revision(_FIRST_OF_SERVERS).down_revision
+        command.stamp(config, str(before))
     command.upgrade(config, "head")
 
 
-def _refuse_foreign(connection: Connection, path: Path) -> None:
-    if connection.exec_driver_sql("SELECT 1 FROM sqlite_master").first() is not None:
+def _refuse_foreign(connection: Connection, location: Location) -> None:
+    if not catalog.is_empty(connection):
         raise PlatformError(
-            f"database {path} holds tables that adeye did not make. Name another file with --db."
+            f"database {location} holds tables that adeye did not make. Name another file with --db."
         )
 
 
-def _newer(path: Path, version: str) -> PlatformError:
+def _newer(location: Location, version: str) -> PlatformError:
     return PlatformError(
-        f"database {path} has schema {version}, which this release ({_HEAD}) does not know. "
+        f"database {location} has schema {version}, which this release ({_HEAD}) does not know. "
         "Use the newer release of adeye that wrote it, or name another file with --db."
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from sqlalchemy import and_, between, case, func, or_, select, text
 
 from adeye.evaluation.verdict import Verdict
-from adeye.store import schema, tables
+from adeye.store import catalog, schema, tables
 from adeye.store.pending import is_judged
 from adeye.store.reading import run_ref, verdict_record
 from adeye.store.stored import DatabaseInfo, FsrStatus, Progress, ResultTable, RunRef
@@ -18,10 +18,10 @@ from adeye.store.views import COUNTED
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from datetime import date
-    from pathlib import Path
 
     from sqlalchemy import Connection, Row, Select, Table
 
+    from adeye.store.location import Location
     from adeye.store.rows import VerdictRecord
 
 _CHUNK: Final = 1000
@@ -134,10 +134,11 @@ def worst_runs(
     return tuple((run_ref(item), verdict_record(item)) for item in connection.execute(query))
 
 
-def info(connection: Connection, path: Path) -> DatabaseInfo:
-    """Say what a database file holds."""
+def info(connection: Connection, location: Location) -> DatabaseInfo:
+    """Say what a database holds."""
     version = schema.read_version(connection) or ""
-    return DatabaseInfo(str(path), version, path.stat().st_size, row_counts(connection))
+    size = catalog.size_bytes(connection)
+    return DatabaseInfo(str(location), version, size, row_counts(connection))
 
 
 def row_counts(connection: Connection) -> dict[str, int]:

@@ -17,11 +17,11 @@ from sqlalchemy import (
     Index,
     Integer,
     MetaData,
-    String,
     Table,
 )
 
 from adeye.store import basis_tables, column_kinds
+from adeye.store.column_kinds import coded
 from adeye.store.concept_tables import allocation as allocation
 from adeye.store.concept_tables import assumption as assumption
 from adeye.store.concept_tables import decomposition as decomposition
@@ -69,7 +69,7 @@ _flag, _row_hash, _one_of = (
 
 def _campaign(*, key: bool = False) -> Column[str]:
     return Column(
-        "campaign_id", String(32), ForeignKey("campaign.id"), primary_key=key, nullable=False
+        "campaign_id", coded(32), ForeignKey("campaign.id"), primary_key=key, nullable=False
     )
 
 
@@ -106,7 +106,7 @@ campaign = Table(
     "campaign",
     metadata,
     Column("number", Integer, primary_key=True, autoincrement=True),
-    Column("id", String(32), nullable=False, unique=True),
+    Column("id", coded(32), nullable=False, unique=True),
     _text("created_at"),
     _text("odd_id"),
     _digest("odd_digest", "odd.digest"),
@@ -193,7 +193,7 @@ run = Table(
     "run",
     metadata,
     Column("number", Integer, primary_key=True, autoincrement=True),
-    Column("result_digest", String(64), nullable=False, unique=True),
+    Column("result_digest", coded(64), nullable=False, unique=True),
     _digest("test_case_digest", "test_case.digest"),
     _text("backend"),
     _text("variant"),
@@ -204,11 +204,11 @@ run = Table(
     _text("outcome_detail", null=True),
     _count("trace_rows"),
     _number("duration_s", null=False),
-    Column("trace_digest", String(32), nullable=False),
+    Column("trace_digest", coded(32), nullable=False),
     _flag("realised"),
     _text("end_reason"),
     _flag("machine_dependent"),
-    Column("result_hash", String(64), nullable=False),
+    Column("result_hash", coded(64), nullable=False),
     _text("executed_by"),
     _text("executed_at"),
     _row_hash(),
@@ -240,8 +240,9 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
         ]
         empty = " ".join(f"WHEN '{word}' THEN {metric_id} IS NULL" for word in METRIC_STATUSES[1:])
         value = f"WHEN 'value' THEN {metric_id} IS NOT NULL"
-        rule = f"CASE {metric_id}_status {value} {empty} ELSE 0 END"
-        checks.append(CheckConstraint(rule, name=metric_id))
+        for dialect, nothing in (("sqlite", "0"), ("postgresql", "FALSE")):
+            rule = f"CASE {metric_id}_status {value} {empty} ELSE {nothing} END"
+            checks.append(CheckConstraint(rule, name=metric_id).ddl_if(dialect=dialect))
     return Table(name, into, _run(), *columns, _row_hash(), *checks)
 
 
@@ -355,7 +356,7 @@ artifact = Table(
     metadata,
     _digest("digest", key=True),
     _text("kind"),
-    Column("result_digest", String(64), ForeignKey("run.result_digest"), nullable=True),
+    Column("result_digest", coded(64), ForeignKey("run.result_digest"), nullable=True),
     _count("bytes"),
     _text("created_at"),
     Index(None, "result_digest"),

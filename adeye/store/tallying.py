@@ -83,7 +83,7 @@ def _fsrs(
     """List id, digest and applicability of the FSRs by architecture and scenario."""
     found = connection.exec_driver_sql(
         "SELECT architecture, scenario, fsr_id, fsr_digest, applies FROM campaign_fsr "
-        "WHERE campaign_id = ? AND applicable",
+        "WHERE campaign_id = ? AND applicable = 1",
         (campaign,),
     )
     fsrs: dict[tuple[str, str], list[tuple[str, str, str]]] = defaultdict(list)

@@ -19,8 +19,16 @@ def _sqlite(table: str) -> tuple[str, ...]:
     )
 
 
+def _postgresql(table: str) -> tuple[str, ...]:
+    return tuple(
+        f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table}\n"
+        f"FOR EACH {each} EXECUTE FUNCTION insert_only()"
+        for action, each in (("UPDATE", "ROW"), ("DELETE", "ROW"), ("TRUNCATE", "STATEMENT"))
+    )
+
+
 _DIALECTS: Final[Mapping[str, Callable[[str], tuple[str, ...]]]] = MappingProxyType(
-    {"sqlite": _sqlite}
+    {"sqlite": _sqlite, "postgresql": _postgresql}
 )
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from sqlalchemy import Table, select
 
-from adeye.store import tables
+from adeye.store import catalog, tables
 from adeye.store.columns import hashed_names, row_hashes, stored_words
 from adeye.store.encoding import row_hash
 from adeye.store.pending import missing_of_block
@@ -39,12 +39,9 @@ _CHUNK = 1000
 
 def verify(connection: Connection) -> Iterator[Finding]:
     """Name every row that is not as it was written, every missing and every extra one."""
-    driver: Any = connection.connection.dbapi_connection
-    # A damaged text may not be UTF-8; it must be named, not end the check.
-    normal = driver.text_factory
-    driver.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")
-    try:
-        yield from _pages(connection)
+    with catalog.readable(connection):
+        for line in catalog.damaged_pages(connection):
+            yield Finding("database", "", line)
         yield from altered_definitions(connection)
         for table in tables.INSERT_ONLY:
             if table not in tables.RESULTS:
@@ -56,8 +53,6 @@ def verify(connection: Connection) -> Iterator[Finding]:
         yield from _results(connection)
         yield from _plans(connection)
         yield from _work(connection)
-    finally:
-        driver.text_factory = normal
 
 
 def _stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:
@@ -77,24 +72,12 @@ def _key(table: Table, values: Sequence[Any]) -> str:
     return " ".join(key)
 
 
-def _pages(connection: Connection) -> Iterator[Finding]:
-    for line in connection.exec_driver_sql("PRAGMA integrity_check").scalars().all():
-        if line != "ok":
-            yield Finding("database", "", str(line))
-
-
 def altered_definitions(connection: Connection) -> Iterator[Finding]:
     """Name triggers and views that are gone or say something else."""
-    expected = {_second_name(ddl): ddl for ddl in (*trigger_ddl(), *view_ddl().values())}
-    stored = connection.exec_driver_sql(
-        "SELECT name, sql FROM sqlite_master WHERE type IN ('trigger', 'view')"
-    )
-    present = {item.name: item.sql for item in stored}
-    for name, ddl in expected.items():
-        if name not in present:
-            yield Finding("schema", name, "is missing")
-        elif present[name] != ddl:
-            yield Finding("schema", name, "is not as this release makes it")
+    triggers = trigger_ddl(connection.dialect.name)
+    expected = {_second_name(ddl): ddl for ddl in (*triggers, *view_ddl().values())}
+    for name, problem in catalog.altered(connection, expected):
+        yield Finding("schema", name, problem)
 
 
 def _second_name(ddl: str) -> str:
@@ -176,10 +159,8 @@ def _content(connection: Connection) -> Iterator[Finding]:
 
 
 def _missing_references(connection: Connection) -> Iterator[Finding]:
-    for name, row_id, parent, _ in connection.exec_driver_sql("PRAGMA foreign_key_check").all():
-        # Tables in the order of their key have no row numbers.
-        which = "a row" if row_id is None else f"rowid {row_id}"
-        yield Finding(name, which, f"refers to a row that {parent} does not have")
+    for name, row, parent in catalog.dangling(connection, tables.metadata.sorted_tables):
+        yield Finding(name, row, f"refers to a row that {parent} does not have")
 
 
 def _results(connection: Connection) -> Iterator[Finding]:
@@ -221,7 +202,7 @@ def _rows_of(
     key = ", ".join(column.name for column in table.primary_key.columns)
     found = connection.exec_driver_sql(
         f"SELECT run_number, {names} FROM {table.name} "  # noqa: S608 - own names
-        f"WHERE run_number IN (SELECT value FROM json_each(?)) ORDER BY {key}",
+        f"WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?)) ORDER BY {key}",
         (json.dumps(list(numbers)),),
     )
     rows: dict[str, list[tuple[Any, ...]]] = defaultdict(list)

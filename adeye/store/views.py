@@ -11,6 +11,7 @@ from typing import Final
 
 from adeye.store.check_views import check_view_ddl
 from adeye.store.metric_ids import TABLES
+from adeye.store.pending import JUDGED
 from adeye.store.tables import MOMENTS
 
 PAIR_METRICS: Final = (
@@ -36,12 +37,6 @@ COUNTED: Final = {
 }
 """Column that counts a verdict."""
 
-# Whether an FSR is judged on a case, inside or outside the ODD.
-_JUDGED = """f.campaign_id = c.campaign_id AND f.architecture = c.architecture
-    AND f.scenario = c.scenario AND f.applicable
-    AND CASE f.applies WHEN 'everywhere' THEN 1 WHEN 'inside' THEN c.inside_odd
-        ELSE NOT c.inside_odd END"""
-
 _VERDICTS = """CREATE VIEW v_verdicts AS
 SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
     c.result_digest AS run, c.test_case_digest AS test_case, f.fsr_id AS fsr, f.asil, f.mandatory,
@@ -61,10 +56,10 @@ SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault
     r.outcome_detail, r.realised, r.end_reason, r.duration_s, r.backend, r.trace_digest,
     r.machine_dependent, r.executed_at,
     $metrics,
-    (SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"'), '') || '}'
+    (SELECT '{' || COALESCE(group_concat('"' || fsr || '":"' || verdict || '"', ','), '') || '}'
         FROM (
             SELECT v.fsr, v.verdict FROM v_verdicts v
-            WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal ORDER BY v.fsr)
+            WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal ORDER BY v.fsr) judged
         ) AS verdicts
 FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
@@ -90,7 +85,7 @@ SELECT f.campaign_id AS campaign, f.fsr_id AS fsr, f.architecture, f.scenario, f
     $filled,
     f.planned - COALESCE(n.judged, 0) AS n_not_run, COALESCE(n.exercised, 0) AS exercised,
     w.worst_margin, w.worst_unit AS unit, w.worst_robustness, w.worst_result_digest AS worst_run,
-    CASE WHEN NOT f.applicable THEN NULL $fold END AS verdict
+    CASE WHEN f.applicable = 0 THEN NULL $fold END AS verdict
 FROM campaign_fsr f
 LEFT JOIN counted n ON n.campaign_id = f.campaign_id AND n.fsr_id = f.fsr_id
     AND n.architecture = f.architecture AND n.scenario = f.scenario
@@ -105,7 +100,7 @@ WITH summed AS (
         SUM(planned) AS planned,
         $sums,
         SUM(n_not_run) AS n_not_run, SUM(exercised) AS exercised
-    FROM v_fsr_status WHERE mandatory
+    FROM v_fsr_status WHERE mandatory = 1
     GROUP BY campaign, architecture, fsr),
 worst AS (
     SELECT campaign, architecture, fsr, worst_margin, unit, worst_robustness, worst_run,
@@ -115,8 +110,8 @@ worst AS (
                 worst_robustness, worst_run) AS place
     FROM v_fsr_status WHERE worst_run IS NOT NULL)
 SELECT s.*, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
-    CASE WHEN NOT s.applicable THEN CASE WHEN s.in_gate THEN 'ERROR' END $fold END AS verdict,
-    CASE WHEN NOT s.applicable THEN CASE WHEN s.in_gate THEN 'ERROR' END $waived_fold
+    CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END $fold END AS verdict,
+    CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END $waived_fold
         END AS verdict_waived
 FROM summed s
 LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
@@ -135,7 +130,7 @@ WITH pair AS (
         AND cb.architecture > ca.architecture
     WHERE NOT EXISTS (
         SELECT 1 FROM json_each(ca.point) x JOIN json_each(cb.point) y
-            ON y.key = x.key AND y.value IS NOT x.value))
+            ON y.key = x.key AND (y.value <> x.value OR (y.value IS NULL) <> (x.value IS NULL))))
 SELECT a.campaign, a.scenario, a.fault_entry, a.situation, a.parameters, a.replicate,
     a.architecture AS architecture_a, b.architecture AS architecture_b, a.point AS point_a,
     b.point AS point_b, a.run AS run_a, b.run AS run_b, a.outcome AS outcome_a,
@@ -149,9 +144,10 @@ CROSS JOIN v_runs b ON b.campaign = p.campaign AND b.ordinal = p.ordinal_b"""
 _COVERAGE = """CREATE VIEW v_coverage AS
 SELECT c.campaign_id AS campaign, c.scenario, c.architecture, t.fault_entry,
     COUNT(*) AS planned, COUNT(r.number) AS done,
-    SUM(EXISTS (
+    SUM(CASE WHEN EXISTS (
         SELECT 1 FROM v_verdicts v
-        WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal AND v.exercised)) AS exercised
+        WHERE v.campaign = c.campaign_id AND v.ordinal = c.ordinal AND v.exercised = 1)
+        THEN 1 ELSE 0 END) AS exercised
 FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
 LEFT JOIN run r ON r.result_digest = c.result_digest
@@ -262,7 +258,7 @@ def view_ddl() -> dict[str, str]:
         for name in names
     ]
     return {
-        "v_verdicts": Template(_VERDICTS).substitute(judged=_JUDGED),
+        "v_verdicts": Template(_VERDICTS).substitute(judged=JUDGED),
         "v_runs": Template(_RUNS).substitute(metrics=_lines(metrics)),
         "v_fsr_status": Template(_FSR_STATUS).substitute(
             counts=_lines(counted),

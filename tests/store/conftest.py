@@ -357,6 +357,6 @@ def repository(tmp_path: Path, empty: bytes) -> Iterator[Repository]:
 @pytest.fixture
 def raw(repository: Repository) -> Iterator[sqlite3.Connection]:
     """The file as someone without the repository would open it."""
-    connection = sqlite3.connect(repository.path, isolation_level=None)
+    connection = sqlite3.connect(repository.location.path, isolation_level=None)
     yield connection
     connection.close()

@@ -17,7 +17,7 @@ def test_plan_rules_ask_no_table_of_results() -> None:
 
 def test_campaign_that_was_only_planned_has_not_run(repository: Repository, example: Any) -> None:
     repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    checked = check_campaign(repository.path, rules=EVIDENCE_RULES)
+    checked = check_campaign(repository.location.path, rules=EVIDENCE_RULES)
     assert checked is not None
     assert [(item.rule, item.id, item.detail) for item in checked.violations] == [
         ("not_run", scenario, f"2 of 2 test cases of {architecture} have no result")
@@ -32,11 +32,11 @@ def test_another_threshold_makes_evidence_stale_until_it_is_judged(
     example.campaign(repository, 8)
     example.thresholds["FSR1"] = "another"
     plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    checked = check_campaign(repository.path, rules=EVIDENCE_RULES)
+    checked = check_campaign(repository.location.path, rules=EVIDENCE_RULES)
     assert checked is not None
     assert {(item.rule, item.id) for item in checked.violations} >= {("stale_evidence", "FSR1")}
     example.work_off(repository, plan.campaign)
-    checked = check_campaign(repository.path, rules=EVIDENCE_RULES)
+    checked = check_campaign(repository.location.path, rules=EVIDENCE_RULES)
     assert checked is not None
     assert checked.violations == ()
 

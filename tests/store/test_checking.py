@@ -596,7 +596,7 @@ def test_a_campaign_is_judged_by_its_own_concept(
     concept = sound()
     healthy.requirements, healthy.concept = concept.requirements, lambda: concept
     well = healthy.campaign(repository, 8)
-    first, second = (check_campaign(repository.path, name) for name in (sick, well))
+    first, second = (check_campaign(repository.location.path, name) for name in (sick, well))
     assert first is not None
     assert second is not None
     assert {item.rule for item in first.violations} == {
@@ -609,13 +609,13 @@ def test_a_campaign_is_judged_by_its_own_concept(
 
 
 def test_nothing_to_check_is_told_from_no_findings(repository: Repository, tmp_path: Path) -> None:
-    assert check_campaign(repository.path) is None
-    assert check_campaign(repository.path, odd="motorway") is None
+    assert check_campaign(repository.location.path) is None
+    assert check_campaign(repository.location.path, odd="motorway") is None
     assert check_campaign(tmp_path / "none.db") is None
     with pytest.raises(InputError, match="no such file"):
         check_campaign(tmp_path / "none.db", "1")
     with pytest.raises(InputError, match="run an ODD first"):
-        check_campaign(repository.path, "1")
+        check_campaign(repository.location.path, "1")
 
 
 def test_results_that_are_neither_planned_nor_there_are_counted(
@@ -625,10 +625,10 @@ def test_results_that_are_neither_planned_nor_there_are_counted(
     second = repository.plan_campaign(example.record(), example.cases(8), block_size=3).campaign
     results = [case.result_digest for case in example.cases(12)]
     # The second campaign asks for eight, four of which are there.
-    assert count_unknown(repository.path, second, [results[:6], results[6:]]) == (4, 12)
-    assert count_unknown(repository.path, first, [results]) == (8, 12)
-    assert count_unknown(repository.path, first, [results[:4] * 300]) == (0, 1200)
-    assert count_unknown(repository.path, first, []) == (0, 0)
+    assert count_unknown(repository.location.path, second, [results[:6], results[6:]]) == (4, 12)
+    assert count_unknown(repository.location.path, first, [results]) == (8, 12)
+    assert count_unknown(repository.location.path, first, [results[:4] * 300]) == (0, 1200)
+    assert count_unknown(repository.location.path, first, []) == (0, 0)
 
 
 def test_foreign_database_is_refused(tmp_path: Path) -> None:

@@ -117,7 +117,7 @@ def test_exercised_are_pairs_of_measured_runs_only(
     repository: Repository, example: Any, campaign: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found, _ = example.hindsight(repository, campaign)
-    with sqlite3.connect(repository.path) as connection:
+    with sqlite3.connect(repository.location.path) as connection:
         rows = connection.execute(
             "SELECT run, fsr FROM v_verdicts WHERE campaign = ? AND exercised", (campaign,)
         ).fetchall()

@@ -227,7 +227,8 @@ def test_processes_that_claim_at_once_get_different_blocks(
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
     try:
         processes = [
-            context.Process(target=claim_all, args=(repository.path, outbox)) for _ in range(3)
+            context.Process(target=claim_all, args=(repository.location.path, outbox))
+            for _ in range(3)
         ]
         for process in processes:
             process.start()

@@ -140,7 +140,7 @@ def test_campaign_that_was_planned_again_is_the_latest(
     def latest() -> str:
         found = repository.latest_campaign()
         assert found is not None
-        with sqlite3.connect(repository.path) as connection:
+        with sqlite3.connect(repository.location.path) as connection:
             asked = connection.execute(
                 "SELECT campaign FROM v_campaigns WHERE recency = 1"
             ).fetchone()
@@ -158,7 +158,7 @@ def test_campaign_that_was_planned_again_is_the_latest(
     assert latest() == third
     assert example.campaign(repository, 2) == second
     assert latest() == second
-    with sqlite3.connect(repository.path) as connection:
+    with sqlite3.connect(repository.location.path) as connection:
         assert connection.execute("SELECT COUNT(*) FROM campaign_use").fetchone() == (3,)
     assert repository.verify() == ()
 

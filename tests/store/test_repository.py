@@ -16,7 +16,7 @@ def test_database_is_made_on_first_use_where_it_is_expected(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with Repository.open() as repository:
-        assert repository.path == Path(".adeye/adeye.db")
+        assert repository.location.path == Path(".adeye/adeye.db")
         info = repository.info()
     assert (info.schema, set(info.rows.values())) == (schema.head(), {0})
     assert info.size_bytes > 0
@@ -32,7 +32,7 @@ def test_info_counts_rows(repository: Repository, example: Any) -> None:
 def test_save_methods_commit(repository: Repository, example: Any) -> None:
     repository.save_content("odd", example.odd)
     repository.save_concept(example.concept())
-    with Repository.open(repository.path, create=False) as other:
+    with Repository.open(repository.location.path, create=False) as other:
         assert other.info().rows["odd"] == other.info().rows["concept"] == 1
 
 

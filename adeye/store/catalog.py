@@ -1,0 +1,198 @@
+"""What a database says about itself: its tables and views, and how they are defined."""
+
+from __future__ import annotations
+
+import hashlib
+from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import exists, select
+from sqlalchemy.exc import DBAPIError
+
+from adeye.store.postgres import FUNCTIONS, SCHEMA
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+    from contextlib import AbstractContextManager
+
+    from sqlalchemy import Connection, Table
+
+_TABLES: Final = {
+    "sqlite": "SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name",
+    "postgresql": "SELECT tablename FROM pg_tables "
+    f"WHERE schemaname = '{SCHEMA}' ORDER BY tablename COLLATE \"C\"",
+}
+_COLUMNS: Final = {
+    "sqlite": "SELECT name FROM pragma_table_info(?)",
+    "postgresql": "SELECT column_name FROM information_schema.columns "
+    f"WHERE table_schema = '{SCHEMA}' AND table_name = ? ORDER BY ordinal_position",
+}
+_VIEWS: Final = {
+    "sqlite": "SELECT name, sql FROM sqlite_master WHERE type = 'view'",
+    "postgresql": "SELECT c.relname, COALESCE(obj_description(c.oid), '') FROM pg_class c "
+    f"WHERE c.relkind = 'v' AND c.relnamespace = '{SCHEMA}'::regnamespace",
+}
+_OBJECTS: Final = {
+    "sqlite": "SELECT 1 FROM sqlite_master",
+    "postgresql": f"SELECT 1 FROM pg_class WHERE relnamespace = to_regnamespace('{SCHEMA}')",
+}
+_SIZE: Final = {
+    "sqlite": "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size",
+    "postgresql": "SELECT COALESCE(SUM(pg_total_relation_size(c.oid)), 0) FROM pg_class c "
+    f"WHERE c.relkind = 'r' AND c.relnamespace = '{SCHEMA}'::regnamespace",
+}
+
+
+def is_server(connection: Connection) -> bool:
+    """Tell whether a connection is to a PostgreSQL server."""
+    return connection.dialect.name == "postgresql"
+
+
+def is_empty(connection: Connection) -> bool:
+    """Tell whether nothing is there, neither ours nor of somebody else."""
+    return connection.exec_driver_sql(_OBJECTS[connection.dialect.name]).first() is None
+
+
+def table_names(connection: Connection) -> list[str]:
+    """List the tables in the order of their names."""
+    found = connection.exec_driver_sql(_TABLES[connection.dialect.name])
+    return [str(name) for name in found.scalars()]
+
+
+def column_names(connection: Connection, table: str) -> list[str]:
+    """List the columns of a table in their order."""
+    found = connection.exec_driver_sql(_COLUMNS[connection.dialect.name], (table,))
+    return [str(name) for name in found.scalars()]
+
+
+def size_bytes(connection: Connection) -> int:
+    """Return how much the tables take on disk, with their indexes."""
+    return int(connection.exec_driver_sql(_SIZE[connection.dialect.name]).scalar_one())
+
+
+def mark(connection: Connection, statement: str) -> str:
+    """Give what ``views`` tells of a view that a statement made."""
+    if not is_server(connection):
+        return statement
+    # PostgreSQL keeps a view in words of its own, so that its comment tells what made it.
+    return hashlib.sha256(statement.encode()).hexdigest()
+
+
+def views(connection: Connection) -> dict[str, str]:
+    """Tell by name what made each view, see ``mark``."""
+    found = connection.exec_driver_sql(_VIEWS[connection.dialect.name])
+    return {str(name): str(statement) for name, statement in found}
+
+
+def create_view(connection: Connection, name: str, statement: str) -> None:
+    """Make a view and note what made it."""
+    connection.exec_driver_sql(statement)
+    if is_server(connection):
+        connection.exec_driver_sql(f"COMMENT ON VIEW {name} IS '{mark(connection, statement)}'")
+
+
+def altered(connection: Connection, expected: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Name triggers, views and functions that are gone or say something else, and what is wrong.
+
+    Args:
+        connection: In a transaction.
+        expected: Statement that made each trigger and view, by name.
+    """
+    given = dict(expected)
+    if is_server(connection):
+        given.update(FUNCTIONS)
+        present = _server_definitions(connection, given)
+    else:
+        found = connection.exec_driver_sql(
+            "SELECT name, sql FROM sqlite_master WHERE type IN ('trigger', 'view')"
+        )
+        present = {item.name: item.sql for item in found}
+    for name, statement in given.items():
+        if name not in present:
+            yield name, "is missing"
+        elif present[name] != statement:
+            yield name, "is not as this release makes it"
+
+
+def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dict[str, str]:
+    """Give of what a server has the statement that made it; anything else where it differs."""
+    found: dict[str, str] = {}
+    for name, text, enabled in connection.exec_driver_sql(
+        "SELECT t.tgname, pg_get_triggerdef(t.oid, true), t.tgenabled FROM pg_trigger t "
+        "JOIN pg_class c ON c.oid = t.tgrelid "
+        f"WHERE NOT t.tgisinternal AND c.relnamespace = '{SCHEMA}'::regnamespace"
+    ).all():
+        same = text == " ".join(given.get(name, "").split()) and enabled in ("O", "A")
+        found[name] = given[name] if same else text
+    for name, body in connection.exec_driver_sql(
+        f"SELECT proname, prosrc FROM pg_proc WHERE pronamespace = '{SCHEMA}'::regnamespace"
+    ).all():
+        statement = given.get(name, "")
+        found[name] = statement if f"$body${body}$body$" in statement else body
+    made = {name: text for name, text in given.items() if text.startswith("CREATE VIEW")}
+    there = views(connection)
+    # A view is kept as the server has understood it: it is compared with one made just now.
+    passing = connection.begin_nested()
+    for name in made:
+        if name not in there:
+            continue
+        try:
+            with connection.begin_nested():
+                connection.exec_driver_sql(
+                    made[name].replace(f"VIEW {name}", f"TEMP VIEW made_{name}", 1)
+                )
+                same = connection.exec_driver_sql(
+                    f"SELECT pg_get_viewdef('made_{name}'::regclass) "
+                    f"= pg_get_viewdef('{SCHEMA}.{name}'::regclass)"
+                ).scalar_one()
+        except DBAPIError:
+            # It names something that is gone.
+            same = False
+        found[name] = made[name] if same else ""
+    passing.rollback()
+    return found
+
+
+def readable(connection: Connection) -> AbstractContextManager[None]:
+    """Let damaged text be read, which may not be UTF-8: it must be named, not end the reading."""
+    return nullcontext() if is_server(connection) else _any_text(connection)
+
+
+@contextmanager
+def _any_text(connection: Connection) -> Iterator[None]:
+    driver: Any = connection.connection.dbapi_connection
+    normal = driver.text_factory
+    driver.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")
+    try:
+        yield
+    finally:
+        driver.text_factory = normal
+
+
+def damaged_pages(connection: Connection) -> Iterator[str]:
+    """Say what is wrong with the file; a server looks after its own."""
+    if is_server(connection):
+        return
+    for line in connection.exec_driver_sql("PRAGMA integrity_check").scalars().all():
+        if line != "ok":
+            yield str(line)
+
+
+def dangling(connection: Connection, tables: Iterable[Table]) -> Iterator[tuple[str, str, str]]:
+    """Name rows that refer to a row that is not there: table, which row, and the other table."""
+    if not is_server(connection):
+        for name, row, parent, _ in connection.exec_driver_sql("PRAGMA foreign_key_check").all():
+            # Tables in the order of their key have no row numbers.
+            yield name, "a row" if row is None else f"rowid {row}", parent
+        return
+    for table in tables:
+        for key in table.foreign_key_constraints:
+            parent = key.referred_table
+            ours = [table.c[name] for name in key.column_keys]
+            theirs = [element.column for element in key.elements]
+            lost = select(*table.primary_key.columns).where(
+                *(column.is_not(None) for column in ours),
+                ~exists().where(*(a == b for a, b in zip(ours, theirs, strict=True))),
+            )
+            for row in connection.execute(lost).all():
+                yield table.name, " ".join(str(value) for value in row), parent.name

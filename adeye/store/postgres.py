@@ -1,0 +1,257 @@
+"""PostgreSQL: its connections, its transactions, bulk inserts, and its errors in words.
+
+The SQL of this package is written once, in the words that SQLite has; ``translated`` gives what
+PostgreSQL calls the few things that have another name there. Everything lies in a schema of its
+own, ``adeye``, whose function ``json_each`` does what SQLite's does.
+"""
+
+from __future__ import annotations
+
+import re
+from contextlib import contextmanager
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import BigInteger, Boolean, Float, Integer, create_engine, event
+from sqlalchemy.exc import DBAPIError
+
+from adeye.errors import IntegrityError, LostConnection, PlatformError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from sqlalchemy import Connection, Engine, Table
+
+    from adeye.store.location import Location
+
+SCHEMA: Final = "adeye"
+STALL_S: Final = 120
+"""Longest time that a writer may keep all others waiting with one statement, or without any [s]."""
+_LOCK: Final = 0x6164657965
+"""Key of the advisory lock that lets one transaction write at a time."""
+_CONNECT_S: Final = 10
+_COPIED: Final = 64
+"""Rows from which on a copy is faster than inserts."""
+
+_TEXT: Final = re.compile(r"('(?:[^']|'')*')")
+_WORDS: Final = (
+    ("date('now')", "to_char(now() AT TIME ZONE 'UTC', 'YYYY-MM-DD')"),
+    ("group_concat(", "string_agg("),
+    ("CROSS JOIN", "JOIN"),
+    ("json_each(?)", "json_each(CAST(? AS TEXT))"),
+)
+
+_JSON_EACH: Final = """CREATE FUNCTION json_each(document text, path text DEFAULT '$')
+RETURNS TABLE (key text, value text, type text) LANGUAGE sql IMMUTABLE PARALLEL SAFE AS $body$
+WITH part AS (
+    SELECT p.j, json_typeof(p.j) AS kind FROM (
+        SELECT CASE path WHEN '$' THEN document::json
+            ELSE document::json -> substr(path, 3) END AS j) p),
+member AS (
+    SELECT m.key, m.value FROM part,
+        json_each(CASE part.kind WHEN 'object' THEN part.j ELSE '{}' END) m
+    UNION ALL
+    SELECT (a.place - 1)::text, a.value FROM part,
+        json_array_elements(CASE part.kind WHEN 'array' THEN part.j ELSE '[]' END)
+            WITH ORDINALITY AS a(value, place)
+    UNION ALL
+    SELECT NULL, part.j FROM part WHERE part.kind NOT IN ('object', 'array'))
+SELECT member.key,
+    CASE WHEN json_typeof(member.value) <> 'boolean' THEN member.value #>> '{}'
+        WHEN member.value::text = 'true' THEN '1' ELSE '0' END,
+    CASE json_typeof(member.value) WHEN 'string' THEN 'text' WHEN 'boolean' THEN member.value::text
+        WHEN 'number' THEN CASE WHEN member.value::text ~ '[.eE]' THEN 'real' ELSE 'integer' END
+        ELSE json_typeof(member.value) END
+FROM member
+$body$"""
+
+_INSERT_ONLY: Final = """CREATE FUNCTION insert_only() RETURNS trigger LANGUAGE plpgsql AS $body$
+BEGIN
+    RAISE EXCEPTION '% is insert-only', TG_TABLE_NAME;
+END
+$body$"""
+
+FUNCTIONS: Final = {"json_each": _JSON_EACH, "insert_only": _INSERT_ONLY}
+"""Statements that create what views and triggers call."""
+
+_LOST: Final = ("08", "57P01", "57P02", "57P03", "57P05", "25P03", "40P01")
+_CAUSES: Final = (
+    ("28", "does not let this user in", "Check user and password, or PGPASSFILE."),
+    ("3D000", "does not exist", "Create it with 'createdb', or name another with --db."),
+    ("42501", "does not allow that to this user", "Ask its owner for the rights."),
+    ("53100", "cannot grow: the disk of the server is full", "Free some space and run again."),
+    ("53", "has no resources left", "Wait for others to finish, or raise the server's limits."),
+    ("55P03", "is locked by another process", "Wait for it to finish, or end it."),
+    ("57014", "took too long and was cancelled", "Run again; see what else the server does."),
+    ("25006", "is read-only", "Name the primary server, or give this user write access."),
+)
+
+
+def make_engine(location: Location, writes_option: str) -> Engine:
+    """Prepare connections.
+
+    Args:
+        location: A database of a server.
+        writes_option: Execution option of a connection whose transaction writes: ``alone`` or
+            ``shared``.
+
+    Raises:
+        PlatformError: The driver is not installed.
+    """
+    try:
+        import psycopg
+    except ImportError as error:
+        raise PlatformError(
+            "a PostgreSQL database needs adeye[postgres]: pip install 'adeye[postgres]'"
+        ) from error
+    engine = create_engine(
+        location.url,
+        pool_pre_ping=True,
+        connect_args={"connect_timeout": _CONNECT_S, "application_name": "adeye"},
+    )
+
+    @event.listens_for(engine, "connect")
+    def _prepare(connection: Any, _record: object) -> None:
+        connection.adapters.register_loader("numeric", _number_loader(psycopg))
+        with connection.cursor() as cursor:
+            cursor.execute(f"SET search_path TO {SCHEMA}")
+            cursor.execute("SET timezone TO 'UTC'")
+            # A writer that was stopped, or a machine that is gone, must not stop everybody.
+            cursor.execute(f"SET idle_in_transaction_session_timeout TO '{STALL_S}s'")
+        connection.commit()
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        writes = connection.get_execution_options().get(writes_option)
+        if writes is None:
+            connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ")
+            return
+        connection.exec_driver_sql(f"SET LOCAL statement_timeout TO '{STALL_S}s'")
+        if writes == "alone":
+            connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_LOCK})")
+
+    @event.listens_for(engine, "before_cursor_execute", retval=True)
+    def _translate(
+        _connection: object,
+        _cursor: object,
+        statement: str,
+        parameters: Any,
+        context: Any,
+        _executemany: object,
+    ) -> tuple[str, Any]:
+        is_ours = context is None or context.compiled is None
+        return (translated(statement) if is_ours else statement), parameters
+
+    return engine
+
+
+def _number_loader(psycopg: Any) -> Any:
+    class Number(psycopg.adapt.Loader):  # type: ignore[misc]
+        """Reads sums of whole numbers as what they are."""
+
+        def load(self, data: Any) -> int | float:
+            text = bytes(data).decode()
+            return int(text) if text.lstrip("-").isdigit() else float(text)
+
+    return Number
+
+
+@cache
+def translated(statement: str) -> str:
+    """Write a statement of this package as PostgreSQL and its driver take it."""
+    for here, there in _WORDS:
+        statement = statement.replace(here, there)
+    parts = _TEXT.split(statement.replace("%", "%%"))
+    parts[::2] = [part.replace("?", "%s") for part in parts[::2]]
+    return "".join(parts)
+
+
+@contextmanager
+def errors_in_words(location: Location) -> Iterator[None]:
+    """Translate what the driver raises; see ``database.errors_in_words``."""
+    import psycopg
+
+    try:
+        yield
+    except DBAPIError as error:
+        raise _in_words(error.orig or error, location) from None
+    except psycopg.Error as error:
+        raise _in_words(error, location) from None
+
+
+def _in_words(error: BaseException, location: Location) -> PlatformError | IntegrityError:
+    state = getattr(error, "sqlstate", None) or ""
+    text = str(error).partition("\n")[0]
+    if location.url.password:
+        text = text.replace(str(location.url.password), "***")
+    if state.startswith("23") or state == "P0001":
+        return IntegrityError(
+            f"database {location} refused a change: {text}. "
+            "Run 'adeye db verify'; rows of results are never changed or deleted."
+        )
+    if state.startswith("XX"):
+        return IntegrityError(f"database {location} is damaged: {text}. Restore it from a copy.")
+    if (not state and not _is_refusal(text)) or state.startswith(_LOST):
+        return LostConnection(
+            f"database {location} cannot be reached ({text}). Check server and network, run again."
+        )
+    for prefix, cause, remedy in _CAUSES:
+        if state.startswith(prefix):
+            return PlatformError(f"database {location} {cause} ({text}). {remedy}")
+    return PlatformError(f"database {location}: {text}. Run 'adeye db verify'.")
+
+
+def _is_refusal(text: str) -> bool:
+    """Tell whether a server answered, but does not let in; the driver gives no code then."""
+    return any(word in text for word in ("authentication failed", "does not exist", "no pg_hba"))
+
+
+def insert_rows(
+    connection: Connection, table: Table, rows: Sequence[tuple[Any, ...]], *, ignore_existing: bool
+) -> None:
+    """Insert rows that have a value for every column, in the order of the columns."""
+    if not rows:
+        return
+    columns = ", ".join(column.name for column in table.columns)
+    if len(rows) < _COPIED:
+        places = ", ".join("?" for _ in table.columns)
+        end = " ON CONFLICT DO NOTHING" if ignore_existing else ""
+        connection.exec_driver_sql(
+            f"INSERT INTO {table.name} ({columns}) VALUES ({places}){end}",  # noqa: S608 - own names
+            list(rows),
+        )
+        return
+    cursor: Any = connection.connection.cursor()
+    target = table.name
+    if ignore_existing:
+        target = f"new_{table.name}"
+        cursor.execute(
+            f"CREATE TEMP TABLE IF NOT EXISTS {target} (LIKE {SCHEMA}.{table.name}) "
+            "ON COMMIT DELETE ROWS"
+        )
+        cursor.execute(f"TRUNCATE {target}")
+    with cursor.copy(f"COPY {target} ({columns}) FROM STDIN (FORMAT BINARY)") as copy:
+        copy.set_types(_types(table))
+        for row in rows:
+            copy.write_row(row)
+    if ignore_existing:
+        cursor.execute(
+            f"INSERT INTO {table.name} ({columns}) SELECT {columns} FROM {target} "  # noqa: S608 - own names
+            "ON CONFLICT DO NOTHING"
+        )
+
+
+@cache
+def _types(table: Table) -> list[str]:
+    return [
+        "int2"
+        if isinstance(column.type, Boolean)
+        else "int8"
+        if isinstance(column.type, BigInteger)
+        else "int4"
+        if isinstance(column.type, Integer)
+        else "float8"
+        if isinstance(column.type, Float)
+        else "text"
+        for column in table.columns
+    ]
