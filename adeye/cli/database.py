@@ -1,4 +1,4 @@
-"""``db upgrade|info|verify|metadata|grant``: the database; ``db prove|withdraw``: runs as evidence."""
+"""``db upgrade|info|verify|merge|metadata|grant``, and ``db prove|withdraw``: runs as evidence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _INTEGRITY = 4
 
 database_app = typer.Typer(
-    help="Create, upgrade, describe and verify the database.", no_args_is_help=True
+    help="Create, upgrade, describe, verify and merge databases.", no_args_is_help=True
 )
 
 
@@ -182,15 +182,37 @@ def withdraw(
         emit(f"{found.result_digest[:12]}: withdrawn already")
 
 
-add(database_app, upgrade, "adeye db upgrade", "adeye db upgrade --db my.db")
-add(database_app, info, "adeye db info", "adeye db info --json")
-add(database_app, verify, "adeye db verify")
-add(database_app, prove, "adeye db prove 3f9c2a", "adeye db prove 3f9c2a --json")
-add(
-    database_app,
-    withdraw,
-    "adeye db withdraw 3f9c2a --author 'J. Doe' --reason 'wrong map version'",
-)
+def merge(
+    into: Annotated[str, typer.Argument(metavar="INTO", help="Database that grows.")],
+    sources: Annotated[
+        list[str], typer.Argument(metavar="FROM...", help="Databases that are only read.")
+    ],
+    json: Json = False,
+) -> None:
+    """Bring the results of other databases into one, such as those of the shards of a campaign.
+
+    Each source is verified, and goes in as a whole or not at all; merging it again adds nothing.
+    Kept traces stay beside their database.
+
+    Exit codes: 0 merged, 2 no such database, 4 a source was altered or contradicts what is there,
+    5 database or disk.
+    """
+    from adeye.store.repository import Repository
+
+    merged = []
+    with Repository.open(into) as repository:
+        for source in sources:
+            found = repository.queue.merge(source)
+            merged.append(found)
+            if not json:
+                emit(
+                    clean(
+                        f"{found.source}: campaigns {len(found.campaigns):,}, new runs "
+                        f"{found.runs:,}, blocks done by it {found.blocks:,}"
+                    )
+                )
+    if json:
+        emit_json("db-merge", {"into": into, "sources": [asdict(item) for item in merged]})
 
 
 def grant(
@@ -223,5 +245,20 @@ def grant(
     emit(f"{READER} may read" + (f", and {clean(role)} is a member of it" if role else ""))
 
 
+add(database_app, upgrade, "adeye db upgrade", "adeye db upgrade --db my.db")
+add(database_app, info, "adeye db info", "adeye db info --json")
+add(database_app, verify, "adeye db verify")
+add(database_app, prove, "adeye db prove 3f9c2a", "adeye db prove 3f9c2a --json")
+add(
+    database_app,
+    withdraw,
+    "adeye db withdraw 3f9c2a --author 'J. Doe' --reason 'wrong map version'",
+)
 add(database_app, metadata, "adeye db metadata -o metadata.json")
 add(database_app, grant, "adeye db grant alice --db postgresql://admin@db.example/adeye")
+add(
+    database_app,
+    merge,
+    "adeye db merge all.db shard1.db shard2.db shard3.db",
+    "adeye db merge all.db shard1.db --json",
+)

@@ -49,10 +49,20 @@ class Database:
     own connections. Nothing is held between transactions.
     """
 
-    def __init__(self, place: Place) -> None:
-        """Prepare for a database that need not exist yet."""
+    def __init__(self, place: Place, *, is_read_only: bool = False) -> None:
+        """Prepare for a database that need not exist yet, unless it is only read.
+
+        Args:
+            place: The database.
+            is_read_only: Whether nothing is ever written, not even what a damaged or foreign file
+                would make SQLite write.
+        """
         self.location = locate(place)
-        self._engine: Engine = _kind(self.location).make_engine(self.location, WRITES)
+        kind = _kind(self.location)
+        # A server checks by itself who may write; there, what is only read is read by us only.
+        reader = getattr(kind, "make_reader", kind.make_engine)
+        make = reader if is_read_only else kind.make_engine
+        self._engine: Engine = make(self.location, WRITES)
         self._pid = os.getpid()
 
     @contextmanager

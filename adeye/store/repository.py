@@ -41,6 +41,7 @@ from adeye.store.evidence import Evidence
 from adeye.store.hindsight import Hindsight
 from adeye.store.location import Location, Place, locate
 from adeye.store.owner import Owner
+from adeye.store.queue import Queue
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -172,6 +173,11 @@ class Repository:
 
     # Work
 
+    @property
+    def queue(self) -> Queue:
+        """The work of a campaign, as runners share it."""
+        return Queue(self._database)
+
     def claim_block(
         self,
         owner: Owner | None = None,
@@ -211,12 +217,6 @@ class Repository:
         """Set a block aside; its runs stay NOT_RUN. False if it was taken over."""
         return self._database.change(
             lambda connection: leasing.quarantine_block(connection, block, detail), shared=True
-        )
-
-    def requeue_quarantined(self, campaign: str) -> int:
-        """Make quarantined blocks pending again; return how many."""
-        return self._database.change(
-            lambda connection: leasing.requeue_quarantined(connection, campaign), shared=True
         )
 
     def complete_block(

@@ -7,7 +7,7 @@ import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import create_engine, event
+from sqlalchemy import URL, create_engine, event
 from sqlalchemy.exc import DBAPIError
 
 from adeye.errors import IntegrityError, PlatformError
@@ -30,6 +30,12 @@ _PRAGMAS: Final = (
     # (64 MiB) and the later they go from the log into the file (32 MiB).
     "PRAGMA cache_size = -65536",
     "PRAGMA wal_autocheckpoint = 8192",
+)
+
+_READ_ONLY: Final = (
+    "PRAGMA query_only = ON",
+    "PRAGMA trusted_schema = OFF",
+    "PRAGMA cell_size_check = ON",
 )
 
 _CAUSES: Final = (
@@ -100,6 +106,26 @@ def make_engine(location: Location, writes_option: str) -> Engine:
     def _begin(connection: Connection) -> None:
         writes = connection.get_execution_options().get(writes_option)
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    return engine
+
+
+def make_reader(location: Location, _writes_option: str) -> Engine:
+    """Prepare connections to a file of somebody else: it is read, and nothing in it is executed."""
+    assert location.path is not None
+    query = {"mode": "ro", "uri": "true"}
+    url = URL.create("sqlite", database=location.path.resolve().as_uri(), query=query)
+    engine = create_engine(url)
+
+    @event.listens_for(engine, "connect")
+    def _prepare(connection: Any, _record: object) -> None:
+        connection.isolation_level = None
+        for pragma in _READ_ONLY:
+            connection.execute(pragma)
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        connection.exec_driver_sql("BEGIN")
 
     return engine
 
