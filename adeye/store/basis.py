@@ -140,7 +140,8 @@ def read_files(connection: Connection, numbers: Sequence[int]) -> list[tuple[int
     """Read where traces are kept: number of the run, name of the file, place in it."""
     found = connection.exec_driver_sql(
         "SELECT run_number, file, place FROM kept_trace "
-        "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?)) ORDER BY file, place",
+        "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?)) "
+        "ORDER BY file, place",
         (json.dumps(list(numbers)),),
     )
     return [(item[0], item[1], item[2]) for item in found]

@@ -19,26 +19,26 @@ if TYPE_CHECKING:
 
 _TABLES: Final = {
     "sqlite": "SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name",
-    "postgresql": "SELECT tablename FROM pg_tables "
+    "postgresql": "SELECT tablename FROM pg_tables "  # noqa: S608 - own names
     f"WHERE schemaname = '{SCHEMA}' ORDER BY tablename COLLATE \"C\"",
 }
 _COLUMNS: Final = {
     "sqlite": "SELECT name FROM pragma_table_info(?)",
-    "postgresql": "SELECT column_name FROM information_schema.columns "
+    "postgresql": "SELECT column_name FROM information_schema.columns "  # noqa: S608 - own names
     f"WHERE table_schema = '{SCHEMA}' AND table_name = ? ORDER BY ordinal_position",
 }
 _VIEWS: Final = {
     "sqlite": "SELECT name, sql FROM sqlite_master WHERE type = 'view'",
-    "postgresql": "SELECT c.relname, COALESCE(obj_description(c.oid), '') FROM pg_class c "
+    "postgresql": "SELECT c.relname, COALESCE(obj_description(c.oid), '') FROM pg_class c "  # noqa: S608 - own names
     f"WHERE c.relkind = 'v' AND c.relnamespace = '{SCHEMA}'::regnamespace",
 }
 _OBJECTS: Final = {
     "sqlite": "SELECT 1 FROM sqlite_master",
-    "postgresql": f"SELECT 1 FROM pg_class WHERE relnamespace = to_regnamespace('{SCHEMA}')",
+    "postgresql": f"SELECT 1 FROM pg_class WHERE relnamespace = to_regnamespace('{SCHEMA}')",  # noqa: S608 - own names
 }
 _SIZE: Final = {
     "sqlite": "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size",
-    "postgresql": "SELECT COALESCE(SUM(pg_total_relation_size(c.oid)), 0) FROM pg_class c "
+    "postgresql": "SELECT COALESCE(SUM(pg_total_relation_size(c.oid)), 0) FROM pg_class c "  # noqa: S608 - own names
     f"WHERE c.relkind = 'r' AND c.relnamespace = '{SCHEMA}'::regnamespace",
 }
 
@@ -118,14 +118,14 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
     """Give of what a server has the statement that made it; anything else where it differs."""
     found: dict[str, str] = {}
     for name, text, enabled in connection.exec_driver_sql(
-        "SELECT t.tgname, pg_get_triggerdef(t.oid, true), t.tgenabled FROM pg_trigger t "
+        "SELECT t.tgname, pg_get_triggerdef(t.oid, true), t.tgenabled FROM pg_trigger t "  # noqa: S608 - own names
         "JOIN pg_class c ON c.oid = t.tgrelid "
         f"WHERE NOT t.tgisinternal AND c.relnamespace = '{SCHEMA}'::regnamespace"
     ).all():
         same = text == " ".join(given.get(name, "").split()) and enabled in ("O", "A")
         found[name] = given[name] if same else text
     for name, body in connection.exec_driver_sql(
-        f"SELECT proname, prosrc FROM pg_proc WHERE pronamespace = '{SCHEMA}'::regnamespace"
+        f"SELECT proname, prosrc FROM pg_proc WHERE pronamespace = '{SCHEMA}'::regnamespace"  # noqa: S608 - own names
     ).all():
         statement = given.get(name, "")
         found[name] = statement if f"$body${body}$body$" in statement else body

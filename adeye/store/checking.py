@@ -22,6 +22,7 @@ from adeye.store.schema import require_current, require_exists
 if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Iterable, Sequence
+    from pathlib import Path
 
     from sqlalchemy import Connection
 

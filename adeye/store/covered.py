@@ -21,6 +21,8 @@ from adeye.sweep.coverage import Coverage, Situations, coverage_of
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from adeye.store.location import Place
+
 
 @dataclass(frozen=True)
 class ExecutedSituations:

@@ -143,7 +143,8 @@ class Hindsight:
                 for fsr in fsrs
                 for (run,) in connection.exec_driver_sql(
                     "SELECT DISTINCT v.run FROM v_verdicts v JOIN injection i "
-                    "ON i.result_digest = v.run WHERE v.campaign = ? AND v.fsr = ? AND v.exercised = 1 "
+                    "ON i.result_digest = v.run "
+                    "WHERE v.campaign = ? AND v.fsr = ? AND v.exercised = 1 "
                     "AND i.version = ?",
                     (campaign, fsr, TIMELINE_VERSION),
                 )

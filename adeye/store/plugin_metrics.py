@@ -18,7 +18,6 @@ from adeye.evaluation.metrics.registry import STATUSES
 from adeye.identity import digest
 from adeye.store import catalog
 from adeye.store.columns import Column, Dictionary, Texts, hash_words, table_rows
-from adeye.store.encoding import Row
 from adeye.store.inserting import insert_rows
 from adeye.store.numbers import run_numbers
 from adeye.store.rows import MetricValue
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from adeye.store.block import MetricBlock, RunBlock
+    from adeye.store.encoding import Row
 
 PREFIX: Final = "metric_"
 _METRIC_ID: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")

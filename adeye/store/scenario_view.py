@@ -133,7 +133,8 @@ def _keys(connection: Connection, scenario: str) -> list[tuple[str, str, str]]:
             FROM first CROSS JOIN test_case t ON t.digest = first.test_case_digest
             JOIN json_each(t.parameters) j ON TRUE
             UNION
-            SELECT DISTINCT 'point', j.key, j.type FROM first JOIN json_each(first.point) j ON TRUE) found
+            SELECT DISTINCT 'point', j.key, j.type
+            FROM first JOIN json_each(first.point) j ON TRUE) found
         GROUP BY source, key ORDER BY source, key
         """,
         (scenario, scenario),

@@ -151,7 +151,8 @@ def _migrate(connection: Connection) -> None:
 def _refuse_foreign(connection: Connection, location: Location) -> None:
     if not catalog.is_empty(connection):
         raise PlatformError(
-            f"database {location} holds tables that adeye did not make. Name another file with --db."
+            f"database {location} holds tables that adeye did not make. "
+            "Name another file with --db."
         )
 
 

@@ -47,8 +47,7 @@ class _Row(tuple[Any, ...]):
 
 
 def _named(cursor: Any) -> Any:
-    kind = type("Named", (_Row,), {"names": tuple(c.name for c in cursor.description or ())})
-    return lambda values: kind(values)
+    return type("Named", (_Row,), {"names": tuple(c.name for c in cursor.description or ())})
 
 
 class _Server:
@@ -85,7 +84,7 @@ class _Server:
         """Let rows be changed in any way that the types of columns allow."""
         self.execute("SET session_replication_role = replica")
         for table, name in self.execute(
-            "SELECT conrelid::regclass::text, conname FROM pg_constraint WHERE contype = 'c' "
+            "SELECT conrelid::regclass::text, conname FROM pg_constraint WHERE contype = 'c' "  # noqa: S608 - own names
             f"AND connamespace = '{SCHEMA}'::regnamespace"
         ).fetchall():
             self.execute(f"ALTER TABLE {table} DROP CONSTRAINT {name}")
@@ -122,6 +121,6 @@ def raw_connection(repository: Repository) -> Raw:
 def rows(raw: Raw) -> dict[str, list[Any]]:
     """Read every row of every table, in one order for both databases."""
     return {
-        name: sorted(raw.execute(f"SELECT * FROM {name}").fetchall(), key=repr)  # noqa: S608
+        name: sorted(raw.execute(f"SELECT * FROM {name}").fetchall(), key=repr)  # noqa: S608 - own names
         for name in metadata.tables
     }

@@ -214,7 +214,15 @@ def test_every_table_goes_over_or_is_named_as_left() -> None:
         for table in metadata.sorted_tables
         if any(column.autoincrement is True for column in table.primary_key.columns)
     }
-    assert numbered == {"campaign", "campaign_use", "ledger", "run", "session", "withdrawal", "work"}
+    assert numbered == {
+        "campaign",
+        "campaign_use",
+        "ledger",
+        "run",
+        "session",
+        "withdrawal",
+        "work",
+    }
     of_runs = {table.name for table in metadata.sorted_tables if "run_number" in table.columns}
     assert of_runs == {table.name for table in tables.RESULTS} - {"run"}
     assert set(metadata.tables) >= merging.LEFT

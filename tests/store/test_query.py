@@ -20,6 +20,7 @@ from tests.hostile_sql import (
     statements,
     written_out,
 )
+from tests.store.raw import on_sqlite
 
 
 @pytest.fixture(scope="module")

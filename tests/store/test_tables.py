@@ -60,5 +60,5 @@ def test_metric_value_and_status_must_agree(
         columns += [name, f"{name}_status"]
         values += [value or "NULL", status]
     sql = f"INSERT INTO metric ({', '.join(columns)}) VALUES ({', '.join(values)})"  # noqa: S608
-    with pytest.raises(sqlite3.IntegrityError, match="(?i)check constraint.*ck_metric_"):
+    with pytest.raises(sqlite3.IntegrityError, match=r"(?i)check constraint.*ck_metric_"):
         raw.execute(sql)
