@@ -7,30 +7,15 @@ import os
 import signal
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for_futures
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
+
+from adeye.ports import Done, Result, Task
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-Task = TypeVar("Task")
-Result = TypeVar("Result")
-
-
-@dataclass(frozen=True, slots=True)
-class Done(Generic[Task, Result]):
-    """A batch that has been executed.
-
-    Attributes:
-        task: What was submitted.
-        result: What came back, None if its worker died.
-        lost: How the worker died, empty otherwise.
-    """
-
-    task: Task
-    result: Result | None
-    lost: str = ""
+__all__ = ["Done", "InProcess", "Processes", "Threads"]
 
 
 class InProcess(Generic[Task, Result]):
