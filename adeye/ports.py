@@ -1,8 +1,8 @@
 """The protocols that parts implement: sensors, channels, switch, traffic, metrics, executors.
 
-Every part but the executor works on a batch of B runs in lockstep. It is built from its spec records (one per run,
-because values may vary inside a batch), reset once, and then called tick by tick. A run's result
-must not depend on the other runs of its batch.
+Every part but the executor works on a batch of B runs in lockstep. It is built from its spec
+records (one per run, because values may vary inside a batch), reset once, and then called tick by
+tick. A run's result must not depend on the other runs of its batch.
 """
 
 from __future__ import annotations
@@ -288,7 +288,7 @@ class ExecutorContext(Generic[Task, Result]):
 class Executor(Protocol[Task, Result]):
     """Where batches are executed; it never decides what is, and writes no result anywhere.
 
-    It is built with an ``ExecutorContext``. ``adeye.testing.check_executor`` says what it has to do.
+    It is built with an ``ExecutorContext``; ``adeye.testing.check_executor`` tries what it must do.
     """
 
     def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:

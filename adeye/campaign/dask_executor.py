@@ -146,7 +146,7 @@ class DaskExecutor(Generic[Task, Result]):
             raise self._lost_scheduler() from error
         if threads:
             self._idle_since = None
-            return sum(threads.values()) + len(threads)
+            return sum(map(int, threads.values())) + len(threads)
         now = time.monotonic()
         self._idle_since = now if self._idle_since is None else self._idle_since
         if now - self._idle_since > self._patience:

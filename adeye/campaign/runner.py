@@ -22,16 +22,15 @@ from adeye.store.repository import Repository
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from adeye.campaign.executor_names import NamedExecutor
     from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.work import WorkContext
+    from adeye.ports import Executor
     from adeye.store.stored import Block, Plan
     from adeye.sweep.case import TestCase
 
 LEASE_S = 600.0
-
-
-_Parallel = Processes[BatchTask, BatchResult] | Threads[BatchTask, BatchResult]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +50,13 @@ class Progress:
     failures: int
 
 
-def run_campaign(
+def run_campaign(  # noqa: PLR0913 - all but the plan has a default
     plan: CampaignPlan,
     *,
     db: str | Path | None = None,
     workers: int = 1,
     threads: int = 1,
+    executor: NamedExecutor | None = None,
     progress: Callable[[Progress], None] | None = None,
     traces: Wanted = "none",
 ) -> CampaignSummary:
@@ -71,15 +71,17 @@ def run_campaign(
         db: Database, by default ``.adeye/adeye.db``.
         workers: Processes; 1 runs here.
         threads: Threads over blocks, in this process; only where there is one process.
+        executor: Executor in place of threads and processes; None for these.
         progress: Called after each block, and now and then while a large plan is saved.
         traces: Which traces of what is executed are kept.
 
     Raises:
         IntegrityError: A result contradicts one that exists, or a plug-in was changed meanwhile.
-        PlatformError: The database cannot be written.
+        PlatformError: The database cannot be written, or the executor cannot go on.
     """
     with Repository.open(db) as repository:
-        return _Campaign(repository, plan, progress, traces).finish((workers, threads))
+        campaign = _Campaign(repository, plan, progress, traces)
+        return campaign.finish((workers, threads), executor)
 
 
 def judge_campaign(
@@ -129,12 +131,18 @@ class _Campaign:
         self._context = plan.work if traces == "none" else replace(plan.work, keep=keep)
 
     def finish(
-        self, lanes: tuple[int, int], *, executes: bool = True, replays: bool = True
+        self,
+        lanes: tuple[int, int],
+        executor: NamedExecutor | None = None,
+        *,
+        executes: bool = True,
+        replays: bool = True,
     ) -> CampaignSummary:
         """Save the plan, judge what is there, execute the rest if asked to, and read the result.
 
         Args:
             lanes: Processes and threads.
+            executor: What is used in place of them; None for these.
             executes: Whether what has no result is executed.
             replays: Whether results of which too little is kept are executed again.
         """
@@ -147,7 +155,9 @@ class _Campaign:
             report=lambda done: self._report(Progress("plan", done, planned, 0)),
         )
         repository.requeue_quarantined(stored.campaign)
-        lanes_of = _Lanes(plan, lanes)
+        keep = self._context.keep
+        traces = None if keep is None else keep.folder
+        lanes_of = _Lanes(plan, lanes, None if executor is None else executor.open(plan, traces))
         tasks = _Tasks(repository, plan, stored, self._context, (executes, replays))
         halved, again = Halved(), Rejudged(0, 0, {}, {})
         state = Progress("run", 0, 0, 0)
@@ -245,10 +255,16 @@ class _Campaign:
 class _Lanes:
     """Where blocks are executed."""
 
-    def __init__(self, plan: CampaignPlan, lanes: tuple[int, int]) -> None:
+    def __init__(
+        self,
+        plan: CampaignPlan,
+        lanes: tuple[int, int],
+        executor: Executor[BatchTask, BatchResult] | None,
+    ) -> None:
         self._plan = plan
-        self._count = max(lanes)
-        self._executor = _executor(*lanes)
+        # Workers elsewhere compile for themselves.
+        self._count = max(lanes) if executor is None else 1
+        self._executor = executor or _executor(*lanes)
 
     def start(self, wanted: Iterator[BatchTask]) -> Iterator[Done[BatchTask, BatchResult]]:
         """Execute blocks as they are asked for."""
@@ -267,7 +283,7 @@ def _first_line(text: str) -> str:
     return text.partition("\n")[0]
 
 
-def _executor(workers: int, threads: int) -> InProcess[BatchTask, BatchResult] | _Parallel:
+def _executor(workers: int, threads: int) -> Executor[BatchTask, BatchResult]:
     if workers > 1:
         return Processes(execute, workers)
     return InProcess(execute) if threads == 1 else Threads(execute, threads)
