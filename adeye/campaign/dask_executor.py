@@ -113,8 +113,11 @@ class DaskExecutor(Generic[Task, Result]):
             ) from error
 
     def _start(self, workers: int | None) -> Any:
-        # One batch each, as in worker processes; the database counts how often a batch was tried.
-        with self._dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+        # One batch each, as in worker processes; the database counts how often a batch was tried,
+        # and a batch that waits behind another one would die with it.
+        scheduler = "distributed.scheduler"
+        own = {f"{scheduler}.allowed-failures": 0, f"{scheduler}.worker-saturation": 1.0}
+        with self._dask.config.set(own):
             self._cluster = self._distributed.LocalCluster(
                 n_workers=workers or _processors(),
                 threads_per_worker=1,
@@ -134,7 +137,9 @@ class DaskExecutor(Generic[Task, Result]):
         return future
 
     def _room(self) -> int:
-        """Count the batches that may be there at once: one on each thread, one waiting a worker.
+        """Count the batches that may be there at once.
+
+        One on each thread, and where the way is long one waiting for each worker.
 
         Raises:
             PlatformError: The scheduler is lost, or has had no worker for too long.
@@ -146,7 +151,8 @@ class DaskExecutor(Generic[Task, Result]):
             raise self._lost_scheduler() from error
         if threads:
             self._idle_since = None
-            return sum(map(int, threads.values())) + len(threads)
+            waiting = len(threads) if self._cluster is None else 0
+            return sum(map(int, threads.values())) + waiting
         now = time.monotonic()
         self._idle_since = now if self._idle_since is None else self._idle_since
         if now - self._idle_since > self._patience:
