@@ -12,7 +12,7 @@ from adeye.store.scenario_view import ensure_scenario_views
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-_HEAD: Final = "0004"
+_HEAD: Final = "0005"
 _FOLDER: Final = Path(__file__).parent / "migrations"
 
 

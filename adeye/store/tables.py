@@ -22,6 +22,7 @@ from sqlalchemy import (
 )
 
 from adeye.store import basis_tables, column_kinds
+from adeye.store.certificate_tables import certificate as certificate
 from adeye.store.concept_tables import allocation as allocation
 from adeye.store.concept_tables import assumption as assumption
 from adeye.store.concept_tables import decomposition as decomposition
@@ -372,5 +373,6 @@ NONDETERMINISTIC: Final = {
     "tally": ("work_id", "row_hash"),
     "campaign": ("number", "created_at", "provenance", "row_hash"),
     "campaign_use": ("number", "at", "row_hash"),
+    "certificate": ("number", "at", "row_hash"),
 }
 """Columns that differ between two executions of one plan and are in no result hash."""
