@@ -21,6 +21,8 @@ VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "manager", "data"
 # Third parties that belong to one part of the product.
 ONE_PLACE = {
     "alembic": ("adeye.store",),
+    "dask": ("adeye.campaign.dask_executor",),
+    "distributed": ("adeye.campaign.dask_executor",),
     "highway_env": ("adeye.traffic.highway",),
     "jinja2": ("adeye.report",),
     "rich": ("adeye.cli",),

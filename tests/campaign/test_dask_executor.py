@@ -77,7 +77,7 @@ def test_campaign_on_a_local_cluster_is_the_campaign_of_this_process(
 def test_worker_that_is_killed_loses_no_block(mini: Executed, tmp_path: Path) -> None:
     db = tmp_path / "killed.db"
     with started_cluster(tmp_path / "cluster", workers=2) as cluster:
-        kill = AtFirst(lambda: (cluster.workers[0].kill(), cluster.workers[0].wait()))
+        kill = AtFirst(lambda: end(cluster.workers[0]))
         summary = run_on(cluster.address, mini, db, kill)
     assert kill.has_acted
     assert summary.exit_code is mini.summary.exit_code is ExitCode.OK
@@ -89,7 +89,7 @@ def test_scheduler_that_is_killed_ends_the_campaign_where_it_goes_on(
 ) -> None:
     db = tmp_path / "lost.db"
     with started_cluster(tmp_path / "first", workers=1) as cluster:
-        kill = AtFirst(lambda: (cluster.scheduler.kill(), cluster.scheduler.wait()))
+        kill = AtFirst(lambda: end(cluster.scheduler))
         with pytest.raises(
             PlatformError, match=r"scheduler at tcp://\S+ is lost.*run again"
         ) as end:
