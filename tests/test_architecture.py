@@ -126,7 +126,13 @@ def test_no_stored_file_is_over_one_megabyte() -> None:
 
 def test_third_party_import_is_a_declared_dependency() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    declared = {text.partition(">")[0].lower() for text in project["dependencies"]}
+    extras = [
+        text
+        for name, texts in project["optional-dependencies"].items()
+        for text in texts
+        if name != "dev"
+    ]
+    declared = {text.partition(">")[0].lower() for text in (*project["dependencies"], *extras)}
     distributions = packages_distributions()
     undeclared = {
         (dotted(path), name)

@@ -22,6 +22,7 @@ from tests.campaign.work import perform
 from tests.project import table_hash
 
 if TYPE_CHECKING:
+    import subprocess
     from collections.abc import Callable
     from pathlib import Path
 
@@ -47,6 +48,11 @@ def run_on(
 ) -> CampaignSummary:
     executor = NamedExecutor("dask", address=address)
     return run_campaign(mini.plan, db=db, executor=executor, progress=progress)
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    process.wait()
 
 
 class AtFirst:
@@ -92,9 +98,9 @@ def test_scheduler_that_is_killed_ends_the_campaign_where_it_goes_on(
         kill = AtFirst(lambda: end(cluster.scheduler))
         with pytest.raises(
             PlatformError, match=r"scheduler at tcp://\S+ is lost.*run again"
-        ) as end:
+        ) as lost:
             run_on(cluster.address, mini, db, kill)
-    assert end.value.exit_code == ExitCode.ENVIRONMENT
+    assert lost.value.exit_code == ExitCode.ENVIRONMENT
     with Repository.open(db) as repository:
         campaign = repository.find_campaign()
         saved = repository.progress(campaign.id).executed

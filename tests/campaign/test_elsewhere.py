@@ -177,7 +177,7 @@ def test_tasks_go_out_with_absolute_paths_and_come_back_as_they_were(
     task = a_task(plan)
     tasks = Again(task)
     executor = make_elsewhere(plan, seen, None)
-    results = []
+    results: list[Any] = []
     for done in executor.run(tasks):
         results.append((done.task.block, done.task.execute, done.result))
         if len(results) == 1:
