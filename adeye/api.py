@@ -6,6 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from adeye.campaign.executor_names import asked_executor
 from adeye.campaign.lookup import find_called
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.reproduce import Replayed, replay_run
@@ -46,12 +47,14 @@ def plan(
     return make_plan(odd, backend=backend, variant=variant)
 
 
-def run(
+def run(  # noqa: PLR0913 - as the verb
     odd: str | Path | CampaignPlan,
     *,
     db: str | Path | None = None,
     workers: int = 1,
     threads: int = 1,
+    executor: str | None = None,
+    scheduler: str | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignSummary:
     """Execute what a plan lacks in the database, judge it and return the verdicts.
@@ -61,13 +64,24 @@ def run(
         db: Database, by default ``.adeye/adeye.db``.
         workers: Processes; 1 runs in this one.
         threads: Threads over blocks of runs, in this process.
+        executor: What executes blocks in place of both: ``dask``, one of an installed package, or
+            ``module:Class``.
+        scheduler: Address of its scheduler.
         progress: Called after each block of runs.
 
     Raises:
         adeye.errors.AdeyeError: Its ``exit_code`` tells of what kind.
     """
     checked = odd if isinstance(odd, CampaignPlan) else plan(odd)
-    return run_campaign(checked, db=db, workers=workers, threads=threads, progress=progress)
+    asked = asked_executor(
+        executor,
+        None if threads == 1 else threads,
+        None if workers == 1 else workers,
+        scheduler,
+    )
+    return run_campaign(
+        checked, db=db, workers=workers, threads=threads, executor=asked, progress=progress
+    )
 
 
 def replay(run: str, *, db: str | Path | None = None) -> Replayed:

@@ -1,19 +1,19 @@
-"""The protocols that parts implement: sensors, channels, switch, traffic, metrics.
+"""The protocols that parts implement: sensors, channels, switch, traffic, metrics, executors.
 
-Every part works on a batch of B runs in lockstep. It is built from its spec records (one per run,
-because values may vary inside a batch), reset once, and then called tick by tick. A run's result
-must not depend on the other runs of its batch.
+Every part but the executor works on a batch of B runs in lockstep. It is built from its spec
+records (one per run, because values may vary inside a batch), reset once, and then called tick by
+tick. A run's result must not depend on the other runs of its batch.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_checkable
 
 from pydantic import BaseModel, ConfigDict
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from adeye.signals import (
         Authority,
@@ -33,6 +33,10 @@ if TYPE_CHECKING:
     from adeye.spec.switch import Switch
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
+
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 
 class Parameters(BaseModel):
@@ -248,4 +252,57 @@ class FaultInjector(Protocol):
 
     def update(self, scene: Scene) -> Bools:
         """Decide which faults are active at this tick (B, F)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Done(Generic[Task, Result]):
+    """A batch that has been executed.
+
+    Attributes:
+        task: What was submitted.
+        result: What came back, None if its worker died.
+        lost: How the worker died, empty otherwise.
+    """
+
+    task: Task
+    result: Result | None
+    lost: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ExecutorContext(Generic[Task, Result]):
+    """What an executor is built with.
+
+    Attributes:
+        work: Importable function from task to result. Tasks and results can be pickled.
+        workers: How many tasks are executed at once, as the user asked; None for its own choice.
+        address: Where its scheduler is, as the user wrote it; empty for nowhere.
+    """
+
+    work: Callable[[Task], Result]
+    workers: int | None = None
+    address: str = ""
+
+
+class Executor(Protocol[Task, Result]):
+    """Where batches are executed; it never decides what is, and writes no result anywhere.
+
+    It is built with an ``ExecutorContext``; ``adeye.testing.check_executor`` tries what it must do.
+    """
+
+    def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
+        """Execute tasks as they come; results arrive in any order, each once.
+
+        A task is asked for in the caller's thread and only when it can soon be executed: whoever
+        asks for it holds it. After the last one has been given and executed the iterator is asked
+        again, because what was lost may come back. An exception of the work is raised here.
+
+        Raises:
+            PlatformError: Nothing can be executed any more.
+        """
+        ...
+
+    def close(self) -> None:
+        """Drop what was not begun, end what was started; may be called twice, and while it runs."""
         ...

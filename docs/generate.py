@@ -285,7 +285,7 @@ NOTES: Final = {
     "R2": "one command runs every scenario of an ODD and resumes; parametric roads, no maps",
     "R3": "`adeye run` and `adeye.run` take the same file",
     "R4": "two nominal channels, one for policies, a safety channel; replaceable by name",
-    "R5": "channels, sensors and metrics of others by name; no faults, no executors",
+    "R5": "channels, sensors, metrics, executors of others by name; faults only by hooks of theirs",
     "R6": "bicycle with actuator lag and friction circle, occlusion, weather; no slopes, no slip",
     "R7": "by dotted path; height and pitch matter to physical cameras and lidars only",
     "R8": "all six, with closed-form tests; all but physical camera and lidar in plan view",

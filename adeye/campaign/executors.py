@@ -11,15 +11,15 @@ import threading
 import time
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for_futures
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic
+
+from adeye.ports import Done, Result, Task
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-Task = TypeVar("Task")
-Result = TypeVar("Result")
+__all__ = ["Done", "InProcess", "Processes", "Threads"]
 
 THREAD_NAME: Final = "block"
 """How the names of threads that execute batches begin."""
@@ -40,21 +40,6 @@ def kill_workers() -> None:
 
 # Workers ignore SIGTERM, with which Python would end those that nobody closed, and wait for them.
 atexit.register(kill_workers)
-
-
-@dataclass(frozen=True, slots=True)
-class Done(Generic[Task, Result]):
-    """A batch that has been executed.
-
-    Attributes:
-        task: What was submitted.
-        result: What came back, None if its worker died.
-        lost: How the worker died, empty otherwise.
-    """
-
-    task: Task
-    result: Result | None
-    lost: str = ""
 
 
 class InProcess(Generic[Task, Result]):

@@ -28,16 +28,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from adeye.campaign.executor_names import NamedExecutor
     from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.unchanged import Unchanged
+    from adeye.ports import Executor
     from adeye.store.stored import Plan
 
 POLL_S: Final = 1.0
 """Between two looks at what other runners have leased [s]."""
-
-
-_Parallel = Processes[BatchTask, BatchResult] | Threads[BatchTask, BatchResult]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +63,7 @@ def run_campaign(  # noqa: PLR0913 - all but the plan has a default
     db: str | Path | None = None,
     workers: int = 1,
     threads: int = 1,
+    executor: NamedExecutor | None = None,
     progress: Callable[[Progress], None] | None = None,
     traces: Wanted = "none",
     session: Session | None = None,
@@ -82,17 +82,18 @@ def run_campaign(  # noqa: PLR0913 - all but the plan has a default
         db: Database, by default ``.adeye/adeye.db``.
         workers: Processes; 1 runs here.
         threads: Threads over blocks, in this process; only where there is one process.
+        executor: Executor in place of threads and processes; None for these.
         progress: Called after each block, and now and then while a large plan is saved.
         traces: Which traces of what is executed are kept.
         session: Which part is executed and what ends it; None for all of it.
 
     Raises:
         IntegrityError: A result contradicts one that exists, or a plug-in was changed meanwhile.
-        PlatformError: The database cannot be written.
+        PlatformError: The database cannot be written, or the executor cannot go on.
     """
     with Repository.open(db) as repository:
         campaign = _Campaign(repository, plan, progress, traces, session)
-        return campaign.finish((workers, threads))
+        return campaign.finish((workers, threads), executor)
 
 
 def judge_campaign(
@@ -144,12 +145,18 @@ class _Campaign:
         self._context = plan.work if traces == "none" else replace(plan.work, keep=keep)
 
     def finish(
-        self, lanes: tuple[int, int], *, executes: bool = True, replays: bool = True
+        self,
+        lanes: tuple[int, int],
+        executor: NamedExecutor | None = None,
+        *,
+        executes: bool = True,
+        replays: bool = True,
     ) -> CampaignSummary:
         """Save the plan, judge what is there, execute the rest if asked to, and read the result.
 
         Args:
             lanes: Processes and threads.
+            executor: What is used in place of them; None for these.
             executes: Whether what has no result is executed.
             replays: Whether results of which too little is kept are executed again.
         """
@@ -166,7 +173,10 @@ class _Campaign:
             repository.evidence.add_session(stored.campaign, record.provenance)
         repository.queue.requeue_quarantined(stored.campaign)
         chosen = self._session.choice.ordinals(repository.queue, stored, size)
-        lanes_of = _Lanes(plan, lanes, self._session)
+        keep = self._context.keep
+        traces = None if keep is None else keep.folder
+        elsewhere = None if executor is None else executor.open(plan, traces)
+        lanes_of = _Lanes(plan, lanes, self._session, elsewhere)
         tasks = Tasks(repository, plan, stored, (executes, replays), self._session)
         tasks.use(self._context)
         tasks.choose(chosen, stored, size)
@@ -296,11 +306,18 @@ class _Campaign:
 class _Lanes:
     """Where blocks are executed."""
 
-    def __init__(self, plan: CampaignPlan, lanes: tuple[int, int], session: Session) -> None:
+    def __init__(
+        self,
+        plan: CampaignPlan,
+        lanes: tuple[int, int],
+        session: Session,
+        executor: Executor[BatchTask, BatchResult] | None,
+    ) -> None:
         self._plan = plan
-        self._count = max(lanes)
+        # Workers elsewhere compile for themselves.
+        self._count = max(lanes) if executor is None else 1
         self._stop = session.stop
-        self._executor = _executor(*lanes, session.deadline_s)
+        self._executor = executor or _executor(*lanes, session.deadline_s)
 
     def start(self, wanted: Iterator[BatchTask]) -> Iterator[Done[BatchTask, BatchResult]]:
         """Execute blocks as they are asked for."""
@@ -331,9 +348,7 @@ def _first_line(text: str) -> str:
     return text.partition("\n")[0]
 
 
-def _executor(
-    workers: int, threads: int, deadline_s: float
-) -> InProcess[BatchTask, BatchResult] | _Parallel:
+def _executor(workers: int, threads: int, deadline_s: float) -> Executor[BatchTask, BatchResult]:
     if workers > 1:
         return Processes(execute, workers, deadline_s)
     return InProcess(execute) if threads == 1 else Threads(execute, threads)

@@ -8,6 +8,7 @@ if everything is still as planned after its block.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -27,7 +28,7 @@ _GONE: Final = -1
 
 
 @dataclass(frozen=True, slots=True)
-class _Source:
+class Source:
     """A plug-in or a file that one reads, as the plan found it.
 
     Attributes:
@@ -71,9 +72,10 @@ class Unchanged:
     block costs next to nothing.
     """
 
-    def __init__(self, plan: CampaignPlan) -> None:
-        """Take down what the plan found; nothing is compared yet."""
-        self._seen: dict[_Source, _Signature | None] = dict.fromkeys(_sources(plan))
+    def __init__(self, plan: CampaignPlan | Iterable[Source]) -> None:
+        """Take down what a plan found, or was told to have found; nothing is compared yet."""
+        found = plan if isinstance(plan, Iterable) else sources(plan)
+        self._seen: dict[Source, _Signature | None] = dict.fromkeys(found)
 
     def check(self) -> None:
         """Compare.
@@ -95,18 +97,19 @@ class Unchanged:
             self._seen[source] = now
 
 
-def _sources(plan: CampaignPlan) -> Iterator[_Source]:
+def sources(plan: CampaignPlan) -> Iterator[Source]:
+    """List the plug-ins of a plan and the files that they read."""
     for name, parts in plan.parts.items():
         user = f"architecture {name}"
         for part in parts.plugins:
-            yield _Source(part.name, user, plan.folders[name], part.source_digest)
+            yield Source(part.name, user, plan.folders[name], part.source_digest)
         for file in parts.files:
-            yield _Source(file.name, user, plan.folders[name], file.digest, file.path)
+            yield Source(file.name, user, plan.folders[name], file.digest, file.path)
         for part in parts.metrics:
-            yield _Source(part.name, "the ODD", plan.path.parent, part.source_digest)
+            yield Source(part.name, "the ODD", plan.path.parent, part.source_digest)
 
 
-def _signature(source: _Source) -> _Signature:
+def _signature(source: Source) -> _Signature:
     found = []
     for path in source.paths():
         try:

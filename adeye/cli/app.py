@@ -7,6 +7,7 @@ from typing import Annotated, Final
 
 import typer
 
+from adeye.cli.certify import certify
 from adeye.cli.check import check
 from adeye.cli.compare import compare
 from adeye.cli.confidence import confidence
@@ -275,6 +276,13 @@ add(
     selftest,
     "adeye selftest",
     "adeye selftest --only never_brakes --only verdict_edited",
+    panel=KEEP,
+)
+add(
+    app,
+    certify,
+    "adeye certify odd/motorway_chauffeur.yaml",
+    "adeye certify 3 --sample 200 --masks --json",
     panel=KEEP,
 )
 add(app, doctor, "adeye doctor", "adeye doctor --requirements", panel=KEEP)

@@ -89,6 +89,27 @@ Workers = Annotated[
         "from crashes. Results do not depend on it.",
     ),
 ]
+ExecutorName = Annotated[
+    str | None,
+    typer.Option(
+        "--executor",
+        metavar="NAME|module:Class",
+        envvar="ADEYE_EXECUTOR",
+        help="Where blocks of runs are executed: threads, processes, dask, one of an installed "
+        "package, or a class; default: threads or processes, as the parts need. Results do not "
+        "depend on it.",
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        envvar="ADEYE_SCHEDULER",
+        help="Where the scheduler of the executor is, such as tcp://HOST:8786; dask without it "
+        "starts workers on this machine.",
+    ),
+]
 ReportFile = Annotated[
     Path | None,
     typer.Option(

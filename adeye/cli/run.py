@@ -15,6 +15,7 @@ from adeye.cli.options import (
     Backend,
     CampaignId,
     Db,
+    ExecutorName,
     Json,
     JunitFile,
     OddFile,
@@ -23,6 +24,7 @@ from adeye.cli.options import (
     ReportFile,
     ReportJsonFile,
     SarifReport,
+    Scheduler,
     Threads,
     Variant,
     Workers,
@@ -45,6 +47,7 @@ from adeye.errors import ASKED_TO_END
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from adeye.campaign.executor_names import NamedExecutor
     from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.session import Session
@@ -115,6 +118,8 @@ def run(
     *,
     threads: Threads = None,
     workers: Workers = None,
+    executor: ExecutorName = None,
+    scheduler: Scheduler = None,
     db: Db = None,
     backend: Backend = "batch",
     variant: Variant = None,
@@ -145,9 +150,11 @@ def run(
     Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 integrity
     violated, 5 database or disk, 130 and 143 interrupted.
     """
+    from adeye.campaign.executor_names import asked_executor
     from adeye.campaign.plan import make_plan
     from adeye.kernel.jit import is_cache_warm
 
+    asked = asked_executor(executor, threads, workers, scheduler)
     was_told = not quiet and not is_cache_warm()
     if was_told:
         talk("Compiling for this machine; only the first run does, it takes half a minute.")
@@ -159,6 +166,8 @@ def run(
             "--variant": variant,
             "--threads": threads,
             "--workers": workers,
+            "--executor": executor,
+            "--scheduler": scheduler,
             "--report": report,
             "--junit": junit,
             "--report-json": report_json,
@@ -184,13 +193,13 @@ def run(
     plan = make_plan(odd, backend=backend, variant=variant)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
         talk("Compiling sensors or channels that were not used before, for up to a minute.")
-    lanes = parallel(plan, threads, workers)
+    lanes = parallel(plan, threads, workers, executor)
     if not quiet:
         for notice in plan.notices:
             talk(clean(f"note: {notice}", lines=True))
     try:
         with asking(session.stop, hint):
-            summary = _execute(plan, db, lanes, wanted, session, quiet=quiet)
+            summary = _execute(plan, db, asked or lanes, wanted, session, quiet=quiet)
     except ASKED_TO_END:
         talk(hint)
         raise
@@ -256,26 +265,26 @@ class Parallel:
         return f"{self.count} {self.kind}{'s' if self.count > 1 else ''}"
 
 
-def parallel(plan: CampaignPlan, threads: int | None, workers: int | None) -> Parallel:
+def parallel(
+    plan: CampaignPlan, threads: int | None, workers: int | None, executor: str | None = None
+) -> Parallel:
     """Choose threads or processes: compiled parts run in threads, Python code does not.
 
     Args:
         plan: What is executed.
         threads: As asked for.
         workers: As asked for.
+        executor: ``threads`` or ``processes``, if one of them was asked for.
 
     Raises:
         UsageError: Both are asked for.
     """
-    from adeye.errors import UsageError
+    from adeye.campaign.executor_names import PROCESSES, THREADS, asked_executor
 
-    if threads is not None and workers is not None:
-        raise UsageError(
-            "--threads and --workers exclude each other", remedy="Give one of the two."
-        )
-    if workers is not None:
-        return Parallel("worker", workers)
-    if threads is not None or plan.is_compiled:
+    asked_executor(executor, threads, workers, None)
+    if workers is not None or executor == PROCESSES:
+        return Parallel("worker", workers or usable_processors())
+    if threads is not None or executor == THREADS or plan.is_compiled:
         return Parallel("thread", threads or usable_processors())
     return Parallel("worker", usable_processors())
 
@@ -292,7 +301,7 @@ def _wanted(traces: str) -> Wanted:
 def _execute(
     plan: CampaignPlan,
     db: str | None,
-    lanes: Parallel,
+    lanes: Parallel | NamedExecutor,
     traces: Wanted,
     session: Session,
     *,
@@ -302,14 +311,19 @@ def _execute(
     from adeye.campaign.warmup import compile_aside
     from adeye.kernel.jit import is_cache_warm
 
-    if not is_cache_warm(*plan.compiled_parts) and usable_processors() > 1:
+    here = lanes if isinstance(lanes, Parallel) else None
+    executor = lanes if not isinstance(lanes, Parallel) else None
+    is_near = executor is None or not executor.address
+    if is_near and not is_cache_warm(*plan.compiled_parts) and usable_processors() > 1:
         compile_aside(plan)
-    with reporting(f"{plan.expansion.count:,} test cases, {lanes.text}", quiet=quiet) as progress:
+    where = lanes.text if isinstance(lanes, Parallel) else clean(lanes.text)
+    with reporting(f"{plan.expansion.count:,} test cases, {where}", quiet=quiet) as progress:
         return run_campaign(
             plan,
             db=db,
-            workers=lanes.count if lanes.kind == "worker" else 1,
-            threads=lanes.count if lanes.kind == "thread" else 1,
+            workers=here.count if here is not None and here.kind == "worker" else 1,
+            threads=here.count if here is not None and here.kind == "thread" else 1,
+            executor=executor,
             progress=progress,
             traces=traces,
             session=session,

@@ -18,6 +18,7 @@ from adeye.evaluation.takeovers import TAKEOVERS_VERSION, TakeoverClass
 from adeye.evaluation.timeline import TIMELINE_VERSION, Timeline
 from adeye.store import tables
 from adeye.store.benchmarks import Benchmarks
+from adeye.store.certificates import Certificates
 from adeye.store.encoding import Row, json_text, row
 from adeye.store.halving import HalfSteps
 from adeye.store.inserting import insert_rows
@@ -78,6 +79,11 @@ class Hindsight:
     def benchmarks(self) -> Benchmarks:
         """Drives of reference drivers in the situations of stored runs."""
         return Benchmarks(self._database)
+
+    @property
+    def certificates(self) -> Certificates:
+        """Certificates of determinism."""
+        return Certificates(self._database)
 
     def executed(
         self, campaign: str, most: int | None = None, *, only_faulty: bool = False

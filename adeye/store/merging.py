@@ -53,7 +53,7 @@ OF_CAMPAIGN: Final = frozenset(
     {"campaign", "campaign_case", "campaign_fsr", "case_count", "case_match"}
 )
 """Tables whose rows go over with a campaign that is new here."""
-APPENDED: Final = frozenset({"session", "withdrawal"})
+APPENDED: Final = frozenset({"session", "withdrawal", "certificate"})
 """Tables of what was done: what is not here yet goes over under a number of its own."""
 LEFT: Final = frozenset(
     {"campaign_use", "tally", "case_run", "case_tally", "work", "artifact", kept_trace.name}

@@ -25,6 +25,7 @@ from adeye.store.case_tables import case_count as case_count
 from adeye.store.case_tables import case_match as case_match
 from adeye.store.case_tables import case_run as case_run
 from adeye.store.case_tables import case_tally as case_tally
+from adeye.store.certificate_tables import certificate as certificate
 from adeye.store.column_kinds import coded
 from adeye.store.concept_tables import allocation as allocation
 from adeye.store.concept_tables import assumption as assumption
@@ -384,5 +385,6 @@ NONDETERMINISTIC: Final = {
     "case_tally": ("work_id", "row_hash"),
     "campaign": ("number", "created_at", "provenance", "row_hash"),
     "campaign_use": ("number", "at", "row_hash"),
+    "certificate": ("number", "at", "row_hash"),
 }
 """Columns that differ between two executions of one plan and are in no result hash."""

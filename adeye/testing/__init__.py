@@ -1,7 +1,8 @@
-"""Fakes and conformance suites for those who write channels and sensors."""
+"""Fakes and conformance suites for those who write channels, sensors and executors."""
 
 from adeye.testing.channels import ScriptedChannel, check_channel
 from adeye.testing.driving import Drive, World, drive
+from adeye.testing.executors import check_executor
 from adeye.testing.feeding import Fed, feed
 from adeye.testing.scenes import (
     channel_context,
@@ -17,6 +18,7 @@ __all__ = [
     "World",
     "channel_context",
     "check_channel",
+    "check_executor",
     "check_sensor",
     "drive",
     "feed",

@@ -1,4 +1,4 @@
-"""R5: a channel and a sensor from another package plug in without a change here."""
+"""R5: channel, sensor, metric, fault and executor of another package plug in, no change here."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.project import CANDIDATE, MINI, Project
+from adeye.cli.entry import main
+from tests.project import CANDIDATE, MINI, Project, table_hash
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,6 +37,82 @@ class Follow:
         eye = observation.measurements["eye"]
         ahead = [x for x, *_ in eye.detections if x > 0.0]
         return ScalarCommand(-3.0 if ahead and min(ahead) < self.near else 0.0, 0.0)
+''',
+    "braking.py": '''
+"""Brakes from the start, unless the fault that it has a hook for has come."""
+
+import numpy as np
+
+from adeye.signals import OK, ControlCommand
+
+
+class Braking:
+    monitor_ids = ()
+    hooks = ("planner_frozen",)
+
+    def reset(self, context):
+        self.id = context.channel_id
+        self.broken = np.zeros(context.runs, dtype=bool)
+
+    def inject(self, hook, active, size):
+        self.broken = active.copy()
+
+    def act(self, observation):
+        runs = len(self.broken)
+        deceleration = np.where(self.broken, 0.0, 2.0)
+        status = np.full(runs, OK)
+        stamp = np.full(runs, observation.time)
+        return ControlCommand(self.id, -deceleration, np.zeros(runs), stamp, status)
+''',
+    "pace.py": '''
+"""Speed that the ego loses in the first second."""
+
+import numpy as np
+
+from adeye.ports import MetricColumn
+from adeye.signals import EGO_SPEED
+
+
+class Pace:
+    uid = "third:pace@1"
+    column = "pace_mps"
+    unit = "m/s"
+    worse = "lower"
+    source = "a third party"
+
+    def compute(self, trace):
+        row = int(np.searchsorted(trace.time, 1.0))
+        speed = trace["ego"][:, :, EGO_SPEED]
+        runs = trace.runs
+        at = np.full(runs, trace.time[row])
+        return MetricColumn(speed[:, 0] - speed[:, row], ("value",) * runs, at, (-1,) * runs)
+''',
+    "pool.py": '''
+"""Executes everything backwards, three at a time, and writes down how much."""
+
+from itertools import islice
+from pathlib import Path
+
+from adeye.ports import Done
+
+
+class Backwards:
+    def __init__(self, context):
+        self.work, self.notes = context.work, Path(context.address)
+
+    def run(self, tasks):
+        while True:
+            together = list(islice(tasks, 3))
+            if not together:
+                return
+            for task in reversed(together):
+                with self.notes.open("a") as notes:
+                    notes.write("block\\n")
+                yield Done(task, self.work(task))
+
+    def close(self):
+        with self.notes.open("a") as notes:
+            notes.write("closed\\n")
 ''',
     "eye.py": '''
 """Sees every object ahead without error, at its own range."""
@@ -117,6 +194,13 @@ def third_party(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "site" / name).mkdir(parents=True)
     for file, text in PACKAGE.items():
         (tmp_path / "site" / name / file).write_text(text, "utf-8")
+    # What an installer leaves beside a package.
+    told = tmp_path / "site" / f"{name}-2.5.dist-info"
+    told.mkdir()
+    (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.5\n")
+    (told / "entry_points.txt").write_text(
+        f"[adeye.executors]\nbackwards = {name}.pool:Backwards\n", "utf-8"
+    )
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
     return name
 
@@ -186,3 +270,71 @@ def test_parts_from_a_file_of_the_user_run_in_the_loop(make_project: MakeProject
     plain = [row for row in rows if row["fault_entry"] == "none"]
     assert {row["outcome"] for row in plain} == {"completed"}
     assert {round(row["max_deceleration_mps2"], 6) for row in plain} == {2.0}
+
+
+def braking(project: Project, name: str) -> None:
+    """Test a channel with a hook, a fault in it, and a metric of the package."""
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"] = {
+            "nominal": {"kind": f"{name}.braking:Braking", "links": ["localisation"]}
+        }
+        candidate["switch"] = {
+            "policy": "fixed_priority",
+            "priority": ["nominal"],
+            "default": "nominal",
+        }
+    with project.edited("odd/concepts/motorway_chauffeur.yaml") as concept:
+        kept = [item for item in concept["requirements"] if item["id"] == "FSR-01"]
+        bound = {"formula": None, "bound": {"metric": "pace_mps", "at_least": 1.0}}
+        own = {**kept[0], "id": "FSR-90", **bound, "on_contact": "inconclusive"}
+        concept["requirements"] = [*kept, own]
+
+
+def test_fault_and_metric_of_a_third_party_decide_a_verdict(
+    make_project: MakeProject, third_party: str
+) -> None:
+    fault = {
+        "id": "frozen",
+        "target": "hooks.nominal",
+        "model": "planner_frozen",
+        "onset": {"at": "0 s"},
+    }
+    odd = {
+        **MINI,
+        "scenarios": [{"use": "cut_in", "faults": ["none", "frozen"]}],
+        "faults": [fault],
+        "architectures": ["architectures/camera_radar.yaml"],
+        "plugins": [f"{third_party}.pace:Pace"],
+    }
+    project = make_project(odd)
+    braking(project, third_party)
+    project.run()
+    rows = {row["fault_entry"]: row for row in project.rows()}
+    assert set(rows) == {"none", "frozen"}
+    # The channel brakes by itself and not with the fault; the metric sees it and the verdict says.
+    assert rows["none"]["max_deceleration_mps2"] == pytest.approx(2.0)
+    assert rows["frozen"]["max_deceleration_mps2"] == 0.0
+    assert {name: row["verdicts"]["FSR-90"] for name, row in rows.items()} == {
+        "none": "PASS",
+        "frozen": "FAIL",
+    }
+
+
+def test_executor_of_a_third_party_is_found_by_its_name_and_changes_no_result(
+    make_project: MakeProject,
+    third_party: str,  # noqa: ARG001 - it is installed
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    project = make_project()
+    notes = tmp_path / "notes"
+    options = ["--executor", "backwards", "--scheduler", str(notes), "--quiet"]
+    code = main(["run", str(project.odd), "--db", str(project.db), *options])
+    assert code == 0, capsys.readouterr().err
+    blocks = notes.read_text().splitlines()
+    assert blocks.count("block") >= 4
+    assert blocks[-1] == "closed"
+    project.run(db="here.db")
+    assert table_hash(project.db) == table_hash(project.folder / "here.db")
+    assert main(["run", str(project.odd), "--executor", "backward"]) == 2
+    assert "Did you mean 'backwards'?" in capsys.readouterr().err

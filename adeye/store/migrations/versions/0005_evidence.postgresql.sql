@@ -363,6 +363,27 @@ CREATE TABLE case_match (
 
 --
 
+CREATE TABLE certificate (
+	number INTEGER NOT NULL, 
+	campaign_id VARCHAR(32) NOT NULL, 
+	at TEXT COLLATE "C" NOT NULL, 
+	tool TEXT COLLATE "C" NOT NULL, 
+	class TEXT COLLATE "C" NOT NULL, 
+	executed INTEGER NOT NULL, 
+	asked INTEGER NOT NULL, 
+	sampled INTEGER NOT NULL, 
+	machine_dependent INTEGER NOT NULL, 
+	conditions TEXT COLLATE "C" NOT NULL, 
+	findings TEXT COLLATE "C" NOT NULL, 
+	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
+	CONSTRAINT pk_certificate PRIMARY KEY (number), 
+	CONSTRAINT ck_certificate_class CHECK (class = 'portable' OR class = 'same platform'), 
+	CONSTRAINT ck_certificate_sampled CHECK (sampled BETWEEN 1 AND executed), 
+	CONSTRAINT fk_certificate_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
+)
+
+--
+
 CREATE TABLE decomposition_child (
 	concept_digest VARCHAR(64) COLLATE "C" NOT NULL, 
 	fsr_id TEXT COLLATE "C" NOT NULL, 
@@ -1525,6 +1546,21 @@ FOR EACH ROW EXECUTE FUNCTION insert_only()
 --
 
 CREATE TRIGGER case_match_no_truncate BEFORE TRUNCATE ON case_match
+FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER certificate_no_update BEFORE UPDATE ON certificate
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER certificate_no_delete BEFORE DELETE ON certificate
+FOR EACH ROW EXECUTE FUNCTION insert_only()
+
+--
+
+CREATE TRIGGER certificate_no_truncate BEFORE TRUNCATE ON certificate
 FOR EACH STATEMENT EXECUTE FUNCTION insert_only()
 
 --

@@ -1,4 +1,4 @@
-"""Evidence that survives: the first schema of PostgreSQL, and views that both databases have."""
+"""Evidence that survives: ledger, roots, accounts, certificates; the first schema of PostgreSQL."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Renew the views of an SQLite database; make everything in one of PostgreSQL."""
+    """Add tables and renew views of an SQLite database; make everything in one of PostgreSQL."""
     connection = op.get_bind()
     name = f"0005_evidence.{connection.dialect.name}.sql"
     script = (Path(__file__).parent / name).read_text("utf-8")

@@ -1,0 +1,241 @@
+"""Blocks on workers that may lack what is here: they refuse to execute other code than was planned.
+
+A result names the code behind it by hashes that the plan took on this machine. So each block says
+what a worker must have, and a worker compares: the release and source of adeye, the libraries that
+compute, every plug-in and every file that one reads, before the block and after it.
+"""
+
+from __future__ import annotations
+
+import platform
+import secrets
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from adeye.campaign.unchanged import Source, Unchanged, sources
+from adeye.campaign.work import BatchResult, BatchTask, execute
+from adeye.errors import PlatformError, SpecError
+from adeye.ports import Done, ExecutorContext
+from adeye.registry import load_part, source_digest
+from adeye.version import __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from adeye.campaign.plan import CampaignPlan
+    from adeye.campaign.work import WorkContext
+    from adeye.ports import Executor
+
+COMPUTING: Final = ("highway-env", "llvmlite", "numba", "numpy", "scipy")
+"""Packages whose release may decide a result."""
+
+_OWN: Final = "adeye:run"
+"""Any name in the package; its digest is that of all files of the package."""
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a worker must have so that its results are those of the plan.
+
+    Attributes:
+        releases: Release by name: of adeye, Python and the packages that compute.
+        code: Digest of the source of adeye.
+        sources: Plug-ins and the files that they read.
+        marked: File in a folder that workers have to share, and what it says; None for no folder.
+    """
+
+    releases: tuple[tuple[str, str], ...]
+    code: str
+    sources: tuple[Source, ...]
+    marked: tuple[Path, str] | None = None
+
+
+@dataclass(frozen=True)
+class DemandingTask:
+    """A block, with what its worker must have."""
+
+    demand: Demand
+    task: BatchTask
+
+
+class Elsewhere:
+    """Executes blocks by an executor whose workers may be anywhere.
+
+    Relative paths are made absolute, because a worker has another working folder.
+    """
+
+    def __init__(
+        self,
+        plan: CampaignPlan,
+        make: Callable[
+            [ExecutorContext[DemandingTask, BatchResult]], Executor[DemandingTask, BatchResult]
+        ],
+        context: ExecutorContext[DemandingTask, BatchResult],
+        traces: Path | None = None,
+    ) -> None:
+        """Note what workers must have and make the executor.
+
+        Args:
+            plan: What is executed.
+            make: Makes the executor.
+            context: What it is made with.
+            traces: Folder that workers write traces to; None if they write none.
+
+        Raises:
+            PlatformError: The folder cannot be written to.
+        """
+        self._mark = None if traces is None else _mark(traces)
+        self._demand = demand_of(plan, self._mark)
+        self._contexts: dict[int, tuple[WorkContext, WorkContext]] = {}
+        self._executor = make(context)
+
+    def run(self, tasks: Iterator[BatchTask]) -> Iterator[Done[BatchTask, BatchResult]]:
+        """Execute tasks as they come."""
+        # A map asks again after its end, as executors do; a generator would have ended for good.
+        for done in self._executor.run(map(self._demanding, tasks)):
+            yield Done(done.task.task, done.result, done.lost)
+
+    def close(self) -> None:
+        """End what was started."""
+        self._executor.close()
+        if self._mark is not None:
+            with suppress(OSError):
+                self._mark[0].unlink(missing_ok=True)
+
+    def _demanding(self, task: BatchTask) -> DemandingTask:
+        known = self._contexts.get(id(task.context))
+        if known is None or known[0] is not task.context:
+            known = self._contexts[id(task.context)] = (task.context, _absolute(task.context))
+        return DemandingTask(self._demand, replace(task, context=known[1]))
+
+
+def demand_of(plan: CampaignPlan, marked: tuple[Path, str] | None = None) -> Demand:
+    """Say what a worker must have.
+
+    Args:
+        plan: What is executed.
+        marked: File in a folder that it has to share, and what it says.
+    """
+    return Demand(_releases(), _own_digest(), tuple(map(_absolute_source, sources(plan))), marked)
+
+
+def execute_as_demanded(item: DemandingTask) -> BatchResult:
+    """Execute a block if this worker has what it must have.
+
+    Args:
+        item: The block.
+
+    Raises:
+        PlatformError: It has not; the message names what is missing or another one.
+        IntegrityError: A plug-in or a file was changed while the block was executed.
+    """
+    unchanged = _required(item.demand)
+    unchanged.check()
+    result = execute(item.task)
+    unchanged.check()
+    return result
+
+
+@cache
+def _required(demand: Demand) -> Unchanged:
+    """Compare once what a demand says; what is on disk is compared again around each block."""
+    for (name, wanted), (_, found) in zip(demand.releases, _releases(), strict=True):
+        if wanted != found:
+            raise _refusal(f"it has {name} {found or 'not at all'}, the campaign {wanted}")
+    if demand.code != _own_digest():
+        raise _refusal("its source of adeye is another one, of the same release")
+    if demand.marked is not None and _read(demand.marked[0]) != demand.marked[1]:
+        raise _refusal(
+            f"it does not share the folder {demand.marked[0].parent}, where traces are kept; "
+            "share it, or run without --traces"
+        )
+    for source in demand.sources:
+        if source.path is None:
+            _require_code(source)
+        elif not source.is_as_planned():
+            raise _refusal(f"its file {source.path} is missing or another one")
+    return Unchanged(demand.sources)
+
+
+def _require_code(source: Source) -> None:
+    try:
+        found = load_part(source.name, source.folder).source_digest
+    except SpecError as error:
+        named = f"{source.name}, which {source.user} names"
+        raise _refusal(f"it cannot load {named}: {error}") from error
+    module = source.name.rpartition(":")[0]
+    if not module.endswith(".py"):
+        # A module stays as it was first imported, whatever was installed since; a file does not.
+        found = _FIRST.setdefault(module, found)
+    if found != source.digest:
+        raise _refusal(f"its code of {source.name}, which {source.user} names, is another one")
+
+
+_FIRST: dict[str, str] = {}
+"""Digest of each module when it was first needed here."""
+
+
+def _refusal(why: str) -> PlatformError:
+    return PlatformError(
+        f"worker on {platform.node()}: {why}. Install on all workers what this machine has, start "
+        "them again, and run again to go on."
+    )
+
+
+@cache
+def _releases() -> tuple[tuple[str, str], ...]:
+    own = (("adeye", __version__), ("Python", platform.python_version()))
+    return (*own, *((name, _release(name)) for name in COMPUTING))
+
+
+def _release(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+@cache
+def _own_digest() -> str:
+    """Hash the package once in a process: what is imported stays, whatever is installed since."""
+    return source_digest(_OWN, Path())
+
+
+def _absolute(context: WorkContext) -> WorkContext:
+    keep = context.keep
+    return replace(
+        context,
+        folders={name: folder.resolve() for name, folder in context.folders.items()},
+        odd_folder=context.odd_folder.resolve(),
+        keep=None if keep is None else replace(keep, folder=keep.folder.resolve()),
+    )
+
+
+def _absolute_source(source: Source) -> Source:
+    path = None if source.path is None else source.path.resolve()
+    return replace(source, folder=source.folder.resolve(), path=path)
+
+
+def _mark(folder: Path) -> tuple[Path, str]:
+    """Write a file that only who shares the folder can read."""
+    word = secrets.token_hex(16)
+    path = folder.resolve() / f"shared-{word[:8]}.mark"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(word, "ascii")
+    except OSError as error:
+        raise PlatformError(
+            f"{path} cannot be written: {error.strerror}. Free space or run without --traces."
+        ) from error
+    return path, word
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text("ascii")
+    except (OSError, UnicodeDecodeError):
+        return ""

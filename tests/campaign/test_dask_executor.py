@@ -1,0 +1,177 @@
+"""Blocks on a Dask cluster of real processes: workers and schedulers that die lose nothing."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.campaign import dask_executor
+from adeye.campaign.dask_executor import DaskExecutor
+from adeye.campaign.executor_names import NamedExecutor
+from adeye.campaign.runner import run_campaign
+from adeye.errors import PlatformError, UsageError
+from adeye.evaluation.verdict import ExitCode
+from adeye.ports import ExecutorContext
+from adeye.store.repository import Repository
+from adeye.testing import check_executor
+from tests.campaign.cluster import started_cluster
+from tests.campaign.work import perform
+from tests.project import table_hash
+
+if TYPE_CHECKING:
+    import subprocess
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from adeye.campaign.runner import Progress
+    from adeye.campaign.summary import CampaignSummary
+    from tests.project import Executed
+
+dask = pytest.importorskip("dask", reason="needs adeye[distributed]")
+pytest.importorskip("distributed", reason="needs adeye[distributed]")
+
+# Dask leaves the collection of its sockets to the interpreter.
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+
+
+def run_on(
+    address: str,
+    mini: Executed,
+    db: Path,
+    progress: Callable[[Progress], None] | None = None,
+) -> CampaignSummary:
+    executor = NamedExecutor("dask", address=address)
+    return run_campaign(mini.plan, db=db, executor=executor, progress=progress)
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    process.wait()
+
+
+class AtFirst:
+    """Does something once, when the first block of a campaign has been saved."""
+
+    def __init__(self, act: Callable[[], object]) -> None:
+        self.act, self.has_acted = act, False
+
+    def __call__(self, progress: Progress) -> None:
+        if progress.phase == "run" and progress.done and not self.has_acted:
+            self.has_acted = True
+            self.act()
+
+
+def test_workers_of_this_machine_conform() -> None:
+    check_executor(DaskExecutor, is_isolated=True)
+
+
+def test_campaign_on_a_local_cluster_is_the_campaign_of_this_process(
+    mini: Executed, tmp_path: Path
+) -> None:
+    db = tmp_path / "dask.db"
+    summary = run_campaign(mini.plan, db=db, executor=NamedExecutor("dask", workers=2))
+    assert summary.executed == summary.planned == len(mini.plan.cases)
+    assert table_hash(db) == table_hash(mini.db)
+
+
+def test_worker_that_is_killed_loses_no_block(mini: Executed, tmp_path: Path) -> None:
+    db = tmp_path / "killed.db"
+    with started_cluster(tmp_path / "cluster", workers=2) as cluster:
+        kill = AtFirst(lambda: end(cluster.workers[0]))
+        summary = run_on(cluster.address, mini, db, kill)
+    assert kill.has_acted
+    assert summary.exit_code is mini.summary.exit_code is ExitCode.OK
+    assert table_hash(db) == table_hash(mini.db)
+
+
+def test_scheduler_that_is_killed_ends_the_campaign_where_it_goes_on(
+    mini: Executed, tmp_path: Path
+) -> None:
+    db = tmp_path / "lost.db"
+    with started_cluster(tmp_path / "first", workers=1) as cluster:
+        kill = AtFirst(lambda: end(cluster.scheduler))
+        with pytest.raises(
+            PlatformError, match=r"scheduler at tcp://\S+ is lost.*run again"
+        ) as lost:
+            run_on(cluster.address, mini, db, kill)
+    assert lost.value.exit_code == ExitCode.ENVIRONMENT
+    with Repository.open(db) as repository:
+        campaign = repository.find_campaign()
+        saved = repository.progress(campaign.id).executed
+        # Nothing is leased any more, and nobody counts a failure.
+        work = campaign.work
+        assert (work.leased, work.quarantined) == (0, 0)
+    assert 0 < saved < len(mini.plan.cases)
+    with started_cluster(tmp_path / "second", workers=1) as cluster:
+        summary = run_on(cluster.address, mini, db)
+    assert summary.executed == len(mini.plan.cases) - saved
+    assert table_hash(db) == table_hash(mini.db)
+
+
+def test_cluster_without_workers_is_waited_for_only_so_long(tmp_path: Path) -> None:
+    with (
+        started_cluster(tmp_path, workers=0) as cluster,
+        dask.config.set({"adeye.patience": 0.2}),
+        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
+        pytest.raises(PlatformError, match=r"has had no worker for 0\.2 s"),
+    ):
+        list(executor.run(iter(["echo:a"])))
+
+
+def test_worker_that_comes_later_gets_what_waits(tmp_path: Path) -> None:
+    with (
+        started_cluster(tmp_path, workers=0) as cluster,
+        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
+    ):
+
+        def tasks() -> Any:
+            cluster.add_worker()
+            yield "echo:a"
+            yield "echo:b"
+
+        assert {done.result for done in executor.run(tasks())} == {"a", "b"}
+
+
+def test_worker_that_cannot_import_the_work_says_what_is_missing(tmp_path: Path) -> None:
+    with (
+        started_cluster(tmp_path, workers=1) as cluster,
+        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
+    ):
+        executor._work = _only_here(tmp_path)
+        with pytest.raises(PlatformError, match=r"cannot execute a batch: \w*NotFoundError: .*"):
+            list(executor.run(iter(["echo:a"])))
+
+
+def _only_here(tmp_path: Path) -> Any:
+    folder = tmp_path / "only"
+    folder.mkdir()
+    (folder / "only_here.py").write_text("def work(task):\n    return task\n", "utf-8")
+    sys.path.insert(0, str(folder))
+    try:
+        import only_here  # type: ignore[import-not-found]
+    finally:
+        sys.path.remove(str(folder))
+    return only_here.work
+
+
+def test_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_executor, "_CONNECT_S", 0.5)
+    with pytest.raises(PlatformError, match=r"does not answer within 0\.5 s"):
+        DaskExecutor(ExecutorContext(perform, None, "tcp://127.0.0.1:9"))
+
+
+def test_address_that_is_none_is_an_input_error() -> None:
+    with pytest.raises(UsageError, match=r"nonsense://.*is no address.*tcp://HOST:PORT"):
+        DaskExecutor(ExecutorContext(perform, None, "nonsense://here"))
+
+
+def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(UsageError, match=r"pip install 'adeye\[distributed\]'"):
+        DaskExecutor(ExecutorContext(perform))

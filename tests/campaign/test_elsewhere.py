@@ -1,0 +1,213 @@
+"""Workers elsewhere: they execute what was planned, or say why they refuse."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.campaign import elsewhere
+from adeye.campaign.elsewhere import Elsewhere, demand_of, execute_as_demanded
+from adeye.campaign.executors import InProcess
+from adeye.campaign.work import BatchTask, execute
+from adeye.errors import IntegrityError, PlatformError
+from adeye.ports import ExecutorContext
+from tests.project import CANDIDATE, MINI
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from adeye.campaign.elsewhere import Demand, DemandingTask
+    from adeye.campaign.plan import CampaignPlan
+    from tests.conftest import MakeProject
+    from tests.project import Executed, Project
+
+CHANNEL = """
+class Steady:
+    def __init__(self, parameters, context):
+        pass
+
+    def act(self, observation):
+        return 0.0, 0.0
+"""
+
+
+@pytest.fixture
+def project(make_project: MakeProject) -> Project:
+    made = make_project(
+        {**MINI, "faults": [], "architectures": ["architectures/camera_radar.yaml"]}
+    )
+    folder = made.folder / "odd" / "architectures"
+    (folder / "steady.py").write_text(CHANNEL)
+    (folder / "weights.bin").write_bytes(b"1")
+    with made.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"] = {
+            "kind": "./steady.py:Steady",
+            "links": ["localisation"],
+            "files": ["weights.bin"],
+        }
+    return made
+
+
+def required(demand: Demand) -> None:
+    elsewhere._required.cache_clear()
+    elsewhere._required(demand)
+
+
+def a_task(plan: CampaignPlan) -> BatchTask:
+    return BatchTask(1, (plan.cases[0],), (), plan.work)
+
+
+def test_worker_that_has_everything_executes_as_here(mini: Executed) -> None:
+    task = a_task(mini.plan)
+    made = elsewhere.DemandingTask(demand_of(mini.plan), task)
+    there, here = execute_as_demanded(made).runs, execute(task).runs
+    assert there is not None
+    assert here is not None
+    assert there.trace_digests == here.trace_digests
+    assert there.result_digests == here.result_digests
+
+
+@pytest.mark.parametrize("name", ["adeye", "Python", "numba", "highway-env"])
+def test_another_release_is_refused_by_name(mini: Executed, name: str) -> None:
+    demand = demand_of(mini.plan)
+    releases = tuple((key, "0.0.1" if key == name else value) for key, value in demand.releases)
+    with pytest.raises(PlatformError, match=rf"it has {name} .*, the campaign 0\.0\.1"):
+        required(replace(demand, releases=releases))
+
+
+def test_another_source_of_adeye_is_refused(mini: Executed) -> None:
+    with pytest.raises(PlatformError, match="its source of adeye is another one"):
+        required(replace(demand_of(mini.plan), code="0" * 64))
+
+
+@pytest.mark.parametrize(
+    ("file", "message"),
+    [("steady.py", r"its code of \./steady\.py:Steady"), ("weights.bin", "its file .*weights")],
+)
+def test_another_plugin_or_file_is_refused(project: Project, file: str, message: str) -> None:
+    demand = demand_of(project.plan())
+    required(demand)
+    path = project.folder / "odd" / "architectures" / file
+    path.write_bytes(path.read_bytes() + b"\n# other")
+    with pytest.raises(PlatformError, match=message):
+        required(demand)
+
+
+@pytest.mark.parametrize(
+    ("file", "message"), [("steady.py", "it cannot load ./steady"), ("weights.bin", "its file")]
+)
+def test_missing_plugin_or_file_is_refused(project: Project, file: str, message: str) -> None:
+    demand = demand_of(project.plan())
+    (project.folder / "odd" / "architectures" / file).unlink()
+    with pytest.raises(PlatformError, match=message):
+        required(demand)
+
+
+def test_module_that_was_installed_anew_under_a_worker_is_refused(
+    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = make_project(
+        {**MINI, "faults": [], "architectures": ["architectures/camera_radar.yaml"]}
+    )
+    module = made.folder / "installed_elsewhere.py"
+    module.write_text(CHANNEL)
+    monkeypatch.syspath_prepend(str(made.folder))
+    with made.edited(CANDIDATE) as candidate:
+        candidate["channels"]["nominal"] = {
+            "kind": "installed_elsewhere:Steady",
+            "links": ["localisation"],
+        }
+    required(demand_of(made.plan()))
+    module.write_text(CHANNEL + "# a later release\n")
+    # This process still has the code that it imported first, whatever the new plan hashes.
+    with pytest.raises(PlatformError, match="its code of installed_elsewhere:Steady"):
+        required(demand_of(made.plan()))
+
+
+def test_file_that_changes_during_a_block_makes_its_result_worthless(
+    project: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = project.plan()
+
+    def edit_and_execute(task: BatchTask) -> Any:
+        (project.folder / "odd" / "architectures" / "weights.bin").write_bytes(b"22")
+        return execute(task)
+
+    elsewhere._required.cache_clear()
+    monkeypatch.setattr(elsewhere, "execute", edit_and_execute)
+    with pytest.raises(IntegrityError, match=r"weights\.bin.*was changed"):
+        execute_as_demanded(elsewhere.DemandingTask(demand_of(plan), a_task(plan)))
+
+
+class Again:
+    """Tasks that come back after their end, as lost blocks do."""
+
+    def __init__(self, *tasks: BatchTask) -> None:
+        self.waiting = list(tasks)
+
+    def __iter__(self) -> Iterator[BatchTask]:
+        return self
+
+    def __next__(self) -> BatchTask:
+        if not self.waiting:
+            raise StopIteration
+        return self.waiting.pop(0)
+
+
+def make_elsewhere(plan: CampaignPlan, seen: list[DemandingTask], traces: Path | None) -> Elsewhere:
+    def work(item: DemandingTask) -> Any:
+        seen.append(item)
+        return item.task.block
+
+    context: ExecutorContext[Any, Any] = ExecutorContext(work)
+    return Elsewhere(plan, lambda context: InProcess(context.work), context, traces)
+
+
+def test_tasks_go_out_with_absolute_paths_and_come_back_as_they_were(
+    project: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(project.folder)
+    project.odd = Path("odd/tested.yaml")
+    plan = project.plan()
+    seen: list[DemandingTask] = []
+    task = a_task(plan)
+    tasks = Again(task)
+    executor = make_elsewhere(plan, seen, None)
+    results: list[Any] = []
+    for done in executor.run(tasks):
+        results.append((done.task.block, done.task.execute, done.result))
+        if len(results) == 1:
+            tasks.waiting.append(task)
+    assert results == [(1, task.execute, 1)] * 2
+    for item in seen:
+        context = item.task.context
+        assert all(folder.is_absolute() for folder in context.folders.values())
+        assert context.odd_folder == project.folder.resolve() / "odd"
+        assert all(source.folder.is_absolute() for source in item.demand.sources)
+    monkeypatch.chdir("/")
+    required(seen[0].demand)
+
+
+def test_folder_of_traces_has_to_be_shared(mini: Executed, tmp_path: Path) -> None:
+    seen: list[DemandingTask] = []
+    executor = make_elsewhere(mini.plan, seen, tmp_path / "traces")
+    list(executor.run(iter([a_task(mini.plan)])))
+    demand = seen[0].demand
+    assert demand.marked is not None
+    required(demand)
+    elsewhere_mark = (tmp_path / "not_here" / demand.marked[0].name, demand.marked[1])
+    with pytest.raises(PlatformError, match=r"does not share the folder .*not_here"):
+        required(replace(demand, marked=elsewhere_mark))
+    executor.close()
+    assert list((tmp_path / "traces").iterdir()) == []
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_folder_of_traces_that_cannot_be_written_is_told(mini: Executed, tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    with pytest.raises(PlatformError, match="cannot be written"):
+        make_elsewhere(mini.plan, [], tmp_path / "traces")
