@@ -13,6 +13,7 @@ import numpy as np
 
 from adeye.errors import AdeyeError
 from adeye.store.repository import Repository
+from tests.processes import wait_for_the_end
 from tests.project import ROOT, Project, count_rows, table_hash
 
 if TYPE_CHECKING:
@@ -45,21 +46,6 @@ def start(project: Project, db: Path) -> subprocess.Popen[str]:
     )
 
 
-def survivors(session: int) -> list[int]:
-    """List the processes of a session that have not ended."""
-    found = []
-    for name in os.listdir("/proc"):  # noqa: PTH208 - a listing of names, again and again
-        if name.isdigit():
-            try:
-                with open(f"/proc/{name}/stat", encoding="utf-8") as file:  # noqa: PTH123
-                    fields = file.read().rpartition(")")[2].split()
-            except OSError:
-                continue
-            if int(fields[3]) == session and fields[0] != "Z":
-                found.append(int(name))
-    return found
-
-
 def kill(process: subprocess.Popen[str], *, workers_too: bool) -> None:
     """End the runner with SIGKILL, alone or with its workers, and see that nobody is left."""
     if workers_too:
@@ -67,11 +53,8 @@ def kill(process: subprocess.Popen[str], *, workers_too: bool) -> None:
     else:
         process.send_signal(signal.SIGKILL)
     process.communicate()
-    # A worker ends when the pipe to its parent does, so it is gone after its present batch.
-    deadline = time.monotonic() + 20.0
-    while survivors(process.pid) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert survivors(process.pid) == []
+    # A worker looks at its parent, so it is gone soon, whatever it does.
+    assert wait_for_the_end(process.pid) == []
 
 
 def wait_for_a_moment(process: subprocess.Popen[str], blocks: int, delay: float) -> bool:

@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
+import atexit
+import math
 import multiprocessing
 import os
 import signal
+import threading
+import time
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for_futures
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+
+THREAD_NAME: Final = "block"
+"""How the names of threads that execute batches begin."""
+_WHILE_IT_ENDS_S: Final = 1.0
+"""How long a worker that is told to end may take before it is killed [s]."""
+
+
+def is_abandoned_work_running() -> bool:
+    """Tell whether a thread of this process still executes a batch."""
+    return any(item.name.startswith(THREAD_NAME) for item in threading.enumerate())
+
+
+def kill_workers() -> None:
+    """End all worker processes of this one at once, with what they started."""
+    for child in multiprocessing.active_children():
+        _kill(child.pid)
+
+
+# Workers ignore SIGTERM, with which Python would end those that nobody closed, and wait for them.
+atexit.register(kill_workers)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +88,13 @@ class Threads(Generic[Task, Result]):
         """
         self._work = work
         self._count = threads
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="block")
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix=THREAD_NAME)
+        self._busy: dict[Future[Result], Task] = {}
+        self._is_abandoned = False
 
     def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
         """Execute tasks as they come; results arrive in the order in which they end."""
-        busy: dict[Future[Result], Task] = {}
+        busy = self._busy
         while True:
             # One more than there are threads, so that none waits while a result is handed over.
             while len(busy) <= self._count:
@@ -81,30 +107,48 @@ class Threads(Generic[Task, Result]):
                 return
             ended, _ = wait_for_futures(busy, return_when=FIRST_COMPLETED)
             for future in ended:
-                yield Done(busy.pop(future), future.result())
+                task = busy.pop(future)
+                if not future.cancelled():
+                    yield Done(task, future.result())
+
+    def drop_waiting(self) -> None:
+        """Forget the batches that no thread has begun; they bring no result."""
+        for future in list(self._busy):
+            future.cancel()
+
+    def abandon(self) -> None:
+        """Do not wait for the batches that are running; nobody takes their results."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._is_abandoned = True
 
     def close(self) -> None:
         """Drop what was not begun and wait for what was."""
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        if not self._is_abandoned:
+            self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 class Processes(Generic[Task, Result]):
     """Runs batches in worker processes, one batch each at a time.
 
     A worker that dies takes only its batch with it; the caller decides whether to try it again.
-    A worker whose parent dies reads the end of its pipe and ends. An exception of the work itself
-    ends the iteration here, because it is a defect, not an accident.
+    One that is not done by its deadline is killed with its process group, which is the same to the
+    caller. A worker whose parent dies is killed, too, whatever it does. An exception of the work
+    itself ends the iteration here, because it is a defect, not an accident.
     """
 
-    def __init__(self, work: Callable[[Task], Result], workers: int) -> None:
+    def __init__(
+        self, work: Callable[[Task], Result], workers: int, deadline_s: float = math.inf
+    ) -> None:
         """Prepare; workers start with the first tasks.
 
         Args:
             work: Importable function from task to result.
             workers: Number of processes.
+            deadline_s: How long a batch may take [s].
         """
         self._work = work
         self._count = workers
+        self._deadline_s = deadline_s
         self._context = multiprocessing.get_context("spawn")
         self._workers: dict[Connection, _Worker] = {}
 
@@ -121,17 +165,46 @@ class Processes(Generic[Task, Result]):
                 busy = self._busy()
                 if not busy:
                     return
-                for end in wait(busy):
+                for end in wait(busy, self._patience()):
                     assert isinstance(end, Connection)
                     yield self._collect(end)
+                yield from self._overdue()
         finally:
             self.close()
 
     def close(self) -> None:
         """End the workers."""
-        for worker in self._workers.values():
-            worker.stop()
+        workers = list(self._workers.values())
         self._workers.clear()
+        until = time.monotonic() + _WHILE_IT_ENDS_S
+        for worker in workers:
+            worker.end.close()
+        for worker in workers:
+            worker.stop(until - time.monotonic())
+
+    def abandon(self) -> None:
+        """Kill the workers."""
+        for worker in self._workers.values():
+            worker.kill()
+        self.close()
+
+    def _patience(self) -> float | None:
+        """Give the time until the first batch is overdue [s]; None for no such time."""
+        begun = [worker.began for worker in self._workers.values() if worker.task is not None]
+        left = min(begun) + self._deadline_s - time.monotonic()
+        return max(0.0, left) if math.isfinite(left) else None
+
+    def _overdue(self) -> Iterator[Done[Task, Result]]:
+        """Kill the workers whose batch takes too long."""
+        for end in self._busy():
+            worker = self._workers[end]
+            if time.monotonic() - worker.began < self._deadline_s or end.poll():
+                continue
+            del self._workers[end]
+            worker.kill()
+            worker.stop()
+            why = f"its worker was killed at its deadline, after {self._deadline_s:g} s"
+            yield Done(worker.task, None, why)
 
     def _busy(self) -> list[Connection]:
         return [end for end, worker in self._workers.items() if worker.task is not None]
@@ -165,31 +238,53 @@ class _Worker:
     def __init__(self, context: Any, work: Callable[[Any], Any]) -> None:
         self.end, other = context.Pipe()
         self.task: Any = None
+        self.began = math.inf
         self._process = context.Process(target=_serve, args=(other, work), daemon=True)
         self._process.start()
         other.close()
 
     def give(self, task: Any) -> None:
-        self.task = task
+        self.task, self.began = task, time.monotonic()
         try:
             self.end.send(task)
         except OSError:
             # It died while idle; the end of its pipe says so at the next wait.
             return
 
-    def stop(self) -> int | None:
-        self.end.close()
-        self._process.join(timeout=1.0)
+    def kill(self) -> None:
+        """End it at once, with what it started."""
         if self._process.is_alive():
-            self._process.kill()
+            _kill(self._process.pid)
+
+    def stop(self, patience_s: float = _WHILE_IT_ENDS_S) -> int | None:
+        """Let it end, but not for long; return its exit code."""
+        self.end.close()
+        self._process.join(timeout=max(0.0, patience_s))
+        if self._process.is_alive():
+            self.kill()
             self._process.join()
         code: int | None = self._process.exitcode
         return code
 
 
+def _kill(pid: int | None) -> None:
+    """Kill a process with its group, if it has one of its own already."""
+    if pid is None:
+        return
+    try:
+        own = os.getpgid(pid) == pid
+        (os.killpg if own else os.kill)(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        # It has ended meanwhile.
+        return
+
+
 def _serve(end: Connection, work: Callable[[Any], Any]) -> None:
-    """Serve tasks until the pipe closes; the parent alone decides about Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Serve tasks until the pipe closes; the parent alone decides about Ctrl-C and SIGTERM."""
+    for name in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(name, signal.SIG_IGN)
+    os.setpgid(0, 0)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     while True:
         try:
@@ -204,3 +299,11 @@ def _serve(end: Connection, work: Callable[[Any], Any]) -> None:
             end.send(answer)
         except OSError:
             return
+
+
+def _end_with_parent() -> None:
+    """Wait for the end of the parent, and kill this process with what it started."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    wait([parent.sentinel])
+    os.killpg(0, signal.SIGKILL)

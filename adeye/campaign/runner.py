@@ -2,33 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import time
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from adeye.campaign.blocks import block_size, fitting
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.halving import HalfStepTasks, Halved
+from adeye.campaign.heartbeat import renewing
 from adeye.campaign.keeping import Keep, folder_of
 from adeye.campaign.rejudging import VERDICT, Rejudged, rejudge
+from adeye.campaign.session import Session
 from adeye.campaign.summary import CampaignSummary, failed_channels, summarise
-from adeye.campaign.unchanged import Unchanged
+from adeye.campaign.tasks import LEASE_S, Tasks
 from adeye.campaign.work import BatchResult, BatchTask, execute
-from adeye.errors import InputError
+from adeye.errors import ASKED_TO_END, InputError
+from adeye.evaluation.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.work import WorkContext
-    from adeye.store.stored import Block, Plan
-    from adeye.sweep.case import TestCase
+    from adeye.campaign.unchanged import Unchanged
+    from adeye.store.stored import Plan
 
-LEASE_S = 600.0
+POLL_S: Final = 1.0
+"""Between two looks at what other runners have leased [s]."""
 
 
 _Parallel = Processes[BatchTask, BatchResult] | Threads[BatchTask, BatchResult]
@@ -39,8 +44,9 @@ class Progress:
     """How far a campaign is.
 
     Attributes:
-        phase: ``plan``, ``half step`` where the ODD asks for it, ``judge``, ``run`` or ``done``.
-        done: Test cases planned, then those executed or judged.
+        phase: ``plan``, ``half step`` where the ODD asks for it, ``judge``, ``run``, ``wait`` while
+            other runners execute the last blocks, or ``done``.
+        done: Test cases planned, then those executed or judged here.
         total: Test cases to plan, then those to execute or judge.
         failures: Runs with a FAIL or ERROR so far.
     """
@@ -51,7 +57,7 @@ class Progress:
     failures: int
 
 
-def run_campaign(
+def run_campaign(  # noqa: PLR0913 - all but the plan has a default
     plan: CampaignPlan,
     *,
     db: str | Path | None = None,
@@ -59,12 +65,16 @@ def run_campaign(
     threads: int = 1,
     progress: Callable[[Progress], None] | None = None,
     traces: Wanted = "none",
+    session: Session | None = None,
 ) -> CampaignSummary:
     """Execute what a plan lacks in the database, and judge it.
 
     The plan is committed before the first run. Whatever dies, the next call goes on where the
     database ends; a finished campaign executes nothing. Results that lack verdicts are judged from
     what is kept of them; only where that is not enough are they executed again.
+
+    Any number of runners may share a campaign: each waits at the end for the blocks that others are
+    executing, or takes them over if these have died, so that all end with the same verdict.
 
     Args:
         plan: A checked plan.
@@ -73,13 +83,15 @@ def run_campaign(
         threads: Threads over blocks, in this process; only where there is one process.
         progress: Called after each block, and now and then while a large plan is saved.
         traces: Which traces of what is executed are kept.
+        session: Which part is executed and what ends it; None for all of it.
 
     Raises:
         IntegrityError: A result contradicts one that exists, or a plug-in was changed meanwhile.
         PlatformError: The database cannot be written.
     """
     with Repository.open(db) as repository:
-        return _Campaign(repository, plan, progress, traces).finish((workers, threads))
+        campaign = _Campaign(repository, plan, progress, traces, session)
+        return campaign.finish((workers, threads))
 
 
 def judge_campaign(
@@ -122,7 +134,9 @@ class _Campaign:
         plan: CampaignPlan,
         progress: Callable[[Progress], None] | None,
         traces: Wanted,
+        session: Session | None = None,
     ) -> None:
+        self._session = session or Session()
         self._repository, self._plan = repository, plan
         self._report = progress or (lambda _: None)
         keep = Keep(traces, folder_of(repository.path))
@@ -139,16 +153,19 @@ class _Campaign:
             replays: Whether results of which too little is kept are executed again.
         """
         repository, plan = self._repository, self._plan
-        planned = plan.expansion.count
+        planned, size = plan.expansion.count, block_size(plan)
         stored = repository.plan_campaign(
             plan.record(),
             plan.planned(),
-            block_size=block_size(plan),
+            block_size=size,
             report=lambda done: self._report(Progress("plan", done, planned, 0)),
         )
-        repository.requeue_quarantined(stored.campaign)
-        lanes_of = _Lanes(plan, lanes)
-        tasks = _Tasks(repository, plan, stored, self._context, (executes, replays))
+        repository.queue.requeue_quarantined(stored.campaign)
+        chosen = self._session.choice.ordinals(repository.queue, stored, size)
+        lanes_of = _Lanes(plan, lanes, self._session)
+        tasks = Tasks(repository, plan, stored, (executes, replays), self._session)
+        tasks.use(self._context)
+        tasks.choose(chosen, stored, size)
         halved, again = Halved(), Rejudged(0, 0, {}, {})
         state = Progress("run", 0, 0, 0)
         try:
@@ -163,6 +180,9 @@ class _Campaign:
         except InputError:
             # What cannot be used any more was changed after the plan, in whichever block it shows.
             tasks.unchanged.check()
+            raise
+        except ASKED_TO_END:
+            lanes_of.abandon()
             raise
         finally:
             lanes_of.close()
@@ -195,7 +215,7 @@ class _Campaign:
         return found
 
     def _summary(
-        self, stored: Plan, tasks: _Tasks, halved: Halved, again: Rejudged
+        self, stored: Plan, tasks: Tasks, halved: Halved, again: Rejudged
     ) -> CampaignSummary:
         """Say what came out, with what went wrong in the message."""
         repository, (_, replays) = self._repository, tasks.allowed
@@ -206,7 +226,7 @@ class _Campaign:
             ways[VERDICT] = stored.to_judge - again.wanted
         summary = replace(
             summarise(repository, campaign, self._plan, stored),
-            executed=now,
+            executed=tasks.executed if tasks.met_others else now,
             judged=(again.wanted if replays else again.judged) + ways.get(VERDICT, 0),
             replayed=len(again.left) if replays else 0,
             ways=ways,
@@ -220,15 +240,21 @@ class _Campaign:
         if tasks.failures and campaign.work.quarantined:
             last = _first_line(tasks.failures[-1])
             notes.append(f"{campaign.work.quarantined} blocks were given up: {last}")
+        notes += tasks.notes(summary.to_execute)
         if any(notes):
             message = "; ".join((summary.message.rstrip("."), *filter(None, notes)))
             summary = replace(summary, message=message)
-        return summary
+        if tasks.chosen == 0:
+            # An empty selection is no success, whatever the verdict of the campaign is.
+            code = exit_code([summary.exit_code, ExitCode.INCOMPLETE])
+            summary = replace(summary, exit_code=code)
+        return replace(summary, selected=tasks.chosen)
 
     def _judging(self, done: int, wanted: int) -> None:
         self._report(Progress("judge", done, wanted, 0))
 
-    def _work_off(self, tasks: _Tasks, lanes: _Lanes, again: Rejudged, stored: Plan) -> Progress:
+    def _work_off(self, tasks: Tasks, lanes: _Lanes, again: Rejudged, stored: Plan) -> Progress:
+        """Execute blocks until none is left to anybody, or something ends it before."""
         executes, replays = tasks.allowed
         to_execute = stored.to_execute
         if self._plan.samples:
@@ -236,30 +262,63 @@ class _Campaign:
         total = to_execute * executes + len(again.left) * replays
         state = Progress("run", 0, total, 0)
         self._report(state)
-        for done in lanes.start(tasks):
-            state = _absorb(self._repository, tasks, done, state)
-            self._report(state)
+        others: int | None = None
+        with self._executing(tasks):
+            # Nobody held anything before the last look at what is free: then all is done.
+            while others != 0:
+                for done in lanes.start(tasks):
+                    state = _absorb(tasks, done, state)
+                    self._session.limits.count(state.failures)
+                    self._report(state)
+                if self._session.has_ended:
+                    break
+                others = tasks.open_elsewhere() if executes else 0
+                if others and self._session.limits.allow(0):
+                    self._report(replace(state, phase="wait"))
+                    time.sleep(POLL_S)
         return state
+
+    @contextmanager
+    def _executing(self, tasks: Tasks) -> Iterator[None]:
+        """Keep the leases of what is executed, and leave it in peace when somebody asks to end."""
+        with (
+            self._session.stop.deferred(),
+            renewing(self._repository, tasks.held, LEASE_S),
+        ):
+            yield
 
 
 class _Lanes:
     """Where blocks are executed."""
 
-    def __init__(self, plan: CampaignPlan, lanes: tuple[int, int]) -> None:
+    def __init__(self, plan: CampaignPlan, lanes: tuple[int, int], session: Session) -> None:
         self._plan = plan
         self._count = max(lanes)
-        self._executor = _executor(*lanes)
+        self._stop = session.stop
+        self._executor = _executor(*lanes, session.deadline_s)
 
     def start(self, wanted: Iterator[BatchTask]) -> Iterator[Done[BatchTask, BatchResult]]:
         """Execute blocks as they are asked for."""
         if self._count > 1 and not is_cache_warm(*self._plan.compiled_parts):
             # Compiled once here, the kernels are loaded by every worker.
             yield from (Done(task, execute(task)) for task in islice(wanted, 1))
-        yield from self._executor.run(wanted)
+        for done in self._executor.run(wanted):
+            yield done
+            if self._stop.asked is not None:
+                # What waits for a thread is not begun any more.
+                getattr(self._executor, "drop_waiting", _nothing)()
 
     def close(self) -> None:
         """End what was started."""
         self._executor.close()
+
+    def abandon(self) -> None:
+        """Let go of what is being executed; what cannot be ended is not waited for."""
+        getattr(self._executor, "abandon", self._executor.close)()
+
+
+def _nothing() -> None:
+    """Leave it to an executor that cannot."""
 
 
 def _first_line(text: str) -> str:
@@ -267,98 +326,21 @@ def _first_line(text: str) -> str:
     return text.partition("\n")[0]
 
 
-def _executor(workers: int, threads: int) -> InProcess[BatchTask, BatchResult] | _Parallel:
+def _executor(
+    workers: int, threads: int, deadline_s: float
+) -> InProcess[BatchTask, BatchResult] | _Parallel:
     if workers > 1:
-        return Processes(execute, workers)
+        return Processes(execute, workers, deadline_s)
     return InProcess(execute) if threads == 1 else Threads(execute, threads)
 
 
-class _Tasks(Iterator[BatchTask]):
-    """Claims blocks as workers ask for them; asked again after its end, it looks again.
-
-    Attributes:
-        allowed: Whether what has no result may be executed, and what has one again.
-        failures: What adeye itself failed with.
-        unchanged: Notices what is changed after the plan.
-    """
-
-    def __init__(
-        self,
-        repository: Repository,
-        plan: CampaignPlan,
-        stored: Plan,
-        context: WorkContext,
-        allowed: tuple[bool, bool],
-    ) -> None:
-        self._repository = repository
-        self._context = context
-        self._campaign = stored.campaign
-        self._cases: Sequence[TestCase] = plan.cases
-        self._held: dict[int, Block] = {}
-        self._kept: list[Block] = []
-        self.allowed = allowed
-        self.failures: list[str] = []
-        self.unchanged = Unchanged(plan)
-
-    def __next__(self) -> BatchTask:
-        executes, replays = self.allowed
-        while True:
-            block = self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign)
-            if block is None:
-                raise StopIteration
-            to_execute = block.to_execute if executes else ()
-            to_judge = block.to_judge if replays else ()
-            if to_execute or to_judge or not block.cases:
-                break
-            self.keep(block)
-        self._held[block.id] = block
-        return BatchTask(
-            block=block.id,
-            execute=tuple(self._cases[item.ordinal] for item in to_execute),
-            judge=tuple(
-                (self._cases[item.ordinal], item.result_digest, item.missing_fsrs)
-                for item in to_judge
-            ),
-            context=self._context,
-        )
-
-    def keep(self, block: Block) -> None:
-        """Leave a block that still lacks something, but count what it does not lack."""
-        self._repository.again.tally(block)
-        self._kept.append(block)
-
-    def take(self, task: BatchTask) -> Block:
-        """Return the block behind a task; it is no longer held."""
-        return self._held.pop(task.block)
-
-    def release(self) -> None:
-        """Give back what was claimed and not completed."""
-        for block in (*self._held.values(), *self._kept):
-            self._repository.release_block(block)
-        self._held.clear()
-        self._kept.clear()
-
-
-def _absorb(
-    repository: Repository,
-    tasks: _Tasks,
-    done: Done[BatchTask, BatchResult],
-    state: Progress,
-) -> Progress:
+def _absorb(tasks: Tasks, done: Done[BatchTask, BatchResult], state: Progress) -> Progress:
     """Save what came back for a block, unless its code is not that of the plan."""
     # Before it is taken: a block whose code is another one is given back.
     tasks.unchanged.check()
-    block = tasks.take(done.task)
     if done.result is None or done.result.failure:
-        detail = done.lost if done.result is None else done.result.failure
-        repository.fail_block(block, detail)
-        tasks.failures.append(detail)
+        tasks.fail(done.task, done.lost if done.result is None else done.result.failure)
         return state
-    result = done.result
-    if block.to_execute and not tasks.allowed[0]:
-        if result.judged is not None:
-            repository.again.add(result.judged)
-        tasks.keep(replace(block, cases=block.to_execute))
-    else:
-        repository.complete_block(block, result.runs, result.judged)
-    return replace(state, done=state.done + result.done, failures=state.failures + result.failures)
+    saved = tasks.complete(done.task, done.result)
+    failures = done.result.failures if saved else 0
+    return replace(state, done=state.done + saved, failures=state.failures + failures)

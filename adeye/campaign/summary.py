@@ -67,6 +67,7 @@ class CampaignSummary:
         to_replay: Results that have to be executed again to be judged, and were not.
         to_execute: Test cases without a result.
         twins: Twins with half the step that were executed now.
+        selected: Test cases that were to be executed if they lacked a result; None for all.
     """
 
     campaign: str
@@ -82,6 +83,7 @@ class CampaignSummary:
     to_replay: int = 0
     to_execute: int = 0
     twins: int = 0
+    selected: int | None = None
 
 
 def failed_channels(repository: Repository, campaign: str) -> str:

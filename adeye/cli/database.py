@@ -1,6 +1,9 @@
-"""``db upgrade|info|verify``: the database file itself."""
+"""``db upgrade|info|verify|merge``: the database file itself."""
 
 from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated
 
 import typer
 
@@ -10,7 +13,7 @@ from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, ta
 _INTEGRITY = 4
 
 database_app = typer.Typer(
-    help="Create, upgrade, describe and verify the database.", no_args_is_help=True
+    help="Create, upgrade, describe, verify and merge databases.", no_args_is_help=True
 )
 
 
@@ -92,6 +95,45 @@ def verify(db: Db = None, json: Json = False) -> None:
         raise typer.Exit(_INTEGRITY)
 
 
+def merge(
+    into: Annotated[str, typer.Argument(metavar="INTO", help="Database that grows.")],
+    sources: Annotated[
+        list[str], typer.Argument(metavar="FROM...", help="Databases that are only read.")
+    ],
+    json: Json = False,
+) -> None:
+    """Bring the results of other databases into one, such as those of the shards of a campaign.
+
+    Each source is verified, and goes in as a whole or not at all; merging it again adds nothing.
+    Kept traces stay beside their database.
+
+    Exit codes: 0 merged, 2 no such database, 4 a source was altered or contradicts what is there,
+    5 database or disk.
+    """
+    from adeye.store.repository import Repository
+
+    merged = []
+    with Repository.open(into) as repository:
+        for source in sources:
+            found = repository.queue.merge(source)
+            merged.append(found)
+            if not json:
+                emit(
+                    clean(
+                        f"{found.source}: campaigns {len(found.campaigns):,}, new runs "
+                        f"{found.runs:,}, blocks done by it {found.blocks:,}"
+                    )
+                )
+    if json:
+        emit_json("db-merge", {"into": into, "sources": [asdict(item) for item in merged]})
+
+
 add(database_app, upgrade, "adeye db upgrade", "adeye db upgrade --db my.db")
 add(database_app, info, "adeye db info", "adeye db info --json")
 add(database_app, verify, "adeye db verify")
+add(
+    database_app,
+    merge,
+    "adeye db merge all.db shard1.db shard2.db shard3.db",
+    "adeye db merge all.db shard1.db --json",
+)

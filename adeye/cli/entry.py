@@ -12,7 +12,7 @@ from typing import Final
 import typer
 
 from adeye.cli.app import app
-from adeye.cli.interruption import raising_on_sigterm
+from adeye.cli.interruption import leave_if_abandoned, raising_on_sigterm
 from adeye.cli.output import clean, talk
 from adeye.errors import Terminated
 
@@ -49,6 +49,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(_COLLECT_AFTER)
     before = os.environ.get(DEBUG)
     try:
+        code = _ended(arguments)
+    finally:
+        if before is None:
+            os.environ.pop(DEBUG, None)
+    if code in {_INTERRUPTED, _TERMINATED}:
+        leave_if_abandoned(code)
+    return code
+
+
+def _ended(arguments: Sequence[str] | None) -> int:
+    try:
         with raising_on_sigterm():
             return _run(arguments)
     except Terminated:
@@ -59,9 +70,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _code_of(error)
     except Exception as error:  # noqa: BLE001 - the boundary where errors become messages
         return _report(error)
-    finally:
-        if before is None:
-            os.environ.pop(DEBUG, None)
 
 
 def _run(arguments: Sequence[str] | None) -> int:

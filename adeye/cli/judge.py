@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adeye.cli.options import Backend, Db, Json, OddFile, Quiet, Threads, Variant, Workers
+from adeye.cli.outcome import document, rejudged_text
 from adeye.cli.output import clean, emit, emit_json, talk
 from adeye.cli.progress import reporting
-from adeye.cli.run import document, parallel, rejudged_text
+from adeye.cli.run import parallel
 from adeye.cli.verdicts import print_verdicts
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""How far a campaign is: a live line on a terminal, one line at each end elsewhere."""
+"""How far a campaign is: a live line on a terminal, elsewhere one at each end and each minute."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import Protocol
+from typing import Final, Protocol
 
 from adeye.cli.output import clean, talk
 
@@ -33,6 +33,11 @@ class ProgressLike(Protocol):
 
 
 Report = Callable[[ProgressLike], None]
+
+LINE_EVERY_S: Final = 60.0
+"""Between two lines where nobody watches a terminal, such as in the log of a server [s]."""
+_WORDS: Final = {"wait": "wait for other runners"}
+"""Phases that need more than their word."""
 
 
 class Meter:
@@ -77,6 +82,23 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
+def line(progress: ProgressLike, rate: str, left: str) -> str:
+    """Write the state of a phase as one line: how far it is, how fast, and what failed.
+
+    Args:
+        progress: The state.
+        rate: For people, or empty.
+        left: Time that is left, for people, or empty.
+    """
+    phase = _WORDS.get(progress.phase, progress.phase)
+    parts = [f"{progress.done:,}/{progress.total:,}", rate, left, _failed(progress)]
+    return clean(f"{phase}: {', '.join(filter(None, parts))}")
+
+
+def _failed(progress: ProgressLike) -> str:
+    return f"{progress.failures:,} failed" if progress.failures else ""
+
+
 def is_live() -> bool:
     """Tell whether somebody watches standard error on a terminal that can move its cursor."""
     return (
@@ -108,8 +130,15 @@ def reporting(what: str, *, quiet: bool = False) -> Iterator[Report]:
         began = time.perf_counter()
         talk(f"{what} …")
 
+        told = began
+
         def count(progress: ProgressLike) -> None:
-            meter.update(progress, time.perf_counter())
+            nonlocal told
+            now = time.perf_counter()
+            speed = meter.update(progress, now)
+            if now - told >= LINE_EVERY_S:
+                told = now
+                talk(line(progress, *speed))
 
         yield count
         talk(f"{what}: done in {duration(time.perf_counter() - began)}")
@@ -149,12 +178,12 @@ def _bar() -> Iterator[Report]:
             rate, left = meter.update(progress, time.perf_counter())
             live.update(
                 task,
-                description=clean(progress.phase),
+                description=clean(_WORDS.get(progress.phase, progress.phase)),
                 completed=progress.done,
                 total=max(1, progress.total),
                 rate=rate,
                 left=left,
-                failures=f"{progress.failures} failed" if progress.failures else "",
+                failures=_failed(progress),
             )
 
         yield show

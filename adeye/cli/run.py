@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
+from adeye.cli.interruption import asking
 from adeye.cli.options import (
     Backend,
     CampaignId,
@@ -26,9 +27,18 @@ from adeye.cli.options import (
     Variant,
     Workers,
 )
-from adeye.cli.output import clean, emit, emit_json, talk, wrote
+from adeye.cli.outcome import document, print_summary
+from adeye.cli.output import clean, emit_json, talk, wrote
 from adeye.cli.progress import reporting
-from adeye.cli.verdicts import ordered, print_verdicts
+from adeye.cli.session import (
+    Budget,
+    Deadline,
+    KeywordOption,
+    LastFailed,
+    Maxfail,
+    ShardOption,
+    make_session,
+)
 from adeye.cli.writing import named
 from adeye.errors import ASKED_TO_END
 
@@ -37,6 +47,7 @@ if TYPE_CHECKING:
 
     from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
+    from adeye.campaign.session import Session
     from adeye.campaign.summary import CampaignSummary
 
 Files = dict[str, Path | None]
@@ -98,15 +109,6 @@ Traces = Annotated[
     ),
 ]
 
-_WAYS: Final = {
-    "metric": "metric rows",
-    "samples": "kept extremes",
-    "trace": "kept traces",
-    "invalid": "being invalid",
-    "verdict": "verdicts without numeric uncertainty",
-}
-"""What told a verdict, in words, by the word of ``campaign.rejudging``."""
-
 
 def run(
     odd: OddFile,
@@ -121,6 +123,12 @@ def run(
     report_json: ReportJsonFile = None,
     traces: Traces = "none",
     sarif: SarifReport = None,
+    shard: ShardOption = None,
+    keyword: KeywordOption = None,
+    last_failed: LastFailed = False,
+    maxfail: Maxfail = None,
+    budget: Budget = None,
+    deadline: Deadline = None,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -129,6 +137,10 @@ def run(
     Only what has no result yet is executed: run it again after an interruption and it goes on; run
     it again after an edit and only what the edit touches is executed. Results that a new threshold
     concerns are judged from what is kept of them, and executed only where that cannot tell.
+
+    Several runs of one ODD on one database share the campaign, and each ends when nothing is left
+    to any of them. Whatever is left out by --shard, -k, --last-failed, --maxfail or --budget stays
+    NOT_RUN, so that the verdict is never green by what was left out.
 
     Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 integrity
     violated, 5 database or disk, 130 and 143 interrupted.
@@ -152,7 +164,21 @@ def run(
             "--report-json": report_json,
             "--traces": None if traces == "none" else traces,
             "--sarif": sarif,
+            "--shard": shard,
+            "-k": keyword,
+            "--last-failed": "" if last_failed else None,
+            "--maxfail": maxfail,
+            "--budget": budget,
+            "--deadline": deadline,
         },
+    )
+    session = make_session(
+        shard=shard,
+        keyword=keyword,
+        last_failed=last_failed,
+        maxfail=maxfail,
+        budget=budget,
+        deadline=deadline,
     )
     wanted = _wanted(traces)
     plan = make_plan(odd, backend=backend, variant=variant)
@@ -163,7 +189,8 @@ def run(
         for notice in plan.notices:
             talk(clean(f"note: {notice}", lines=True))
     try:
-        summary = _execute(plan, db, lanes, wanted, quiet=quiet)
+        with asking(session.stop, hint):
+            summary = _execute(plan, db, lanes, wanted, session, quiet=quiet)
     except ASKED_TO_END:
         talk(hint)
         raise
@@ -209,35 +236,6 @@ def usable_processors() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-def print_summary(summary: CampaignSummary) -> None:
-    """Print the verdicts, what was executed, and what the exit code means."""
-    print_verdicts(summary)
-    emit(f"\n{executed_text(summary)}")
-    emit(clean(summary.message, lines=True))
-
-
-def executed_text(summary: CampaignSummary) -> str:
-    """Say how much was executed and how much was there already."""
-    again = f" {rejudged_text(summary)}" if summary.judged or summary.to_replay else ""
-    if summary.planned > 0 and summary.executed == 0 and summary.reused == summary.planned:
-        twins = f" but {summary.twins:,} twins with half the step" if summary.twins else ""
-        nothing = "nothing new" if summary.replayed else "nothing"
-        return f"Executed {nothing}{twins}, all {summary.planned:,} results were there.{again}"
-    executed = f"Executed {summary.executed:,} of {summary.planned:,} test cases"
-    twins = f" and {summary.twins:,} twins with half the step" if summary.twins else ""
-    return f"{executed}{twins}; {summary.reused:,} reused.{again}"
-
-
-def rejudged_text(summary: CampaignSummary) -> str:
-    """Say what results were judged again from."""
-    wanted = summary.judged + summary.to_replay
-    ways = ", ".join(
-        f"{summary.ways[way]:,} from {text}" for way, text in _WAYS.items() if way in summary.ways
-    )
-    judged = f"Re-judged {summary.judged:,} of {wanted:,} results"
-    return f"{judged}{f' ({ways})' if ways else ''}; {summary.replayed:,} executed again for it."
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,7 +290,13 @@ def _wanted(traces: str) -> Wanted:
 
 
 def _execute(
-    plan: CampaignPlan, db: str | None, lanes: Parallel, traces: Wanted, *, quiet: bool
+    plan: CampaignPlan,
+    db: str | None,
+    lanes: Parallel,
+    traces: Wanted,
+    session: Session,
+    *,
+    quiet: bool,
 ) -> CampaignSummary:
     from adeye.campaign.runner import run_campaign
     from adeye.campaign.warmup import compile_aside
@@ -308,6 +312,7 @@ def _execute(
             threads=lanes.count if lanes.kind == "thread" else 1,
             progress=progress,
             traces=traces,
+            session=session,
         )
 
 
@@ -348,25 +353,11 @@ def _write(
 def _resume_hint(odd: Path, options: Mapping[str, object]) -> str:
     """Write the command that goes on: with another backend it would begin another campaign."""
     given = [
-        word for name, value in options.items() if value is not None for word in (name, str(value))
+        word
+        for name, value in options.items()
+        if value is not None
+        # A switch has no value.
+        for word in (name, *([str(value)] if value != "" else []))
     ]
     command = shlex.join(["adeye", "run", str(odd), *given])
     return clean(f"Interrupted. Results so far are kept; go on with: {command}")
-
-
-def document(summary: CampaignSummary) -> dict[str, object]:
-    """Describe a campaign as JSON."""
-    return {
-        "campaign": summary.campaign,
-        "planned": summary.planned,
-        "executed": summary.executed,
-        "judged": summary.judged,
-        "reused": summary.reused,
-        **({"twins": summary.twins} if summary.twins else {}),
-        "replayed": summary.replayed,
-        "to_replay": summary.to_replay,
-        "rejudged_from": dict(summary.ways),
-        "exit_code": int(summary.exit_code),
-        "message": summary.message,
-        "verdicts": ordered(summary.verdicts),
-    }

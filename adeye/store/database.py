@@ -38,6 +38,12 @@ _PRAGMAS: Final = (
     "PRAGMA wal_autocheckpoint = 8192",
 )
 
+_READ_ONLY: Final = (
+    "PRAGMA query_only = ON",
+    "PRAGMA trusted_schema = OFF",
+    "PRAGMA cell_size_check = ON",
+)
+
 _CAUSES: Final = (
     ("SQLITE_BUSY", "is locked by another process", "Wait for it to finish, or end it."),
     ("SQLITE_LOCKED", "is locked by another process", "Wait for it to finish, or end it."),
@@ -122,10 +128,16 @@ class Database:
     own connections. Nothing is held between transactions.
     """
 
-    def __init__(self, path: Path) -> None:
-        """Prepare for a file that need not exist yet."""
+    def __init__(self, path: Path, *, is_read_only: bool = False) -> None:
+        """Prepare for a file that need not exist yet, unless it is only read.
+
+        Args:
+            path: The file.
+            is_read_only: Whether nothing is ever written, not even what a damaged or foreign file
+                would make SQLite write.
+        """
         self.path = path
-        self._engine = _make_engine(path)
+        self._engine = _make_reader(path) if is_read_only else _make_engine(path)
         self._pid = os.getpid()
 
     @contextmanager
@@ -186,6 +198,24 @@ def _make_engine(path: Path) -> Engine:
     def _begin(connection: Connection) -> None:
         writes = connection.get_execution_options().get(_WRITES, False)
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    return engine
+
+
+def _make_reader(path: Path) -> Engine:
+    """Make an engine for a file of somebody else: it is read, and nothing in it is executed."""
+    query = {"mode": "ro", "uri": "true"}
+    engine = create_engine(URL.create("sqlite", database=path.resolve().as_uri(), query=query))
+
+    @event.listens_for(engine, "connect")
+    def _prepare(connection: Any, _record: object) -> None:
+        connection.isolation_level = None
+        for pragma in _READ_ONLY:
+            connection.execute(pragma)
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        connection.exec_driver_sql("BEGIN")
 
     return engine
 

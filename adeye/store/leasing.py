@@ -10,6 +10,7 @@ from collections import Counter
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
 from sqlalchemy import select, update
 
 from adeye.store.basis import record_basis
@@ -28,9 +29,10 @@ from adeye.store.recording import (
 from adeye.store.stored import Block, WorkState
 from adeye.store.tables import tally, work
 from adeye.store.tallying import counted_tallies
+from adeye.store.wanted import Wanted, cut_block
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from sqlalchemy import Connection, Row
 
@@ -41,33 +43,66 @@ MAX_FAILURES: Final = 3
 
 
 def claim_block(
-    connection: Connection, owner: Owner, lease_s: float, campaign_id: str | None
+    connection: Connection,
+    owner: Owner,
+    lease_s: float,
+    campaign_id: str | None,
+    wanted: Wanted | None = None,
 ) -> Block | None:
-    """Lease the first free block: pending, or leased by an owner that is dead or late."""
-    candidates = select(work).where(work.c.state.in_(["pending", "leased"]))
+    """Lease the first free block: pending, or leased by an owner that is dead or late.
+
+    Args:
+        connection: In a write transaction.
+        owner: Who leases it.
+        lease_s: For how long [s].
+        campaign_id: Of one campaign; None for any.
+        wanted: Only blocks with a test case that is wanted; they are cut to what is wanted.
+    """
+    candidates = select(work).order_by(work.c.id)
     if campaign_id is not None:
         candidates = candidates.where(work.c.campaign_id == campaign_id)
-    pending = candidates.where(work.c.state == "pending").order_by(work.c.id).limit(1)
-    found = connection.execute(pending).first() or next(
-        (
-            leased
-            for leased in connection.execute(
-                candidates.where(work.c.state == "leased").order_by(work.c.id)
-            ).all()
-            if _is_abandoned(leased)
-        ),
-        None,
+    asked = wanted or Wanted()
+    pending = candidates.where(work.c.state == "pending")
+    if asked.is_anything:
+        pending = pending.limit(1)
+    leased = candidates.where(work.c.state == "leased")
+    found = asked.first(connection.execute(pending)) or asked.first(
+        item for item in connection.execute(leased).all() if _is_abandoned(item)
     )
     if found is None:
         return None
+    bounds = cut_block(connection, found, asked)
     attempt = found.attempt + 1
     connection.execute(
         update(work)
         .where(work.c.id == found.id)
         .values(state="leased", owner=owner.to_text(), attempt=attempt, **_lease(lease_s))
     )
-    cases = open_cases(connection, found.campaign_id, found.from_ordinal, found.to_ordinal)
-    return Block(found.id, found.campaign_id, attempt, cases)
+    cases = open_cases(connection, found.campaign_id, *bounds)
+    return Block(found.id, found.campaign_id, attempt, cases, bounds)
+
+
+def open_elsewhere(
+    connection: Connection, campaign_id: str, wanted: Wanted, mine: Collection[int]
+) -> int:
+    """Count the wanted test cases in blocks that are not done, and not with the caller.
+
+    Free ones count, too: somebody may be about to claim them, and they are nobody's until then.
+
+    Args:
+        connection: In a transaction.
+        campaign_id: The campaign.
+        wanted: What is wanted.
+        mine: Numbers of the blocks that the caller holds.
+    """
+    found = select(work).where(
+        work.c.campaign_id == campaign_id, work.c.state.in_(["pending", "leased"])
+    )
+    return sum(
+        item.to_ordinal - item.from_ordinal
+        for item in connection.execute(found.order_by(work.c.id)).all()
+        if item.id not in mine and wanted.wants(item)
+    )
 
 
 def _lease(lease_s: float) -> dict[str, Any]:
@@ -203,6 +238,37 @@ def complete_block(
     _require_complete(connection, block, *bounds)
     write_tallies(connection, block.id)
     return True
+
+
+def close_blocks(connection: Connection, campaign_id: str) -> int:
+    """Count what has all its results although nobody completed its block; return how many blocks.
+
+    Results may come from elsewhere. A free block that lacks some of them is cut, so that the rest
+    is counted.
+    """
+    closed = 0
+    free = select(work).where(work.c.campaign_id == campaign_id, work.c.state == "pending")
+    waiting = list(connection.execute(free.order_by(work.c.id)).all())
+    while waiting:
+        block = waiting.pop()
+        first, end = block.from_ordinal, block.to_ordinal
+        has_all = np.ones(end, dtype=np.bool_)
+        has_all[[case.ordinal for case in open_cases(connection, campaign_id, first, end)]] = False
+        if not has_all[first:end].any():
+            continue
+        bounds = cut_block(connection, block, Wanted(has_all))
+        if bounds != (first, end):
+            others = free.where(work.c.from_ordinal >= first, work.c.to_ordinal <= end)
+            waiting += [item for item in connection.execute(others).all() if item.id != block.id]
+        elif not has_all[first:end].all():
+            # It was counted in part already, so it stays whole and open.
+            continue
+        connection.execute(
+            update(work).where(work.c.id == block.id).values(state="done", detail=None, **_FREE)
+        )
+        write_tallies(connection, block.id)
+        closed += 1
+    return closed
 
 
 def _require_complete(connection: Connection, block: Block, *bounds: int) -> None:

@@ -90,9 +90,10 @@ def plan_campaign(
             insert_rows(connection, tables.campaign_fsr, fsrs)
             save_work(connection, campaign_id, selection.ends, block_size)
         if latest_id(connection) != campaign_id:
-            _save_use(connection, campaign_id)
+            save_use(connection, campaign_id)
         to_execute, to_judge = count_open(connection, campaign_id)
-    return Plan(campaign_id, identity.count, to_execute, to_judge, is_new=known is None)
+        ends = tuple(selection.ends)
+    return Plan(campaign_id, identity.count, to_execute, to_judge, known is None, ends)
 
 
 def identify(record: CampaignRecord, cases: Iterable[PlannedCases]) -> str:
@@ -113,7 +114,7 @@ def _identity(record: CampaignRecord) -> SelectionHash:
     return SelectionHash(record.odd.digest, concept, _gate_text(record), _judging_text(record))
 
 
-def _save_use(connection: Connection, campaign_id: str) -> None:
+def save_use(connection: Connection, campaign_id: str) -> None:
     """Note that a campaign is the latest, although others have a larger number or were used."""
     table = tables.campaign_use
     last = connection.execute(select(func.max(table.c.number))).scalar_one() or 0

@@ -148,6 +148,30 @@ def _ensure_table(connection: Connection, plugin: str, ids: tuple[str, ...]) -> 
             msg = f"plug-in {plugin!r}: metric id {name!r} is not a lower-case identifier"
             raise ValueError(msg)
     table = _table(f"{PREFIX}{identifier(plugin)[:40]}_{digest([plugin, ids])[:6]}", ids)
+    _create(connection, table)
+    return table
+
+
+def ensure_same_table(connection: Connection, table: Table) -> None:
+    """Make the table of a plug-in that another database has.
+
+    Args:
+        connection: In a write transaction.
+        table: As ``plugin_tables`` describes it.
+
+    Raises:
+        IntegrityError: It is not one that a plug-in can have, or other metrics have its name.
+    """
+    if any(_METRIC_ID.fullmatch(name) is None for name in _ids(table)):
+        raise IntegrityError(f"table {table.name} has columns that no metric of a plug-in has")
+    here = {item.name: item for item in plugin_tables(connection)}.get(table.name, table)
+    if here.columns.keys() != table.columns.keys():
+        raise IntegrityError(f"table {table.name} has other columns in the other database")
+    _create(connection, table)
+
+
+def _create(connection: Connection, table: Table) -> None:
+    """Make a table unless it is there."""
     known = connection.exec_driver_sql(
         "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", (table.name,)
     ).first()
@@ -155,7 +179,6 @@ def _ensure_table(connection: Connection, plugin: str, ids: tuple[str, ...]) -> 
         table.create(connection)
         for statement in insert_only_ddl(table.name):
             connection.exec_driver_sql(statement)
-    return table
 
 
 def _existing(connection: Connection, table: Table, numbers: Sequence[int]) -> dict[int, str]:

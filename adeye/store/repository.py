@@ -39,6 +39,7 @@ from adeye.store.block import JudgedBlock, RunBlock, run_block
 from adeye.store.database import Database, create_parent, database_path
 from adeye.store.hindsight import Hindsight
 from adeye.store.owner import Owner
+from adeye.store.queue import Queue
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -171,6 +172,11 @@ class Repository:
 
     # Work
 
+    @property
+    def queue(self) -> Queue:
+        """The work of a campaign, as runners share it."""
+        return Queue(self._database)
+
     def claim_block(
         self,
         owner: Owner | None = None,
@@ -204,11 +210,6 @@ class Repository:
         """Set a block aside; its runs stay NOT_RUN. False if it was taken over."""
         with self._database.write() as connection:
             return leasing.quarantine_block(connection, block, detail)
-
-    def requeue_quarantined(self, campaign: str) -> int:
-        """Make quarantined blocks pending again; return how many."""
-        with self._database.write() as connection:
-            return leasing.requeue_quarantined(connection, campaign)
 
     def complete_block(
         self,

@@ -22,6 +22,7 @@ class Plan:
         to_execute: Test cases without a result.
         to_judge: Test cases with a result that lack a verdict of this campaign.
         is_new: Whether this selection was not in the database before.
+        ends: Ordinals behind the last case of each stretch of cases that may share a block.
     """
 
     campaign: str
@@ -29,6 +30,7 @@ class Plan:
     to_execute: int
     to_judge: int
     is_new: bool
+    ends: tuple[int, ...] = ()
 
     @property
     def reused(self) -> int:
@@ -64,12 +66,14 @@ class Block:
         campaign: Id of the campaign.
         attempt: The fencing token.
         cases: In the order of their ordinals, only those that lack a result or a verdict.
+        bounds: Its first ordinal, and the one behind its last.
     """
 
     id: int
     campaign: str
     attempt: int
     cases: tuple[BlockCase, ...]
+    bounds: tuple[int, int] = (0, 0)
 
     @property
     def to_execute(self) -> tuple[BlockCase, ...]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
+import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -167,3 +169,84 @@ def test_no_more_workers_start_than_there_are_tasks() -> None:
     first = next(ended)
     assert len(multiprocessing.active_children()) == 2
     assert {first.result} | {done.result for done in ended} != {str(os.getpid())}
+
+
+def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
+    tmp_path: object,
+) -> None:
+    place = f"{tmp_path}/pid"
+    started = time.monotonic()
+    ended = list(Processes(perform, 1, deadline_s=3.0).run(iter([f"hang:{place}", "echo:after"])))
+    assert 3.0 <= time.monotonic() - started < 20.0
+    assert [(done.result, done.lost) for done in ended] == [
+        (None, "its worker was killed at its deadline, after 3 s"),
+        ("after", ""),
+    ]
+    assert not is_running(int(Path(place).read_text("utf-8")))
+
+
+def test_what_a_worker_started_ends_with_it(tmp_path: object) -> None:
+    place = Path(f"{tmp_path}/pid")
+    executor = Processes(perform, 2)
+    ended = executor.run(iter([f"child:{place}", "echo:a"]))
+    assert next(ended).result == "a"
+    deadline = time.monotonic() + 30.0
+    while not (place.exists() and place.read_text("utf-8")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    child = int(place.read_text("utf-8"))
+    assert is_running(child)
+    executor.abandon()
+    assert multiprocessing.active_children() == []
+    while is_running(child) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not is_running(child)
+
+
+def is_running(pid: int) -> bool:
+    """Tell whether a process runs; one of which only the exit status is left does not."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text("utf-8")
+    except OSError:
+        return False
+    return text.rpartition(")")[2].split()[0] != "Z"
+
+
+def test_sigterm_is_the_parents_business() -> None:
+    ended = list(Processes(perform, 1).run(iter(["terminate:on", "echo:after"])))
+    assert [(done.result, done.lost) for done in ended] == [("on", ""), ("after", "")]
+
+
+def test_what_no_thread_has_begun_can_be_dropped() -> None:
+    go = threading.Event()
+
+    def wait_for_it(name: str) -> str:
+        assert go.wait(timeout=30.0)
+        return name
+
+    executor = Threads(wait_for_it, 1)
+    waiting = Again("a", "b")
+
+    def drop() -> None:
+        executor.drop_waiting()
+        go.set()
+
+    timer = threading.Timer(0.2, drop)
+    timer.start()
+    assert [done.result for done in executor.run(waiting)] == ["a"]
+    timer.join()
+    executor.close()
+
+
+def test_abandoned_threads_are_not_waited_for() -> None:
+    go = threading.Event()
+    executor: Threads[str, bool] = Threads(lambda _: go.wait(timeout=30.0), 1)
+    ended = executor.run(iter(["a"]))
+    thread = threading.Thread(target=lambda: list(ended))
+    thread.start()
+    while not executors.is_abandoned_work_running():
+        time.sleep(0.01)
+    executor.abandon()
+    executor.close()
+    assert executors.is_abandoned_work_running()
+    go.set()
+    thread.join()

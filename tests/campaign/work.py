@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Final
 
@@ -12,7 +14,7 @@ DIE: Final = 3
 
 
 def perform(task: str) -> str:
-    """Do what a task says: echo its argument, die, raise, tell the pid, be interrupted, hang."""
+    """Do what a task says: echo its argument, die, raise, tell the pid, be signalled, hang."""
     kind, _, argument = task.partition(":")
     if kind == "die":
         os._exit(DIE)
@@ -21,6 +23,12 @@ def perform(task: str) -> str:
         raise ValueError(msg)
     if kind == "interrupt":
         os.kill(os.getpid(), signal.SIGINT)
+    if kind == "terminate":
+        os.kill(os.getpid(), signal.SIGTERM)
+    if kind == "child":
+        child = subprocess.Popen([sys.executable, "-c", "import signal; signal.pause()"])
+        Path(argument).write_text(str(child.pid), "utf-8")
+        signal.pause()
     if kind == "hang":
         Path(argument).write_text(str(os.getpid()), "utf-8")
         signal.pause()

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from adeye.store import schema
+from adeye.store import queue, schema
+from adeye.store.merging import Merged
 from adeye.store.repository import Repository
 from adeye.store.rows import ContentRecord
 
@@ -69,3 +70,20 @@ def test_verify_names_an_altered_row_and_ends_with_4(adeye: Any, folder: Path) -
     document = adeye("db", "verify", "--db", "x.db", "--json")
     assert document.code == 4
     assert "odd" in {finding["table"] for finding in document.document["findings"]}
+
+
+def test_merge_says_what_came_over_and_needs_its_sources(
+    adeye: Any, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    schema.upgrade("other.db")
+    found = Merged("other.db", ("c",), 1_000, 20_000, 3)
+    monkeypatch.setattr(queue, "merge", lambda _database, _source: found)
+    ended = adeye("db", "merge", "all.db", "other.db")
+    assert ended.out == "other.db: campaigns 1, new runs 1,000, blocks done by it 3\n"
+    document = adeye("db", "merge", "all.db", "other.db", "other.db", "--json").document
+    assert document["schema"] == "adeye/db-merge@1"
+    assert [item["runs"] for item in document["sources"]] == [1_000, 1_000]
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    ended = adeye("db", "merge", "all.db", "none.db")
+    assert (ended.code, "none.db: no such file" in ended.err) == (2, True)

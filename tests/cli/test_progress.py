@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from adeye.cli.progress import Meter, duration, is_live, reporting, watching
+from adeye.cli.progress import Meter, duration, is_live, line, reporting, watching
 
 
 @dataclass(frozen=True)
@@ -107,3 +107,22 @@ def test_ci_and_dumb_terminals_are_not_live(
     assert is_live()
     monkeypatch.setenv(name, value)
     assert not is_live()
+
+
+def test_long_work_without_a_terminal_shows_life_now_and_then(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    now = iter([0.0, 1.0, 30.0, 61.0, 62.0, 121.0, 130.0])
+    monkeypatch.setattr("adeye.cli.progress.time.perf_counter", lambda: next(now))
+    with reporting("100 test cases") as report:
+        for done, failures in ((0, 0), (10, 0), (60, 3), (61, 3), (90, 4)):
+            report(State(done, failures=failures))
+    assert capsys.readouterr().err.splitlines()[1:-1] == [
+        "run: 60/100, 1/s, 40 s left, 3 failed",
+        "run: 90/100, 0.75/s, 13 s left, 4 failed",
+    ]
+
+
+def test_waiting_for_others_is_said_in_words() -> None:
+    assert line(State(3, phase="wait"), "", "") == "wait for other runners: 3/100"
+    assert line(State(1000, 2000, phase="r\x1bun"), "", "") == "run: 1,000/2,000"

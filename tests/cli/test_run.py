@@ -1,5 +1,6 @@
 """``run`` and ``report``: exit codes, what is printed where, reports, interruption."""
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +15,7 @@ import adeye.reporting
 from adeye.campaign import warmup
 from adeye.campaign.runner import Progress
 from adeye.campaign.summary import CampaignSummary, VerdictLine
-from adeye.cli.run import executed_text, usable_processors
+from adeye.cli.run import usable_processors
 from adeye.errors import PlatformError, Terminated
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.kernel import jit as adeye_jit
@@ -184,24 +185,6 @@ def test_json_is_one_document(adeye: Any, campaign: Campaign) -> None:
     assert document["verdicts"][0]["worst_run"] == "ab" * 32
 
 
-def test_nothing_executed_is_said() -> None:
-    summary = replace(SUMMARY, executed=0, reused=12)
-    assert executed_text(summary) == "Executed nothing, all 12 results were there."
-    assert executed_text(replace(summary, judged=12)).endswith(
-        "Re-judged 12 of 12 results; 0 executed again for it."
-    )
-
-
-def test_large_counts_can_be_read() -> None:
-    text = executed_text(replace(SUMMARY, planned=1_000_000, executed=998_976, reused=1024))
-    assert text == "Executed 998,976 of 1,000,000 test cases; 1,024 reused."
-
-
-def test_nothing_planned_is_not_everything_there() -> None:
-    empty = replace(SUMMARY, planned=0, executed=0)
-    assert executed_text(empty) == "Executed 0 of 0 test cases; 0 reused."
-
-
 def test_reports_are_written_and_named(adeye: Any, campaign: Campaign) -> None:
     ended = adeye(
         "run", "o.yaml", "--report", "r.html", "--junit", "j.xml", "--report-json", "r.json"
@@ -254,6 +237,20 @@ def test_summary_that_was_interrupted_says_how_to_go_on(adeye: Any, campaign: Ca
     assert ended.code == 130
     assert "go on with: adeye run odd.yaml --report r.html\n" in ended.err
     assert campaign.reports == []
+
+
+def test_session_reaches_the_campaign_and_the_command_that_goes_on(
+    adeye: Any, campaign: Campaign
+) -> None:
+    campaign.summary = KeyboardInterrupt()
+    options = ["--shard", "1/2", "-k", "cut_in and gap=30", "--last-failed", "--maxfail", "3"]
+    options += ["--budget", "8h", "--deadline", "10m"]
+    ended = adeye("run", "odd.yaml", *options)
+    session = campaign.runs[0]["session"]
+    assert session.choice.text == "--shard 1/2 -k 'cut_in and gap=30' --last-failed"
+    assert (session.limits.budget_s, session.limits.most_failures) == (28_800.0, 3)
+    assert session.deadline_s == 600.0
+    assert f"go on with: adeye run odd.yaml {shlex.join(options)}\n" in ended.err
 
 
 def test_what_decides_the_campaign_is_in_the_command_that_goes_on(

@@ -186,7 +186,7 @@ def test_failing_block_is_halved_down_to_the_bad_case(repository: Repository, ex
         item.architecture: item for item in repository.gate(plan.campaign) if item.fsr == "FSR1"
     }
     assert (str(fsr1["new"].verdict), str(fsr1["legacy"].verdict)) == ("NOT_RUN", "PASS")
-    assert repository.requeue_quarantined(plan.campaign) == 1
+    assert repository.queue.requeue_quarantined(plan.campaign) == 1
     assert example.work_off(repository, plan.campaign) == 1
     assert repository.progress(plan.campaign).accounted == 8
     assert repository.verify() == ()

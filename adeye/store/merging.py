@@ -1,0 +1,327 @@
+"""Bring the results of one database into another: those of shards, of machines, of colleagues.
+
+The source is only read, as known columns of known tables, and nothing of it counts that is not as
+it was written: every row is checked as ``db verify`` does. Rows go over as they are, with their
+hashes; what numbers them locally is given anew. What is there already stays, and has to be the
+same. Tallies are counted here, of the blocks that have all their results by now.
+
+Kept traces are files beside a database, and stay there: a run whose trace is elsewhere is executed
+again where only its trace could judge it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import Integer, func, select
+
+from adeye.errors import InputError, IntegrityError
+from adeye.store import tables
+from adeye.store.basis_tables import kept_trace
+from adeye.store.column_kinds import metadata
+from adeye.store.database import Database, database_path
+from adeye.store.encoding import insert_rows, row
+from adeye.store.leasing import close_blocks
+from adeye.store.numbers import next_number
+from adeye.store.planning import save_use
+from adeye.store.plugin_metrics import ensure_same_table, plugin_tables
+from adeye.store.reading import latest_id
+from adeye.store.scenario_view import ensure_scenario_views
+from adeye.store.schema import require_current, require_exists
+from adeye.store.verification import verify
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+    from pathlib import Path
+
+    from sqlalchemy import Connection, Row, Table
+
+_CHUNK: Final = 1_000
+_NAMED: Final = 3
+"""Altered rows that a message names."""
+
+OF_CAMPAIGN: Final = frozenset({"campaign", "campaign_case", "campaign_fsr"})
+"""Tables whose rows go over with a campaign that is new here."""
+LEFT: Final = frozenset({"campaign_use", "tally", "work", "artifact", kept_trace.name})
+"""Tables of which nothing goes over: local history, what is counted here, and names of files."""
+_RESULTS: Final = tuple(table for table in tables.RESULTS if table is not kept_trace)
+_FIRST_STAYS: Final = {
+    "odd": {"id", "version"},
+    "scenario": {"id", "version"},
+    "architecture": {"id", "version"},
+    "concept": {"id", "version"},
+    "test_case": {"odd_digest", "point_index"},
+    # Words of a predicate that mean the same, see ``recording``.
+    "verdict": {"predicate"},
+}
+"""Columns that may differ in a row that is here already."""
+_PLUGIN_TABLE: Final = re.compile(r"metric_[a-z0-9_]{1,80}")
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """What came over from a source.
+
+    Attributes:
+        source: The database file.
+        campaigns: Ids of its campaigns, the latest last.
+        runs: Results that were not here.
+        rows: Rows of all tables that were not here.
+        blocks: Blocks of work that need nothing any more by it.
+    """
+
+    source: str
+    campaigns: tuple[str, ...]
+    runs: int
+    rows: int
+    blocks: int
+
+
+def merge(into: Database, source: str | Path) -> Merged:
+    """Add what another database has, in one transaction; again, it adds nothing.
+
+    Args:
+        into: The database that grows.
+        source: Path of the other one.
+
+    Raises:
+        InputError: The source does not exist, or is the same database.
+        PlatformError: One of them cannot be used, or has another schema version.
+        IntegrityError: The source is not as it was written, or contradicts what is here.
+    """
+    path = database_path(source)
+    require_exists(path)
+    if into.path.exists() and path.samefile(into.path):
+        raise InputError(f"database {path}: it is the one that is merged into")
+    other = Database(path, is_read_only=True)
+    try:
+        with other.read() as reading:
+            _require_sound(reading, path)
+            with into.write() as writing:
+                return _Merge(reading, writing, path).run()
+    finally:
+        other.close()
+
+
+def _require_sound(connection: Connection, path: Path) -> None:
+    """Refuse a source of which anything is not as it was written.
+
+    Raises:
+        PlatformError: It has another schema version, or is not ours.
+        IntegrityError: It was altered.
+    """
+    require_current(connection, path)
+    kinds = connection.exec_driver_sql("SELECT name, type FROM sqlite_master").all()
+    known = {item.name: item.type for item in kinds}
+    for table in metadata.sorted_tables:
+        if known.get(table.name) != "table":
+            raise IntegrityError(f"database {path}: {table.name} is not a table of this release")
+    findings = list(islice(verify(connection), _NAMED + 1))
+    if findings:
+        named = "; ".join(map(str, findings[:_NAMED]))
+        more = "; and more" if len(findings) > _NAMED else ""
+        raise IntegrityError(
+            f"database {path} is not as it was written: {named}{more}. Nothing of it was merged; "
+            "'adeye db verify' names every row."
+        )
+
+
+class _Merge:
+    """One source on its way into the database."""
+
+    def __init__(self, source: Connection, into: Connection, path: Path) -> None:
+        self._source, self._into, self._path = source, into, path
+        self._numbers: dict[int, int] = {}
+        self._differing: set[int] = set()
+        self._rows = 0
+        self._runs = 0
+
+    def run(self) -> Merged:
+        """Copy table by table, in the order of their references."""
+        campaigns = self._campaigns()
+        new = {item.id for item in campaigns} - set(
+            self._into.execute(select(tables.campaign.c.id)).scalars()
+        )
+        for table in metadata.sorted_tables:
+            self._copy(table, campaigns, new)
+        self._copy_work(new)
+        for table in (*_RESULTS, *self._plugins()):
+            if table is not tables.run:
+                self._add(table, self._renumbered(table))
+        ids = tuple(item.id for item in campaigns)
+        blocks = sum(close_blocks(self._into, campaign) for campaign in ids)
+        if new:
+            ensure_scenario_views(self._into)
+        if ids and latest_id(self._into) != ids[-1]:
+            save_use(self._into, ids[-1])
+        return Merged(str(self._path), ids, self._runs, self._rows, blocks)
+
+    def _copy(self, table: Table, campaigns: Sequence[Row[Any]], new: set[str]) -> None:
+        """Copy what a table has, unless it waits for the numbers of the runs."""
+        if table is tables.run:
+            self._copy_runs()
+        elif table is tables.campaign:
+            self._copy_campaigns(campaigns, new)
+        elif table.name in OF_CAMPAIGN:
+            for campaign in sorted(new):
+                self._insert(table, self._read(table, campaign))
+        elif table.name not in LEFT and table not in _RESULTS:
+            self._add(table, self._read(table))
+
+    def _campaigns(self) -> list[Row[Any]]:
+        """Read the campaigns of the source, the latest last."""
+        found = self._source.execute(tables.campaign.select().order_by(tables.campaign.c.number))
+        latest = latest_id(self._source)
+        return sorted(found.all(), key=lambda item: item.id == latest)
+
+    def _copy_campaigns(self, campaigns: Sequence[Row[Any]], new: set[str]) -> None:
+        table = tables.campaign
+        for item in campaigns:
+            if item.id in new:
+                number = self._into.execute(
+                    select(func.coalesce(func.max(table.c.number), 0) + 1)
+                ).scalar_one()
+                self._insert(table, [row(table, (number, *item[1:-1]))])
+                continue
+            here = self._into.execute(table.select().where(table.c.id == item.id)).one()
+            for name in ("odd_digest", "concept_digest", "planned", "judging_hash"):
+                if getattr(here, name) != getattr(item, name):
+                    raise self._contradiction(table, item.id, name)
+
+    def _copy_work(self, new: set[str]) -> None:
+        """Give new campaigns their blocks, none of which is done before it is counted here."""
+        found = self._source.execute(tables.work.select().order_by(tables.work.c.id))
+        for block in found.all():
+            if block.campaign_id in new:
+                self._into.execute(
+                    tables.work.insert().values(
+                        campaign_id=block.campaign_id,
+                        kind=block.kind,
+                        from_ordinal=block.from_ordinal,
+                        to_ordinal=block.to_ordinal,
+                        state="pending",
+                        attempt=0,
+                        failures=0,
+                    )
+                )
+
+    def _copy_runs(self) -> None:
+        """Add results under new numbers; one that is here must have the same trace."""
+        table = tables.run
+        number = next_number(self._into)
+        for chunk in _chunked(self._read(table)):
+            known = self._known(table, chunk, key="result_digest")
+            fresh: list[tuple[Any, ...]] = []
+            for values in chunk:
+                item = dict(zip(table.columns.keys(), values, strict=True))
+                here = known.get(item["result_digest"])
+                if here is None:
+                    self._numbers[values[0]] = number
+                    fresh.append((number, *values[1:]))
+                    number += 1
+                    continue
+                self._numbers[values[0]] = here.number
+                if here.result_hash == item["result_hash"]:
+                    continue
+                if not (here.machine_dependent or item["machine_dependent"]):
+                    raise self._contradiction(table, item["result_digest"], "result_hash")
+                # Of a result that depends on the machine the first execution stays.
+                self._differing.add(values[0])
+            self._insert(table, fresh)
+            self._runs += len(fresh)
+
+    def _renumbered(self, table: Table) -> Iterator[tuple[Any, ...]]:
+        for number, *values in self._read(table):
+            if number not in self._differing:
+                yield (self._numbers[number], *values)
+
+    def _plugins(self) -> list[Table]:
+        """Make the tables of the metrics of plug-ins that the source has."""
+        found = plugin_tables(self._source)
+        for table in found:
+            if _PLUGIN_TABLE.fullmatch(table.name) is None:
+                raise IntegrityError(f"database {self._path}: {table.name!r} is no table of adeye")
+            ensure_same_table(self._into, table)
+        return list(found)
+
+    def _add(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
+        """Add rows that are not here; those that are have to be the same."""
+        names = table.columns.keys()
+        key = [names.index(column.name) for column in table.primary_key.columns]
+        free = {*_FIRST_STAYS.get(table.name, ()), "row_hash"}
+        compared = [place for place, name in enumerate(names) if name not in free]
+        for chunk in _chunked(iter(rows)):
+            known = self._known_rows(table, chunk, key)
+            fresh = []
+            for values in chunk:
+                here = known.get(tuple(values[place] for place in key))
+                if here is None:
+                    fresh.append(values)
+                elif any(here[place] != values[place] for place in compared):
+                    differing = next(names[at] for at in compared if here[at] != values[at])
+                    shown = " ".join(str(values[place]) for place in key)
+                    raise self._contradiction(table, shown, differing)
+            self._insert(table, fresh)
+
+    def _known(self, table: Table, chunk: Sequence[Any], key: str) -> dict[Any, Row[Any]]:
+        place = table.columns.keys().index(key)
+        column = table.columns[key]
+        found = self._here(table, column, [values[place] for values in chunk])
+        return {getattr(item, key): item for item in found}
+
+    def _known_rows(
+        self, table: Table, chunk: Sequence[Any], key: Sequence[int]
+    ) -> dict[tuple[Any, ...], tuple[Any, ...]]:
+        first = table.columns[table.columns.keys()[key[0]]]
+        found = self._here(table, first, sorted({values[key[0]] for values in chunk}))
+        return {tuple(item[place] for place in key): tuple(item) for item in found}
+
+    def _here(self, table: Table, column: Any, values: Sequence[Any]) -> Iterable[Row[Any]]:
+        """Read the rows of the database that have one of some values in a column."""
+        names = ", ".join(table.columns.keys())
+        value = "CAST(value AS INTEGER)" if isinstance(column.type, Integer) else "value"
+        return self._into.exec_driver_sql(
+            f"SELECT {names} FROM {table.name} "  # noqa: S608 - names of this package
+            f"WHERE {column.name} IN (SELECT {value} FROM json_each(?))",
+            (json.dumps(list(values)),),
+        ).all()
+
+    def _read(self, table: Table, campaign: str | None = None) -> Iterator[tuple[Any, ...]]:
+        """Read rows of the source as they are stored, in the order of their key.
+
+        Args:
+            table: The table; every column of it is read.
+            campaign: Only rows of one campaign.
+        """
+        condition = "" if campaign is None else " WHERE campaign_id = ?"
+        values = () if campaign is None else (campaign,)
+        names = ", ".join(table.columns.keys())
+        key = ", ".join(column.name for column in table.primary_key.columns)
+        found = self._source.exec_driver_sql(
+            f"SELECT {names} FROM {table.name}{condition} ORDER BY {key}",  # noqa: S608 - own names
+            values,
+            execution_options={"yield_per": _CHUNK},
+        )
+        for item in found:
+            yield tuple(item)
+
+    def _insert(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
+        for chunk in _chunked(iter(rows)):
+            insert_rows(self._into, table, chunk)
+            self._rows += len(chunk)
+
+    def _contradiction(self, table: Table, key: str, column: str) -> IntegrityError:
+        return IntegrityError(
+            f"database {self._path}: {table.name} {key} has another {column} than the database it "
+            "is merged into. Both were checked, so two executions differ, or other content has "
+            "the same name; nothing was merged."
+        )
+
+
+def _chunked(rows: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:
+    while chunk := list(islice(rows, _CHUNK)):
+        yield chunk

@@ -1,0 +1,29 @@
+"""Look at processes that tests start."""
+
+from __future__ import annotations
+
+import os
+import time
+
+
+def survivors(session: int) -> list[int]:
+    """List the processes of a session that have not ended."""
+    found = []
+    for name in os.listdir("/proc"):  # noqa: PTH208 - a listing of names, again and again
+        if name.isdigit():
+            try:
+                with open(f"/proc/{name}/stat", encoding="utf-8") as file:  # noqa: PTH123
+                    fields = file.read().rpartition(")")[2].split()
+            except OSError:
+                continue
+            if int(fields[3]) == session and fields[0] != "Z":
+                found.append(int(name))
+    return found
+
+
+def wait_for_the_end(session: int, seconds: float = 20.0) -> list[int]:
+    """Wait until no process of a session is left, but not for ever; list those that are."""
+    deadline = time.monotonic() + seconds
+    while survivors(session) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return survivors(session)

@@ -1,0 +1,223 @@
+"""Databases are merged: verified, whole or not at all, and the same as one database."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.campaign.choosing import Choice, Shard
+from adeye.campaign.keyword import Keyword
+from adeye.campaign.runner import run_campaign
+from adeye.campaign.session import Session
+from adeye.errors import InputError, IntegrityError, PlatformError
+from adeye.store import merging, tables
+from adeye.store.column_kinds import metadata
+from adeye.store.database import Database
+from adeye.store.repository import Repository
+from tests.project import Executed, Project, count_rows, table_hash
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+@pytest.fixture(scope="module")
+def parts(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Execute the shards of the mini campaign in a database each; ``cut.db`` has a part of them."""
+    folder = tmp_path_factory.mktemp("parts")
+    choices = {f"{place}.db": Choice(shard=Shard(place, 3)) for place in (1, 2, 3)}
+    choices["cut.db"] = Choice(keyword=Keyword.parse("gap=30 or deceleration=4"))
+    for name, choice in choices.items():
+        run_campaign(mini.project.plan(), db=folder / name, session=Session(choice=choice))
+    return folder
+
+
+def merged(into: Path, *sources: Path) -> list[merging.Merged]:
+    with Repository.open(into) as repository:
+        return [repository.queue.merge(source) for source in sources]
+
+
+def sound(db: Path) -> None:
+    with Repository.open(db, create=False) as repository:
+        assert repository.verify() == ()
+
+
+def copied(parts: Path, name: str, folder: Path) -> Path:
+    return Path(shutil.copy(parts / name, folder / name))
+
+
+def altered(db: Path, *statements: str) -> Path:
+    """Change a database behind the back of its triggers."""
+    with sqlite3.connect(db) as connection:
+        triggers = connection.execute(
+            "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'"
+        ).fetchall()
+        for name, _ in triggers:
+            connection.execute(f"DROP TRIGGER {name}")
+        for statement in statements:
+            connection.execute(statement)
+        for _, sql in triggers:
+            connection.execute(sql)
+    connection.close()
+    return db
+
+
+def test_shards_merged_are_the_campaign_executed_in_one(
+    mini: Executed, parts: Path, tmp_path: Path
+) -> None:
+    db = tmp_path / "all.db"
+    found = merged(db, *(parts / f"{place}.db" for place in (1, 2, 3)))
+    assert sum(item.runs for item in found) == 28
+    assert {item.campaigns for item in found} == {(mini.summary.campaign,)}
+    assert table_hash(db) == table_hash(mini.db)
+    sound(db)
+    again = run_campaign(mini.project.plan(), db=db)
+    assert (again.executed, again.exit_code) == (0, mini.summary.exit_code)
+    assert again.verdicts == mini.summary.verdicts
+
+
+def test_merging_again_adds_nothing(parts: Path, tmp_path: Path) -> None:
+    db = tmp_path / "all.db"
+    merged(db, parts / "1.db")
+    with Repository.open(db) as repository:
+        before = repository.info().rows
+    (again,) = merged(db, parts / "1.db")
+    assert (again.runs, again.rows, again.blocks) == (0, 0, 0)
+    with Repository.open(db) as repository:
+        assert repository.info().rows == before
+
+
+def test_parts_that_overlap_and_cut_blocks_are_counted_once(
+    mini: Executed, parts: Path, tmp_path: Path
+) -> None:
+    db = tmp_path / "all.db"
+    merged(db, parts / "1.db", parts / "cut.db")
+    sound(db)
+    with Repository.open(db) as repository:
+        progress = repository.progress(mini.summary.campaign)
+    # What has its results is counted, though it came in pieces of a block.
+    assert progress.executed == progress.accounted == count_rows(db, "run")
+    assert count_rows(parts / "1.db", "run") < progress.executed < 28
+    summary = run_campaign(mini.project.plan(), db=db)
+    assert summary.executed == 28 - progress.executed
+    assert table_hash(db) == table_hash(mini.db)
+
+
+def test_results_of_another_campaign_are_added_and_local_numbers_given_anew(
+    parts: Path, tmp_path: Path
+) -> None:
+    other = Project(tmp_path / "other")
+    with other.edited_odd() as odd:
+        odd["seed"] = 8
+    summary = other.run()
+    merged(other.db, parts / "1.db", parts / "2.db", parts / "3.db")
+    sound(other.db)
+    with Repository.open(other.db) as repository:
+        newest, *rest = repository.campaigns()
+        assert [item.id for item in rest] == [summary.campaign]
+        latest = repository.latest_campaign()
+        assert latest is not None
+        assert latest.id == newest.id
+        assert repository.progress(newest.id).accounted == 28
+
+
+def refused(into: Path, source: Path, error: type[Exception], words: Sequence[str]) -> None:
+    with Repository.open(into) as repository:
+        before = repository.info().rows
+    with pytest.raises(error) as said:
+        merged(into, source)
+    for word in words:
+        assert word in str(said.value)
+    with Repository.open(into) as repository:
+        assert repository.info().rows == before
+
+
+def test_altered_source_is_refused_whole_and_named(parts: Path, tmp_path: Path) -> None:
+    source = altered(copied(parts, "2.db", tmp_path), "UPDATE metric SET row_hash = 'x'")
+    merged(tmp_path / "all.db", parts / "1.db")
+    refused(tmp_path / "all.db", source, IntegrityError, ["not as it was written", "metric"])
+
+
+def test_source_with_a_foreign_trigger_is_only_read(parts: Path, tmp_path: Path) -> None:
+    source = copied(parts, "2.db", tmp_path)
+    with sqlite3.connect(source) as connection:
+        connection.execute("DROP VIEW v_runs")
+        connection.execute("CREATE VIEW v_runs AS SELECT randomblob(9) AS x")
+    connection.close()
+    content = source.read_bytes()
+    refused(tmp_path / "all.db", source, IntegrityError, ["v_runs", "not as this release"])
+    assert source.read_bytes() == content
+
+
+def test_view_in_the_place_of_a_table_is_refused(parts: Path, tmp_path: Path) -> None:
+    source = copied(parts, "2.db", tmp_path)
+    with sqlite3.connect(source) as connection:
+        connection.execute("DROP TABLE takeover")
+        connection.execute("CREATE VIEW takeover AS SELECT 1 AS fork_digest")
+    connection.close()
+    refused(tmp_path / "all.db", source, IntegrityError, ["takeover is not a table"])
+
+
+def test_another_execution_of_one_test_case_contradicts(
+    mini: Executed, parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert mini.summary.planned == 28
+    db = tmp_path / "all.db"
+    merged(db, parts / "1.db")
+    source = altered(copied(parts, "1.db", tmp_path), "UPDATE run SET result_hash = 'x'")
+    # As if it were sound: then it is another result of the same test case.
+    monkeypatch.setattr(merging, "verify", lambda _: iter(()))
+    refused(db, source, IntegrityError, ["run ", "another result_hash"])
+
+
+def test_another_verdict_on_one_result_contradicts(
+    parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    db = tmp_path / "all.db"
+    merged(db, parts / "1.db")
+    source = altered(
+        copied(parts, "1.db", tmp_path), "UPDATE verdict SET margin = 7.0 WHERE margin IS NOT NULL"
+    )
+    monkeypatch.setattr(merging, "verify", lambda _: iter(()))
+    refused(db, source, IntegrityError, ["verdict ", "another margin"])
+
+
+def test_database_into_itself_and_none_at_all_are_input_errors(parts: Path, tmp_path: Path) -> None:
+    db = copied(parts, "1.db", tmp_path)
+    refused(db, db, InputError, ["is merged into"])
+    refused(db, tmp_path / "none.db", InputError, ["no such file"])
+
+
+def test_other_file_is_an_environment_error(parts: Path, tmp_path: Path) -> None:
+    text = tmp_path / "text.db"
+    text.write_text("not a database, but long enough to look like one\n" * 99)
+    refused(copied(parts, "1.db", tmp_path), text, PlatformError, ["text.db"])
+
+
+def test_source_is_opened_for_reading_only(parts: Path, tmp_path: Path) -> None:
+    source = copied(parts, "1.db", tmp_path)
+    source.chmod(0o444)
+    database: Any = Database(source, is_read_only=True)
+    with pytest.raises(PlatformError), database.write() as connection:
+        connection.exec_driver_sql("DELETE FROM work")
+    database.close()
+    assert count_rows(copied(parts, "2.db", tmp_path), "run") > 0
+
+
+def test_every_table_goes_over_or_is_named_as_left() -> None:
+    # A new table has to be thought of: what numbers its rows, and whether they may differ.
+    numbered = {
+        table.name
+        for table in metadata.sorted_tables
+        if any(column.autoincrement is True for column in table.primary_key.columns)
+    }
+    assert numbered == {"campaign", "campaign_use", "run", "work"}
+    of_runs = {table.name for table in metadata.sorted_tables if "run_number" in table.columns}
+    assert of_runs == {table.name for table in tables.RESULTS} - {"run"}
+    assert set(metadata.tables) >= merging.LEFT
+    assert set(metadata.tables) >= merging.OF_CAMPAIGN
+    with_work = {table.name for table in metadata.sorted_tables if "work_id" in table.columns}
+    assert with_work <= merging.LEFT
