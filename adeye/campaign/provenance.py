@@ -44,7 +44,16 @@ def git_state(folder: Path) -> dict[str, Any]:
 def _git(folder: Path, *arguments: str) -> str:
     try:
         done = subprocess.run(  # noqa: S603 - no shell, our own words
-            ["git", "-C", str(folder), *arguments],  # noqa: S607 - whichever git the user has
+            # A repository may name a program that watches its files; looking starts none.
+            [
+                "git",
+                "-c",
+                "core.fsmonitor=false",
+                "--no-optional-locks",
+                "-C",
+                str(folder),
+                *arguments,
+            ],
             capture_output=True,
             text=True,
             timeout=10,

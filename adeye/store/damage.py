@@ -12,7 +12,14 @@ if TYPE_CHECKING:
 
     from adeye.store.stored import Finding
 
-UNFORESEEN: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+UNFORESEEN: Final = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
 """What readers raise on content that is not of the form in which it is written."""
 
 

@@ -6,11 +6,9 @@ An input that fails is named by its kind and seed: ``spoilt(kind, seed)`` makes 
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import resource
-import shutil
 import signal
 import time
 from contextlib import contextmanager
@@ -27,7 +25,6 @@ from adeye.evaluation.stl.parser import parse_text
 from adeye.report.baseline import read_baseline
 from adeye.spec.expression import parse
 from adeye.spec.load import load_grid
-from adeye.store.repository import Repository
 from tests.chaos import mutation
 from tests.test_malformed_inputs import FILES, IN_CONCEPT, IN_ODD, IN_ONE, IN_SCENARIO, IN_TWO
 
@@ -47,7 +44,7 @@ PLACE: Final = re.compile(r"[\w./]+\.(?:yaml|py|csv|json):[0-9]+")
 
 CASES_CSV: Final = (
     "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps,note\n"
-    "30,10,80,1,a\n25.5,20,12,0.4,b\n20,19,5,1.5,\"c,d\"\n"
+    '30,10,80,1,a\n25.5,20,12,0.4,b\n20,19,5,1.5,"c,d"\n'
 )
 TABLE_CSV: Final = "time,gap,ttc,mode\n0.0,5,3.0,on\n0.1,4.5,2.5,on\n0.2,4,1.5,off\n0.3,3,9,off\n"
 SPEEDS_CSV: Final = "n,dv\n1,80\n2,90\n3,100\n"
@@ -126,7 +123,6 @@ def by_raising(read: Callable[[Any], object]) -> Callable[[Any], int]:
         try:
             read(given)
         except AdeyeError as error:
-            print(error)
             return error.exit_code
         return 0
 
@@ -202,7 +198,10 @@ def fuzz(
     """Feed the inputs of some seeds; return how often each exit code came."""
     kind = KINDS[name]
     valid = (project / kind.file).read_bytes() if kind.file else b""
-    assert kind.feed(FORMULAS[0] if "formula" in name else EXPRESSIONS[0] if not kind.file else valid) == 0, capfd.readouterr()
+    assert (
+        kind.feed(FORMULAS[0] if "formula" in name else EXPRESSIONS[0] if not kind.file else valid)
+        == 0
+    ), capfd.readouterr()
     before = listing(project.parent)
     codes: dict[int, int] = {}
     failed = []
@@ -214,7 +213,7 @@ def fuzz(
         try:
             with watched():
                 code = kind.feed(given)
-        except BaseException as error:  # noqa: BLE001 - whatever it is, the seed is wanted
+        except BaseException as error:
             if isinstance(error, KeyboardInterrupt):
                 raise
             failed.append(f"seed {seed}: {type(error).__name__}: {str(error)[:300]}")
@@ -228,7 +227,9 @@ def fuzz(
     if kind.file:
         (project / kind.file).write_bytes(valid)
     assert listing(project.parent) - before <= kind.writes
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < MOST_MEMORY_KIB or os.environ.get("PYTEST_XDIST_WORKER")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < MOST_MEMORY_KIB or os.environ.get(
+        "PYTEST_XDIST_WORKER"
+    )
     return codes
 
 
@@ -241,7 +242,10 @@ def flaw_of(kind: Kind, code: int, said: str) -> str:
         return "no message"
     if code == 2 and kind.has_place and not PLACE.search(said):
         return "no place"
-    if re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]", said) and kind.feed is plan:
+    if (
+        re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]", said)
+        and kind.feed is plan
+    ):
         return "control characters"
     return ""
 

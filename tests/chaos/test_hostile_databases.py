@@ -5,7 +5,6 @@ from __future__ import annotations
 import gzip
 import os
 import sqlite3
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,6 +16,8 @@ from tests.chaos.test_fuzz import DOCUMENTED, SLOW, listing, watched
 from tests.chaos.test_schema_life import CAMPAIGNS
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.chaos.mutation import Draw
 
 ORDINARY: Final = 60
@@ -193,7 +194,7 @@ def test_hostile_definitions_are_contained(
     before = listing(folder)
     assert main(["db", "info", "--db", "a.db"]) in DOCUMENTED
     if "VIEW" in statement:
-        code = main(["query", "SELECT * FROM evil", "--timeout", "0.5", "--db", "a.db"])
+        code = main(["query", "SELECT * FROM evil", "--timeout-s", "0.5", "--db", "a.db"])
         assert code == 2
     said = capfd.readouterr().err
     assert "defect" not in said
