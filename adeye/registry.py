@@ -354,8 +354,7 @@ def files_digest(files: Iterable[tuple[str, Path]]) -> str:
     """Hash files with their labels."""
     digest = hashlib.sha256()
     for label, path in files:
-        content = path.read_bytes()
-        digest.update(f"{label} {len(content)}\n".encode() + content)
+        digest.update(f"{label} {len(content := path.read_bytes())}\n".encode() + content)
     return digest.hexdigest()
 
 

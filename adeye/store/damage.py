@@ -38,7 +38,7 @@ class Verified(Protocol):
 
 
 def close(repository: Verified, raised: object) -> None:
-    """Close a repository at the end of its use; look for the cause if something unforeseen ended it.
+    """Close a repository; look for the cause if something unforeseen ended its use.
 
     Args:
         repository: What was used.

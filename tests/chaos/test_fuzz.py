@@ -147,7 +147,8 @@ KINDS: Final[dict[str, Kind]] = {
     "architecture": Kind(IN_ONE, yaml_of, plan, has_place=True),
     "extension": Kind(IN_TWO, yaml_of, plan, has_place=True),
     "concept": Kind(IN_CONCEPT, yaml_of, plan, has_place=True),
-    "grid": Kind("grid.yaml", yaml_of, by_raising(lambda _: load_grid("grid.yaml")), has_place=True),
+    "grid": Kind("grid.yaml", yaml_of, by_raising(lambda _: load_grid("grid.yaml")),
+                 has_place=True),
     "data": Kind("odd/speeds.csv", mutation.table, lambda _: main(["plan", "odd/data.yaml"]),
                  has_place=True),
     "baseline": Kind("baseline.json", mutation.tree_of_json,
@@ -176,9 +177,9 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "odd/speeds.csv": SPEEDS_CSV,
         "grid.yaml": GRID_YAML,
         "baseline.json": next((ROOT / "reports/baselines").glob("*.json")).read_text("utf-8"),
-        "odd/data.yaml": FILES[IN_ODD].replace("full_factorial", "random\n      samples: 20").replace(
-            "[80 km/h, 100 km/h]", "{empirical: speeds.csv, column: dv, unit: km/h}"
-        ),
+        "odd/data.yaml": FILES[IN_ODD]
+        .replace("full_factorial", "random\n      samples: 20")
+        .replace("[80 km/h, 100 km/h]", "{empirical: speeds.csv, column: dv, unit: km/h}"),
     }  # fmt: skip
     for name, text in {**FILES, **shipped}.items():
         path = folder / name
