@@ -10,6 +10,7 @@ import os
 import re
 import resource
 import signal
+import sys
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -123,6 +124,7 @@ def by_raising(read: Callable[[Any], object]) -> Callable[[Any], int]:
         try:
             read(given)
         except AdeyeError as error:
+            sys.stderr.write(f"{error}\n")
             return error.exit_code
         return 0
 
