@@ -13,6 +13,8 @@ from adeye.version import __version__
 if TYPE_CHECKING:
     from pathlib import Path
 
+# A repository may name a program that watches its files; looking at it starts none.
+_QUIET = ("-c", "core.fsmonitor=false", "--no-optional-locks")
 PACKAGES = ("highway-env", "numba", "numpy", "pydantic", "scipy", "sqlalchemy")
 
 
@@ -44,7 +46,7 @@ def git_state(folder: Path) -> dict[str, Any]:
 def _git(folder: Path, *arguments: str) -> str:
     try:
         done = subprocess.run(  # noqa: S603 - no shell, our own words
-            ["git", "-C", str(folder), *arguments],  # noqa: S607 - whichever git the user has
+            ["git", *_QUIET, "-C", str(folder), *arguments],  # noqa: S607 - the user's own git
             capture_output=True,
             text=True,
             timeout=10,
