@@ -23,6 +23,7 @@ ONE_PLACE = {
     "alembic": ("adeye.store",),
     "highway_env": ("adeye.traffic.highway",),
     "jinja2": ("adeye.report",),
+    "pyarrow": ("adeye.report",),
     "rich": ("adeye.cli",),
     "scipy": ("adeye.evaluation", "adeye.sweep"),
     "sqlalchemy": ("adeye.store",),
@@ -124,7 +125,11 @@ def test_no_stored_file_is_over_one_megabyte() -> None:
 
 def test_third_party_import_is_a_declared_dependency() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    declared = {text.partition(">")[0].lower() for text in project["dependencies"]}
+    # What develops the product is no part of it.
+    extras = project["optional-dependencies"].items()
+    needed = [text for extra, texts in extras if extra not in {"bench", "dev"} for text in texts]
+    texts = [*project["dependencies"], *needed]
+    declared = {text.partition(">")[0].lower() for text in texts}
     distributions = packages_distributions()
     undeclared = {
         (dotted(path), name)

@@ -14,6 +14,7 @@ from adeye.cli.coverage import coverage
 from adeye.cli.database import database_app
 from adeye.cli.dependencies import dependencies
 from adeye.cli.doctor import doctor
+from adeye.cli.export import export
 from adeye.cli.forks import fork, forks
 from adeye.cli.gate import gate
 from adeye.cli.judge import judge
@@ -253,6 +254,14 @@ add(
     "adeye matrix",
     "adeye matrix --by scenario",
     "adeye matrix 3 --csv > matrix.csv",
+    panel=RESULTS,
+)
+add(
+    app,
+    export,
+    "adeye export -o results",
+    "adeye export 3 -o runs.parquet",
+    "adeye export --table verdicts -o verdicts.csv",
     panel=RESULTS,
 )
 add(app, init, "adeye init", "adeye init my_project", panel=WRITE)

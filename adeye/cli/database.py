@@ -1,4 +1,4 @@
-"""``db upgrade|info|verify|merge``: the database file itself."""
+"""``db upgrade|info|verify|merge|metadata``: the database file itself."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from adeye.cli.datasette import metadata
 from adeye.cli.options import Db, Json, add
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, talk
 
@@ -137,3 +138,4 @@ add(
     "adeye db merge all.db shard1.db shard2.db shard3.db",
     "adeye db merge all.db shard1.db --json",
 )
+add(database_app, metadata, "adeye db metadata -o metadata.json")

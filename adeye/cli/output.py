@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from adeye.cli.apart import results
 from adeye.cli.narrow import stacked, widths_of
+from adeye.report.cells import clean as clean
+from adeye.report.cells import csv_cell
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -29,26 +31,7 @@ SHORT: Final = 10
 """Characters of a digest that people see; any unique beginning names it."""
 _UNBOUNDED: Final = 100_000
 
-# C0 and C1 controls, DEL, and the marks that turn the direction of text around.
-_CONTROL: Final = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
-_CONTROL_BUT_LINES: Final = re.compile(
-    "[\x00-\x09\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]"
-)
 _ESCAPED_IN_JSON: Final = re.compile("[\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
-
-
-def clean(text: object, *, lines: bool = False) -> str:
-    r"""Remove what a terminal would obey instead of show.
-
-    Args:
-        text: Whatever somebody wrote into a file or the database.
-        lines: Whether line breaks stay.
-
-    >>> clean("cut\x1b[31m_in")
-    'cut[31m_in'
-    """
-    pattern = _CONTROL_BUT_LINES if lines else _CONTROL
-    return pattern.sub(lambda match: " " if match[0] in "\t\n" else "", str(text))
 
 
 def emit(text: str) -> None:
@@ -89,9 +72,14 @@ def _silence(stream: TextIO) -> None:
 
 def emit_json(verb: str, content: Mapping[str, Any]) -> None:
     """Write one JSON document with its schema, ``adeye/<verb>@1``."""
+    emit(json_text(verb, content))
+
+
+def json_text(verb: str, content: Mapping[str, Any]) -> str:
+    """Make one JSON document with its schema; what a terminal would obey is escaped."""
     document = {"schema": f"adeye/{verb}@1", **content}
     text = json.dumps(plain(document), indent=1, ensure_ascii=False, allow_nan=False)
-    emit(_ESCAPED_IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text))
+    return _ESCAPED_IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def plain(value: Any) -> Any:
@@ -115,13 +103,20 @@ def plain(value: Any) -> Any:
 
 
 def emit_csv(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write comma-separated values with a line of headers; no value is an empty field."""
+    """Write comma-separated values with a line of headers."""
+    emit(csv_text(headers, rows))
+
+
+def csv_text(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Make comma-separated values with a line of headers; no value is an empty field.
+
+    What a spreadsheet would take for a formula is written as text, see ``report.cells``.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([clean(header) for header in headers])
-    for row in rows:
-        writer.writerow([clean(item) if isinstance(item, str) else item for item in row])
-    emit(text.getvalue())
+    writer.writerow(map(csv_cell, headers))
+    writer.writerows(map(csv_cell, row) for row in rows)
+    return text.getvalue()
 
 
 def emit_table(

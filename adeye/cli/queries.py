@@ -25,6 +25,12 @@ class SavedQuery:
     basis: str = "SELECT COUNT(*) FROM campaign"
     lacking: str = "the database has no campaign: 'adeye run ODD' makes one"
 
+    def about_one(self) -> SavedQuery:
+        """Ask about the campaign that the parameter ``:campaign`` names instead of the latest."""
+        sql, basis = (text.replace(_LATEST, ":campaign") for text in (self.sql, self.basis))
+        lacking = self.lacking.replace("the latest campaign", "this campaign")
+        return replace(self, sql=sql, basis=basis, lacking=lacking)
+
 
 _LATEST: Final = "(SELECT campaign FROM v_campaigns WHERE recency = 1)"
 
@@ -119,10 +125,10 @@ ORDER BY architecture, scenario, outcome, channel, end_reason""",
         """SELECT architecture, fsr, asil, scenario, verdict, worst_margin AS slack, unit,
     worst_robustness AS slack_in_scales, substr(worst_run, 1, 10) AS worst_run
 FROM v_fsr_status
-WHERE campaign = $latest AND mandatory AND (worst_margin IS NOT NULL OR verdict = 'FAIL')
+WHERE campaign = $latest AND mandatory = 1 AND (worst_margin IS NOT NULL OR verdict = 'FAIL')
 ORDER BY in_gate DESC, worst_robustness, architecture, fsr, scenario""",
         """SELECT COUNT(*) FROM v_fsr_status
-WHERE campaign = $latest AND mandatory AND (worst_margin IS NOT NULL OR verdict = 'FAIL')""",
+WHERE campaign = $latest AND mandatory = 1 AND (worst_margin IS NOT NULL OR verdict = 'FAIL')""",
         "no mandatory FSR of the latest campaign has a margin yet: 'adeye run ODD' measures them",
     ),
     SavedQuery(
@@ -130,18 +136,18 @@ WHERE campaign = $latest AND mandatory AND (worst_margin IS NOT NULL OR verdict 
         "FSRs whose precondition held in no run of a scenario",
         """SELECT architecture, fsr, asil, scenario, planned, n_vacuous, n_not_run
 FROM v_fsr_status
-WHERE campaign = $latest AND applicable AND exercised = 0
+WHERE campaign = $latest AND applicable = 1 AND exercised = 0
 ORDER BY in_gate DESC, architecture, fsr, scenario""",
     ),
     SavedQuery(
         "undetected-faults",
         "faults that no run of an architecture detected",
         """SELECT architecture, fault_entry, COUNT(*) AS runs,
-    SUM(fault_detection_time_s IS NOT NULL) AS detected
+    COUNT(fault_detection_time_s) AS detected
 FROM v_runs
 WHERE campaign = $latest AND fault_entry <> 'none'
     AND fault_detection_time_s_status IN ('value', 'incomplete')
-GROUP BY architecture, fault_entry HAVING detected = 0
+GROUP BY architecture, fault_entry HAVING COUNT(fault_detection_time_s) = 0
 ORDER BY architecture, fault_entry""",
         """SELECT COUNT(*) FROM v_runs
 WHERE campaign = $latest AND fault_entry <> 'none'

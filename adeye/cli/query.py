@@ -4,14 +4,27 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Mapping
 from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.completion import complete_queries
+from adeye.cli.completion import complete_campaigns, complete_queries
 from adeye.cli.options import Db, Json
-from adeye.cli.output import clean, emit, emit_csv, emit_json, emit_table, talk
+from adeye.cli.output import (
+    clean,
+    csv_text,
+    emit,
+    emit_csv,
+    emit_json,
+    emit_table,
+    json_text,
+    talk,
+    wrote,
+)
+from adeye.cli.writing import keep_apart, named
 
 if TYPE_CHECKING:
     from adeye.store.query import QueryResult
@@ -26,6 +39,7 @@ class Format(str, Enum):  # noqa: UP042 - typer before 0.13 shows the name of a 
     table = "table"
     csv = "csv"
     json = "json"
+    parquet = "parquet"
 
 
 Sql = Annotated[
@@ -37,8 +51,36 @@ Sql = Annotated[
     ),
 ]
 FormatOption = Annotated[
-    Format,
-    typer.Option("--format", "-f", envvar="ADEYE_FORMAT", help="How rows are printed."),
+    Format | None,
+    typer.Option(
+        "--format",
+        "-f",
+        envvar="ADEYE_FORMAT",
+        help="How rows are printed; parquet needs a file. Default: how FILE ends, else a table.",
+    ),
+]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        envvar="ADEYE_OUTPUT",
+        callback=named,
+        help="Write the rows to a file in .csv, .json or .parquet.",
+    ),
+]
+Campaign = Annotated[
+    str | None,
+    typer.Option(
+        "--campaign",
+        "-c",
+        metavar="CAMPAIGN",
+        envvar="ADEYE_CAMPAIGN",
+        autocompletion=complete_campaigns,
+        help="Ask about this one, by number or beginning of its digest; SQL has it as :campaign. "
+        "Default of saved queries: the latest.",
+    ),
 ]
 MaxRows = Annotated[
     int,
@@ -66,8 +108,10 @@ def query(
     sql: Sql = None,
     *,
     db: Db = None,
-    format: FormatOption = Format.table,
+    format: FormatOption = None,
     json: Json = False,
+    output: Output = None,
+    campaign: Campaign = None,
     max_rows: MaxRows = _ROWS,
     timeout_s: Timeout = 10.0,
     list_saved: ListSaved = False,
@@ -76,41 +120,86 @@ def query(
 
     The views v_runs, v_runs_<scenario>, v_verdicts, v_fsr_status, v_gate, v_architecture_pairs,
     v_coverage and v_timeline are stable. A planned run without a result is NOT_RUN in all of them.
-    Saved queries are about the latest campaign; without SQL they are listed.
+    Saved queries are about the latest campaign or that of --campaign; without SQL they are listed.
     """
-    wanted = Format.json if json else format
+    wanted = _wanted(Format.json if json else format, output)
     if list_saved or sql is None:
-        _list(wanted)
+        _list(wanted, output)
         return
     from adeye.store.query import run_query
 
-    result = run_query(db, _statement(sql), max_rows=max_rows, timeout_s=timeout_s)
-    _print(result, wanted)
+    about = _about(db, campaign)
+    statement = _statement(sql, about)
+    result = run_query(db, statement, parameters=about, max_rows=max_rows, timeout_s=timeout_s)
+    if output is None:
+        _print(result, wanted)
+    else:
+        _save(result, wanted, output, db)
     if not result.rows:
-        talk(f"note: no rows{_reason(db, sql)}")
+        talk(f"note: no rows{_reason(db, sql, about)}")
     if result.is_cut:
-        talk(f"note: only the first {max_rows} rows are printed; see --max-rows.")
+        done = "printed" if output is None else "written"
+        talk(f"note: only the first {max_rows} rows are {done}; see --max-rows.")
 
 
-def _statement(sql: str) -> str:
+def _wanted(chosen: Format | None, output: Path | None) -> Format:
+    """Decide how rows are written.
+
+    Raises:
+        UsageError: The file does not tell, promises another form, or there is none for Parquet.
+    """
+    from adeye.errors import UsageError
+
+    if output is None:
+        if chosen is Format.parquet:
+            raise UsageError("parquet is not for the screen", remedy="Name a file: -o FILE.parquet")
+        return chosen or Format.table
+    forms = {f".{item.value}": item for item in Format if item is not Format.table}
+    promised = forms.get(output.suffix.lower())
+    if promised is None or chosen not in (None, promised):
+        allowed = [end for end, item in forms.items() if chosen in (None, item)] or forms
+        raise UsageError(
+            f"{str(output)!r} does not end in {' or '.join(allowed)}",
+            remedy="Rows are written as its name says.",
+        )
+    return promised
+
+
+def _about(db: str | None, campaign: str | None) -> dict[str, str]:
+    if campaign is None:
+        return {}
+    from adeye.store.repository import Repository
+
+    with Repository.open(db, create=False) as repository:
+        return {"campaign": repository.find_campaign(campaign).id}
+
+
+def _statement(sql: str, about: Mapping[str, str]) -> str:
     """Find the statement behind what was typed.
 
     Raises:
-        UsageError: It is one word, and no saved query.
+        UsageError: It is one word, and no saved query, or it does not ask about a campaign.
     """
     from adeye.cli.queries import SAVED
     from adeye.errors import UsageError, suggest
 
     if sql == "-":
-        return sys.stdin.read()
-    if sql in SAVED:
-        return SAVED[sql].sql
-    if _NAME.fullmatch(sql):
+        statement = sys.stdin.read()
+    elif sql in SAVED:
+        statement = SAVED[sql].about_one().sql if about else SAVED[sql].sql
+    elif _NAME.fullmatch(sql):
         raise UsageError(f"there is no saved query {sql!r}", remedy=suggest(sql, SAVED))
-    return sql
+    else:
+        statement = sql
+    if about and ":campaign" not in statement:
+        raise UsageError(
+            "--campaign is given, and the query does not ask about one",
+            remedy="Write WHERE campaign = :campaign, or leave --campaign out.",
+        )
+    return statement
 
 
-def _reason(db: str | None, sql: str) -> str:
+def _reason(db: str | None, sql: str, about: Mapping[str, str]) -> str:
     """Say why a saved query has no rows, if that is for want of what it asks about."""
     from adeye.cli.queries import SAVED
     from adeye.store.query import run_query
@@ -119,13 +208,18 @@ def _reason(db: str | None, sql: str) -> str:
     if saved is None:
         return ""
     # A query that finds nothing is good news only where there was something to find.
-    ((basis,),) = run_query(db, saved.basis).rows
-    return "" if basis else f", and that says nothing: {saved.lacking}"
+    asked = saved.about_one() if about else saved
+    parameters = about if ":campaign" in asked.basis else {}
+    ((basis,),) = run_query(db, asked.basis, parameters=parameters).rows
+    return "" if basis else f", and that says nothing: {asked.lacking}"
 
 
-def _list(wanted: Format) -> None:
+def _list(wanted: Format, output: Path | None) -> None:
     from adeye.cli.queries import SAVED
+    from adeye.errors import UsageError
 
+    if output is not None:
+        raise UsageError("the list of saved queries is not written to a file", remedy="Name one.")
     if wanted is Format.json:
         emit_json("query-list", {"queries": list(SAVED.values())})
         return
@@ -143,9 +237,7 @@ def _print(result: QueryResult, wanted: Format) -> None:
     if wanted is Format.csv:
         emit_csv(result.columns, result.rows)
     elif wanted is Format.json:
-        names = _distinct(result.columns)
-        rows = [dict(zip(names, row, strict=True)) for row in result.rows]
-        emit_json("query", {"columns": names, "rows": rows, "is_cut": result.is_cut})
+        emit(json_text("query", _document(result)))
     else:
         numeric = {
             clean(name)
@@ -153,6 +245,31 @@ def _print(result: QueryResult, wanted: Format) -> None:
             if any(_is_number(row[column]) for row in result.rows)
         }
         emit_table(result.columns, result.rows, right=numeric)
+
+
+def _document(result: QueryResult) -> dict[str, Any]:
+    names = _distinct(result.columns)
+    rows = [dict(zip(names, row, strict=True)) for row in result.rows]
+    return {"columns": names, "rows": rows, "is_cut": result.is_cut}
+
+
+def _save(result: QueryResult, wanted: Format, output: Path, db: str | None) -> None:
+    """Write rows to a file, as a whole or not at all."""
+    from adeye.report.files import replacing, write_atomically
+    from adeye.report.table_files import open_table, typed_columns
+    from adeye.store.database import database_path
+
+    keep_apart(output, database_path(db))
+    if wanted is Format.json:
+        text = json_text("query", _document(result))
+        write_atomically(f"{text}\n".encode(), output)
+    elif wanted is Format.csv:
+        write_atomically(csv_text(result.columns, result.rows).encode(), output)
+    else:
+        columns, values = typed_columns(_distinct(result.columns), result.rows)
+        with replacing(output) as place, open_table(place, "parquet", columns, {}) as file:
+            file.add(values)
+    wrote(output)
 
 
 def _is_number(value: Any) -> bool:

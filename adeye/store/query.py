@@ -2,14 +2,18 @@
 
 ``mode=ro`` alone is not enough: ATTACH would make files and one call of ``randomblob`` could take
 all memory without being interruptible. So an authorizer allows reading and a list of functions,
-limits bound every value, and a deadline ends what runs too long.
+limits bound every value, a deadline ends what runs too long, and the process may not grow by more
+than ``MEMORY_BYTES`` meanwhile: a thousand columns of a megabyte each are one step of one query.
 """
 
 from __future__ import annotations
 
+import resource
 import sqlite3
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError
@@ -17,7 +21,7 @@ from adeye.store.database import Database, database_path, errors_in_words
 from adeye.store.schema import require_current, require_exists
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Iterator, Mapping
 
 _FUNCTION_NAMES: Final = """
 -> ->> abs acos asin atan atan2 avg ceil ceiling char coalesce cos count cume_dist
@@ -59,6 +63,9 @@ _DEFENSIVE: Final = 1010
 _STEPS_BETWEEN_CHECKS: Final = 1_000
 _BATCH_ROWS: Final = 200
 
+MEMORY_BYTES: Final = 1 << 29
+"""By how much the process may grow while a query runs."""
+
 DEFAULT_ROWS: Final = 10_000
 DEFAULT_SECONDS: Final = 10.0
 
@@ -82,6 +89,7 @@ def run_query(
     location: str | Path | None,
     sql: str,
     *,
+    parameters: Mapping[str, str] | None = None,
     max_rows: int = DEFAULT_ROWS,
     timeout_s: float = DEFAULT_SECONDS,
 ) -> QueryResult:
@@ -90,43 +98,67 @@ def run_query(
     Args:
         location: The database, as everywhere.
         sql: One statement.
+        parameters: Values of what it names ``:name``.
         max_rows: Most rows to return.
         timeout_s: Longest time that it may run [s].
 
     Raises:
-        InputError: The statement is wrong, not allowed, or ran too long.
+        InputError: The statement is wrong, not allowed, ran too long, or takes too much memory.
         PlatformError: The database cannot be read.
     """
     path = database_path(location)
-    _require_ours(path)
-    with errors_in_words(path):
-        connection = sqlite3.connect(
-            f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
-        )
-    try:
-        guard = _Guard(timeout_s)
+    with _ours(path):
         with errors_in_words(path):
-            guard.close_in(connection)
+            connection = sqlite3.connect(
+                f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
+            )
         try:
-            return _fetch(connection, sql, max_rows)
-        except (sqlite3.Error, sqlite3.Warning, UnicodeError) as error:
-            raise guard.in_words(error) from error
-    finally:
-        connection.close()
+            guard = _Guard(timeout_s)
+            with errors_in_words(path):
+                guard.close_in(connection)
+            try:
+                with _little_memory():
+                    return _fetch(connection, sql, parameters or {}, max_rows)
+            except (sqlite3.Error, sqlite3.Warning, UnicodeError, MemoryError) as error:
+                raise guard.in_words(error) from error
+        finally:
+            connection.close()
 
 
-def _require_ours(path: Path) -> None:
+@contextmanager
+def _ours(path: Path) -> Iterator[None]:
+    """Require a database of this release and keep it open.
+
+    Whoever closes it last removes the files of its log, and who may only read cannot.
+    """
     require_exists(path)
     database = Database(path)
     try:
         with database.read() as connection:
             require_current(connection, path)
+        yield
     finally:
         database.close()
 
 
-def _fetch(connection: sqlite3.Connection, sql: str, max_rows: int) -> QueryResult:
-    cursor = connection.execute(sql)
+@contextmanager
+def _little_memory() -> Iterator[None]:
+    """Let the process grow by so much only; where the system has its own smaller limit, that."""
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+    wanted = pages * resource.getpagesize() + MEMORY_BYTES
+    known = [limit for limit in before if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min([wanted, *known]), before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+def _fetch(
+    connection: sqlite3.Connection, sql: str, parameters: Mapping[str, str], max_rows: int
+) -> QueryResult:
+    cursor = connection.execute(sql, parameters)
     if cursor.description is None:
         raise InputError("query: no statement", remedy="Write one SELECT.")
     rows: list[tuple[Any, ...]] = []
@@ -183,6 +215,11 @@ class _Guard:
             return InputError(
                 f"query: stopped after {self._timeout_s:g} s",
                 remedy="Select a campaign, fewer columns, or an aggregate.",
+            )
+        if isinstance(error, MemoryError):
+            return InputError(
+                f"query: took more than {MEMORY_BYTES >> 20} MiB of memory",
+                remedy="Select fewer rows or columns; 'adeye export' writes whole campaigns.",
             )
         return InputError(
             f"query: {error}", remedy="The views are listed under 'Views' in the user guide."

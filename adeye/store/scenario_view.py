@@ -59,7 +59,8 @@ def identifier(text: str) -> str:
     return name if name and name[0].isalpha() else f"x_{name}"
 
 
-def _unique_name(text: str, taken: Iterable[str]) -> str:
+def unique_name(text: str, taken: Iterable[str]) -> str:
+    """Turn any text into an identifier that is not taken."""
     name = identifier(text)
     return f"{name}_{digest(text)[:6]}" if name in taken else name
 
@@ -99,12 +100,14 @@ def _ddl(connection: Connection, view: str, scenario: str) -> str:
         if _KEY.fullmatch(key) is None:
             continue
         suffix = suffixes.get(key, "")
-        name = _unique_name(f"{key}_{suffix}" if suffix else key, taken)
+        name = unique_name(f"{key}_{suffix}" if suffix else key, taken)
         taken.add(name)
         # While trusted_schema is off, SQLite 3.40 lets a view use json_each, but not json_extract.
         value = f"(SELECT value FROM json_each({source}) WHERE key = '{key}')"  # noqa: S608
         is_number = set(kinds.split(",")) <= {"integer", "real"}
-        columns.append(f"CAST({value} AS REAL) AS {name}" if is_number else f"{value} AS {name}")
+        typed = f"CAST({value} AS REAL)" if is_number else value
+        # A parameter may be called like a word of SQL.
+        columns.append(f'{typed} AS "{name}"')
     columns += [f"{name}, {name}_status" for name in METRIC_IDS]
     columns.append("verdicts")
     return _VIEW.substitute(view=view, columns=",\n    ".join(columns), scenario=scenario)

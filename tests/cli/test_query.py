@@ -1,10 +1,12 @@
 """``query``: formats, saved queries by name, refusals."""
 
 import io
+import json
 import sys
 from dataclasses import replace
 from typing import Any
 
+import pyarrow.parquet as pq
 import pytest
 
 from adeye.cli import queries
@@ -105,3 +107,81 @@ def test_no_rows_although_there_is_evidence_are_an_answer(
     nothing = replace(SAVED["contacts"], sql="SELECT 1 AS a WHERE 0")
     monkeypatch.setitem(queries.SAVED, "contacts", nothing)
     assert adeye("query", "contacts", "--db", str(mini.db)).err == "note: no rows\n"
+
+
+ROWS = "SELECT 1 AS a, '=cmd' AS b, 'x\x1b[31m' AS c UNION ALL SELECT 2.5, NULL, 'y'"
+
+
+def test_file_is_written_as_its_name_says(adeye: Any, folder: Any) -> None:
+    for name in ("rows.csv", "rows.json", "rows.parquet"):
+        ended = adeye("query", ROWS, "-o", name)
+        assert (ended.code, ended.out, ended.err) == (0, "", f"wrote {name}\n")
+    assert (folder / "rows.csv").read_text("utf-8") == "a,b,c\n1,'=cmd,x[31m\n2.5,,y\n"
+    assert json.loads((folder / "rows.json").read_text("utf-8")) == (
+        adeye("query", ROWS, "--json").document
+    )
+    assert pq.read_table(folder / "rows.parquet").to_pydict() == {
+        "a": [1.0, 2.5],
+        "b": ["=cmd", None],
+        "c": ["x\x1b[31m", "y"],
+    }
+
+
+def test_formula_is_text_in_printed_csv(adeye: Any) -> None:
+    assert adeye("query", ROWS, "--format", "csv").out == "a,b,c\n1,'=cmd,x[31m\n2.5,,y\n"
+    assert "\x1b" not in adeye("query", ROWS).out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("--format", "parquet"), "Name a file: -o FILE.parquet"),
+        (("-o", "rows.xlsx"), "does not end in .csv or .json or .parquet"),
+        (("-o", "rows.csv", "--json"), "does not end in .json"),
+        (("-o", ".adeye/adeye.db"), "does not end in"),
+        (("--list", "-o", "list.csv"), "is not written to a file"),
+        (("--campaign", "1"), "no campaign"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(
+    adeye: Any, folder: Any, arguments: tuple[str, ...], part: str
+) -> None:
+    ended = adeye("query", "SELECT 1 AS a", *arguments)
+    assert (ended.code, ended.out) == (2, "")
+    assert part in ended.err
+    assert [path.name for path in folder.iterdir()] == [".adeye"]
+
+
+def test_database_is_not_written_over(adeye: Any, folder: Any) -> None:
+    named = folder / "adeye.csv"
+    (folder / ".adeye" / "adeye.db").rename(named)
+    before = named.read_bytes()
+    ended = adeye("query", "SELECT 1 AS a", "--db", str(named), "-o", str(named))
+    assert (ended.code, named.read_bytes()) == (2, before)
+
+
+@pytest.mark.parametrize("name", SAVED.keys() - {"campaigns"})
+def test_saved_query_is_about_the_campaign_that_is_named(adeye: Any, mini: Any, name: str) -> None:
+    db = ("--db", str(mini.db), "--json")
+    asked = adeye("query", name, "--campaign", "1", *db)
+    assert (asked.code, asked.document) == (0, adeye("query", name, *db).document)
+
+
+def test_own_sql_has_the_campaign_as_a_parameter(adeye: Any, mini: Any) -> None:
+    sql = "SELECT COUNT(*) AS runs FROM v_runs WHERE campaign = :campaign"
+    arguments = ("--db", str(mini.db), "--format", "csv")
+    assert adeye("query", sql, "-c", "1", *arguments).out == "runs\n28\n"
+    unasked = adeye("query", "SELECT COUNT(*) AS runs FROM v_runs", "-c", "1", *arguments)
+    assert (unasked.code, unasked.out) == (2, "")
+    assert "WHERE campaign = :campaign" in unasked.err
+
+
+def test_missing_evidence_is_told_of_the_campaign_that_is_named(
+    adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nothing = replace(SAVED["contacts"], sql="SELECT 1 AS a WHERE :campaign = ''")
+    monkeypatch.setitem(queries.SAVED, "contacts", nothing)
+    db = ("--db", str(mini.db), "--campaign", "1")
+    assert adeye("query", "contacts", *db).err == "note: no rows\n"
+    monkeypatch.setitem(queries.SAVED, "contacts", replace(nothing, basis="SELECT 0"))
+    assert "no run of this campaign has a result" in adeye("query", "contacts", *db).err

@@ -1,6 +1,8 @@
+import resource
 import sqlite3
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -9,81 +11,15 @@ import pytest
 from adeye.errors import AdeyeError, InputError, PlatformError
 from adeye.store.query import _Guard, run_query
 from adeye.store.repository import Repository
-
-ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
-GROWING = (
-    "WITH RECURSIVE g(s) AS (SELECT 'aaaaaaaaaaaaaaaa' UNION ALL SELECT s || s FROM g LIMIT 40) "
+from tests.hostile_sql import (
+    ALLOWED,
+    CUT,
+    DENIED,
+    TOO_BIG,
+    TOO_MUCH,
+    statements,
+    written_out,
 )
-
-DENIED = [
-    "ATTACH 'stolen.db' AS other",
-    "ATTACH ':memory:' AS other",
-    "DETACH main",
-    "PRAGMA journal_mode = DELETE",
-    "PRAGMA query_only = OFF",
-    "PRAGMA writable_schema = ON",
-    "SELECT * FROM pragma_database_list",
-    "INSERT INTO odd VALUES ('a', 'b', 'c', 'd', 'e')",
-    "UPDATE work SET state = 'done'",
-    "DELETE FROM run",
-    "REPLACE INTO run SELECT * FROM run",
-    "CREATE TABLE x (y)",
-    "CREATE TEMP TABLE x (y)",
-    "CREATE VIEW x AS SELECT 1",
-    "CREATE VIRTUAL TABLE x USING fts5(y)",
-    "DROP TABLE run",
-    "DROP TRIGGER run_no_delete",
-    "ALTER TABLE run ADD COLUMN x",
-    "REINDEX",
-    "ANALYZE",
-    "BEGIN IMMEDIATE",
-    "SAVEPOINT s",
-    "COMMIT",
-    "WITH x AS (SELECT 1) DELETE FROM run",
-    "SELECT load_extension('evil.so')",
-    "SELECT randomblob(1000000000)",
-    "SELECT zeroblob(1000000000)",
-    "SELECT hex(zeroblob(1000000000))",
-    "SELECT printf('%.*c', 100000000, 'x')",
-    "SELECT format('%.*c', 100000000, 'x')",
-    "SELECT replace('aaaa', 'a', 'bbbbbbbb')",
-    "SELECT instr('aaaa', 'ab')",
-    "SELECT trim('aaaa', 'a')",
-    "SELECT readfile('/etc/passwd')",
-    "SELECT writefile('x', 'y')",
-    "SELECT edit('x')",
-    "SELECT fts3_tokenizer('simple')",
-    "SELECT sqlite_compileoption_get(1)",
-]
-CUT = [
-    "ENDLESS SELECT length(group_concat(i)) FROM n",
-    "ENDLESS SELECT length(json_group_array(i)) FROM n",
-    "ENDLESS SELECT count(*) FROM n",
-    "ENDLESS SELECT max(i) FROM n WHERE i < 0",
-    "ENDLESS SELECT i FROM n ORDER BY i DESC",
-    "ENDLESS SELECT group_concat(i) FROM n WHERE i < 0",
-    "SELECT count(*) FROM v_runs a, v_runs b, v_runs c, v_runs d, v_runs e, v_runs f, v_runs g",
-    "SELECT * FROM run a, run b, run c, run d, run e, run f, run g ORDER BY random(), 1",
-]
-TOO_BIG = [
-    "GROWING SELECT length(max(s)) FROM g",
-    "SELECT " + "(" * 300 + "1" + ")" * 300,
-    "SELECT 1" + " + 1" * 300,
-    "SELECT 1" + " UNION ALL SELECT 1" * 60,
-    "SELECT '" + "a" * 200_000 + "'",
-    "SELECT 'a' LIKE '" + "%a" * 200 + "'",
-    "SELECT 1; DELETE FROM run",
-    "SELECT 1; SELECT 2",
-    "",
-    "-- nothing",
-    "/* SELECT 1 */",
-    "EXPLAIN",
-    "SELEC 1",
-    "SELECT nothing FROM v_runs",
-    "SELECT 1\x00; DROP TABLE run",
-    "SELECT ?",
-    "VACUUM INTO 'copy.db'",
-]
 
 
 @pytest.fixture(scope="module")
@@ -112,27 +48,7 @@ def test_select_returns_columns_and_rows(path: Path) -> None:
     assert not found.is_cut
 
 
-@pytest.mark.parametrize(
-    "sql",
-    [
-        "SELECT json_extract(verdicts, '$.FSR1') FROM v_runs",
-        "SELECT verdicts ->> 'FSR1' FROM v_runs WHERE scenario LIKE 'cut%'",
-        "SELECT key, value FROM v_runs, json_each(parameters)",
-        "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n LIMIT 5) SELECT * FROM n",
-        "SELECT ordinal, lag(ordinal) OVER (ORDER BY ordinal) FROM v_runs",
-        "SELECT name FROM sqlite_master WHERE type = 'view'",
-        "SELECT iif(1, 2, 3)",  # codespell:ignore iif
-        "SELECT * FROM v_gate",
-        "SELECT * FROM v_fsr_status",
-        "SELECT * FROM v_architecture_pairs",
-        "SELECT * FROM v_coverage",
-        "SELECT * FROM v_timeline",
-        "SELECT * FROM v_verdicts",
-        "SELECT * FROM v_runs_cut_in",
-        "VALUES (1, 2), (3, 4)",
-        "EXPLAIN QUERY PLAN SELECT * FROM run",
-    ],
-)
+@pytest.mark.parametrize("sql", ALLOWED)
 def test_everything_that_an_engineer_needs_is_allowed(path: Path, sql: str) -> None:
     assert run_query(path, sql).rows
 
@@ -145,15 +61,8 @@ def test_rows_beyond_the_cap_are_cut_and_it_says_so(path: Path) -> None:
     assert run_query(path, written_out("ENDLESS SELECT i FROM n"), max_rows=500).is_cut
 
 
-def written_out(sql: str) -> str:
-    return sql.replace("ENDLESS", ENDLESS).replace("GROWING", GROWING)
-
-
-def state_of(path: Path) -> tuple[set[str], list[str]]:
-    connection = sqlite3.connect(path)
-    dump = list(connection.iterdump())
-    connection.close()
-    return {item.name for item in path.parent.iterdir()}, dump
+def state_of(path: Path) -> tuple[set[str], bytes]:
+    return {item.name for item in path.parent.iterdir()}, path.read_bytes()
 
 
 @pytest.mark.parametrize("sql", DENIED)
@@ -182,6 +91,79 @@ def test_oversized_or_malformed_statement_is_an_input_error(
     with pytest.raises(InputError, match="query: "):
         run_query(path, written_out(sql), timeout_s=5.0)
     assert state_of(path) == before
+
+
+@pytest.mark.parametrize("sql", TOO_MUCH, ids=range(len(TOO_MUCH)))
+def test_statement_that_takes_all_memory_is_stopped(path: Path, sql: str) -> None:
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    with pytest.raises(InputError, match=r"took more than 512 MiB|stopped after"):
+        run_query(path, written_out(sql), timeout_s=20.0)
+    assert resource.getrlimit(resource.RLIMIT_AS) == before
+
+
+@pytest.mark.parametrize("pattern", ["%a" * 45 + "%b", "%_a" * 30 + "%b", "%a_a_" * 15 + "%b"])
+@pytest.mark.parametrize("operator", ["LIKE", "GLOB"])
+def test_pattern_cannot_run_beyond_the_deadline(path: Path, operator: str, pattern: str) -> None:
+    # One call of a function is one step, which no deadline ends.
+    text = pattern if operator == "LIKE" else pattern.replace("%", "*").replace("_", "?")
+    began = time.monotonic()
+    sql = f"LARGE SELECT s {operator} '{text}' FROM large"  # noqa: S608
+    found = run_query(path, written_out(sql))
+    assert time.monotonic() - began < 5.0
+    assert found.rows == ((0,),)
+
+
+def test_parameter_is_a_value_and_never_sql(path: Path) -> None:
+    hostile = "' OR 1=1; DROP TABLE run; --"
+    found = run_query(path, "SELECT :campaign", parameters={"campaign": hostile})
+    assert found.rows == ((hostile,),)
+
+
+def fuzz(path: Path, count: int) -> None:
+    before = state_of(path)
+    answered = 0
+    for sql in statements(count):
+        try:
+            run_query(path, sql, timeout_s=0.5, max_rows=100)
+            answered += 1
+        except InputError:
+            pass
+        assert {item.name for item in path.parent.iterdir()} == before[0], sql
+    assert state_of(path) == before
+    assert answered > count / 10
+
+
+def test_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    fuzz(path, 500)
+
+
+@pytest.mark.slow
+def test_many_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    fuzz(path, 10_000)
+
+
+def late_after(duration_s: float) -> Callable[[], bool]:
+    end = time.monotonic() + duration_s
+    return lambda: time.monotonic() > end
+
+
+def test_fuzzed_statements_would_do_harm_on_a_plain_connection(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(path.parent)
+    before = state_of(path)
+    for sql in statements(500):
+        connection = sqlite3.connect(path, isolation_level=None, timeout=0)
+        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, 1_000_000)
+        connection.set_progress_handler(late_after(0.5), 1000)
+        with suppress(sqlite3.Error, sqlite3.Warning, UnicodeError):
+            connection.execute(sql).fetchmany(100)
+        connection.close()
+    files, content = state_of(path)
+    assert files > before[0]
+    assert content != before[1]
 
 
 def test_reading_does_not_wait_for_a_writer(path: Path) -> None:

@@ -96,3 +96,12 @@ def test_hostile_names_make_no_sql(
     assert example.work_off(repository, plan.campaign) == 2
     assert repository.verify() == ()
     assert len(raw.execute("SELECT * FROM v_runs_cut_in").fetchall()) == 1
+
+
+@pytest.mark.parametrize("word", ["on", "order", "Group", "limit", "values", "null"])
+def test_parameter_may_be_called_like_a_word_of_sql(
+    repository: Repository, example: Any, raw: sqlite3.Connection, word: str
+) -> None:
+    plan = repository.plan_campaign(example.record(), [example.case(0, parameters={word: 1.5})])
+    example.work_off(repository, plan.campaign)
+    assert raw.execute(f'SELECT "{word.lower()}" FROM v_runs_cut_in').fetchall() == [(1.5,)]  # noqa: S608

@@ -1,0 +1,175 @@
+"""Reading a campaign out: what the views say, sorted, whole, the same from every database."""
+
+import sqlite3
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.errors import InputError, PlatformError
+from adeye.evaluation.verdict import Verdict
+from adeye.store import export
+from adeye.store.export import open_export
+from adeye.store.export_columns import TABLES
+from adeye.store.repository import Repository
+
+Tables = dict[str, list[dict[str, Any]]]
+
+
+def read(path: Path, campaign: str | None = None, **options: Any) -> Tables:
+    with open_export(path, campaign, **options) as source:
+        found: Tables = {name: [] for name in source.tables}
+        for chunk in source.chunks():
+            names = [column.name for column in source.tables[chunk.table].columns]
+            found[chunk.table] += [
+                dict(zip(names, row, strict=True)) for row in zip(*chunk.columns, strict=True)
+            ]
+    return found
+
+
+def of_view(path: Path, table: str) -> list[dict[str, Any]]:
+    connection = sqlite3.connect(path)
+    connection.row_factory = sqlite3.Row
+    order = ", ".join(TABLES[table].order)
+    sql = f"SELECT * FROM {TABLES[table].view} ORDER BY {order}"  # noqa: S608
+    rows = connection.execute(sql).fetchall()
+    connection.close()
+    return [dict(row) for row in rows]
+
+
+def test_tables_hold_what_their_views_hold(repository: Repository, example: Any) -> None:
+    example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal % 3 == 1 else Verdict.PASS
+    example.campaign(repository, 9)
+    found = read(repository.path)
+    for name in ("verdicts", "events", "fsr_status"):
+        assert found[name]
+        assert found[name] == of_view(repository.path, name)
+    for row, seen in zip(found["runs"], of_view(repository.path, "runs"), strict=True):
+        assert {**row, **seen}.keys() - row.keys() == {
+            "parameters", "point", "verdicts", "executed_at"
+        }  # fmt: skip
+        assert all(row[name] == seen[name] for name in seen.keys() & row.keys())
+    # Flags are truth values, not the numbers that the database has.
+    assert {type(row["mandatory"]) for row in found["verdicts"]} == {bool}
+
+
+def test_parameters_and_verdicts_are_columns(repository: Repository, example: Any) -> None:
+    example.verdict_of = lambda _, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
+    example.campaign(repository, 8)
+    runs = read(repository.path)["runs"]
+    # Only the units of one scenario are known, so that a parameter has a column for each.
+    assert [(row["ego_speed_mps"], row["ego_speed"]) for row in runs[:5]] == [
+        (20.0, None), (20.0, None), (None, 20.0), (None, 20.0), (21.0, None)
+    ]  # fmt: skip
+    assert {(row["verdict_fsr1"], row["verdict_fsr2"]) for row in runs} == {("PASS", "FAIL")}
+    # FSR3 is about what is outside the ODD, and nothing is.
+    assert {row["verdict_fsr3"] for row in runs} == {None}
+    with open_export(repository.path, None) as source:
+        columns = {column.name: column for column in source.tables["runs"].columns}
+    assert (columns["ego_speed_mps"].kind, columns["ego_speed_mps"].unit) == ("number", "m/s")
+
+
+def test_missing_result_is_not_run_and_no_row_of_runs(repository: Repository, example: Any) -> None:
+    example.work_off = lambda *_: 0
+    example.campaign(repository, 4)
+    found = read(repository.path)
+    assert found["runs"] == []
+    assert {row["verdict"] for row in found["verdicts"]} == {"NOT_RUN"}
+    assert len(found["verdicts"]) == 8
+    with open_export(repository.path, None) as source:
+        assert (source.campaign.planned, source.done) == (4, 0)
+
+
+def test_rows_do_not_depend_on_the_parts_that_are_read(
+    repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    example.campaign(repository, 10)
+    whole = read(repository.path)
+    monkeypatch.setattr(export, "CHUNK_CASES", 3)
+    assert read(repository.path) == whole
+    with open_export(repository.path, None, ["runs"]) as source:
+        sizes = [len(chunk.columns[0]) for chunk in source.chunks()]
+    # Never more at once than asked for, however large the campaign is.
+    assert sizes == [3, 3, 3, 1]
+
+
+def test_another_database_gives_the_same(tmp_path: Path, make_example: Any) -> None:
+    one, other = tmp_path / "one.db", tmp_path / "other.db"
+    with Repository.open(one) as repository:
+        campaign = make_example().campaign(repository, 8, block_size=3)
+    with Repository.open(other) as repository:
+        before = make_example()
+        before.with_odd("2")
+        before.gate = ("legacy",)
+        before.campaign(repository, 6)
+        example = make_example()
+        run = example.run
+        example.run = lambda case, **changes: replace(run(case, **changes), executed_by="host 2")
+        assert example.campaign(repository, 8, block_size=5) == campaign
+    assert read(one, campaign) == read(other, campaign)
+
+
+def test_what_differs_between_executions_is_left_out_unless_asked_for(
+    repository: Repository, example: Any
+) -> None:
+    example.campaign(repository, 2)
+    assert "executed_at" not in read(repository.path)["runs"][0]
+    with_it = read(repository.path, with_provenance=True)["runs"][0]
+    assert with_it["executed_at"].startswith("2026-01-01T00:00:00")
+
+
+def test_hostile_and_mixed_parameters_become_plain_columns(
+    repository: Repository, example: Any
+) -> None:
+    plain = example.case
+
+    def case(ordinal: int, **changes: Any) -> Any:
+        values = {
+            'a"; DROP TABLE run; --': ordinal,
+            "Run": "x",
+            "contact": 1.5,
+            "on": bool(ordinal),
+            "either": "word" if ordinal else 3,
+            "list": [1, ordinal],
+        }
+        return plain(ordinal, **{"parameters": values, "point": {"extra.key": 2}, **changes})
+
+    example.case = case
+    example.campaign(repository, 2)
+    with open_export(repository.path, None) as source:
+        columns = {column.name: column.kind for column in source.tables["runs"].columns}
+    row = read(repository.path)["runs"][1]
+    assert (row["a_drop_table_run"], columns["a_drop_table_run"]) == (1.0, "number")
+    assert (row["on"], columns["on"]) == (True, "flag")
+    assert (row["either"], row["list"], columns["list"]) == ("word", "[1, 1]", "text")
+    assert row["extra_key"] == 2.0
+    # A column of the view keeps its name, the parameter gets another.
+    assert len(row["run"]) == 64
+    assert row["contact"] == 0.0
+    assert [row[name] for name in row if name.startswith(("run_", "contact_"))][:2]
+    assert "x" in [row[name] for name in row if name.startswith("run_")]
+    assert 1.5 in [row[name] for name in row if name.startswith("contact_")]
+
+
+def test_what_is_not_there_is_an_input_error(repository: Repository, example: Any) -> None:
+    example.campaign(repository, 1)
+    for campaign, names, part in (
+        ("9", ["runs"], "no number of one"),
+        (None, ["run"], "there is no table 'run'"),
+    ):
+        with pytest.raises(InputError, match=part), open_export(repository.path, campaign, names):
+            pass
+    nowhere = repository.path.with_name("none.db")
+    with pytest.raises(InputError, match="no such file"), open_export(nowhere, None):
+        pass
+    assert not nowhere.exists()
+
+
+def test_database_of_someone_else_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "theirs.db"
+    connection = sqlite3.connect(path)
+    connection.execute("CREATE TABLE t (x)")
+    connection.close()
+    with pytest.raises(PlatformError, match="not made by adeye"), open_export(path, None):
+        pass
