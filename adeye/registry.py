@@ -259,7 +259,7 @@ def source_digest(name: str, base_dir: Path) -> str:
     files = source_files(name, base_dir)
     if name.rpartition(":")[0].endswith(".py"):
         return hashlib.sha256(files[0][1].read_bytes()).hexdigest()
-    return _files_digest(files)
+    return files_digest(files)
 
 
 def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str:
@@ -324,7 +324,7 @@ def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) 
         ) from error
     except (Exception, SystemExit) as error:
         raise _import_error(name, source, error) from error
-    digest = _files_digest(_module_files(name, module))
+    digest = files_digest(_module_files(name, module))
     known = _CACHE.get((source, attribute, digest))
     return known or _remember((source, attribute, digest), name, module, is_nameable)
 
@@ -334,11 +334,7 @@ def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:
     top = sys.modules[module.__name__.partition(".")[0]]
     folders = [Path(folder) for folder in getattr(top, "__path__", [])]
     if folders:
-        return sorted(
-            (path.relative_to(folder).as_posix(), path)
-            for folder in folders
-            for path in folder.rglob("*.py")
-        )
+        return package_files(folders)
     origin = getattr(module, "__file__", None)
     if origin is None or not Path(origin).is_file():
         raise SpecError(
@@ -348,12 +344,17 @@ def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:
     return [(Path(origin).name, Path(origin))]
 
 
-def _files_digest(files: Iterable[tuple[str, Path]]) -> str:
+def package_files(folders: Iterable[Path]) -> list[tuple[str, Path]]:
+    """List the source files of a package with their labels."""
+    found = ((folder, path) for folder in folders for path in folder.rglob("*.py"))
+    return sorted((path.relative_to(folder).as_posix(), path) for folder, path in found)
+
+
+def files_digest(files: Iterable[tuple[str, Path]]) -> str:
+    """Hash files with their labels."""
     digest = hashlib.sha256()
     for label, path in files:
-        content = path.read_bytes()
-        digest.update(f"{label} {len(content)}\n".encode())
-        digest.update(content)
+        digest.update(f"{label} {len(content := path.read_bytes())}\n".encode() + content)
     return digest.hexdigest()
 
 

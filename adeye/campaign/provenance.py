@@ -22,6 +22,8 @@ PACKAGES: Final = (
     "pydantic", "pyyaml", "rich", "scipy", "sqlalchemy", "typer",
 )  # fmt: skip
 """What adeye depends on, and what compiles its kernels."""
+# A repository may name a program that watches its files; looking at it starts none.
+_QUIET = ("-c", "core.fsmonitor=false", "--no-optional-locks")
 
 
 def provenance(odd_path: Path) -> dict[str, Any]:
@@ -77,7 +79,7 @@ def git_state(folder: Path) -> dict[str, Any]:
 def _git(folder: Path, *arguments: str) -> str:
     try:
         done = subprocess.run(  # noqa: S603 - no shell, our own words
-            ["git", "-C", str(folder), *arguments],  # noqa: S607 - whichever git the user has
+            ["git", *_QUIET, "-C", str(folder), *arguments],  # noqa: S607 - the user's own git
             capture_output=True,
             text=True,
             timeout=10,

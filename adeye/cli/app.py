@@ -25,6 +25,7 @@ from adeye.cli.new import new_app
 from adeye.cli.options import add, examples
 from adeye.cli.output import emit
 from adeye.cli.planning import plan, signals
+from adeye.cli.plugins import plugins
 from adeye.cli.preventability import preventability
 from adeye.cli.query import query
 from adeye.cli.read import replay, show
@@ -270,6 +271,13 @@ app.add_typer(new_app, name="new", rich_help_panel=WRITE)
 app.add_typer(scenario_app, name="scenario", rich_help_panel=WRITE)
 app.add_typer(database_app, name="db", rich_help_panel=KEEP)
 app.add_typer(manifest_app, name="manifest", rich_help_panel=KEEP)
+add(
+    app,
+    plugins,
+    "adeye plugins",
+    "adeye plugins odd/first.yaml --json",
+    panel=KEEP,
+)
 add(app, warmup, "adeye warmup", "adeye warmup odd/first.yaml", panel=KEEP)
 add(
     app,

@@ -25,6 +25,7 @@ from adeye.kernel.reference_parameters import (
     vector,
 )
 from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
+from adeye.spec.document import require_plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -53,6 +54,8 @@ INTEGRATORS: Final[Mapping[str, int]] = {
     "semi-implicit": columns.SEMI_IMPLICIT,
 }
 
+MAX_BYTES: Final = 100_000_000
+"""Largest file of scenes [bytes]; our choice, a million scenes."""
 _BLOCK: Final = 2_000
 _JRC_TTC_END: Final = 2.0
 _LANE: Final = 3.5
@@ -160,6 +163,7 @@ def read(path: Path, scene: str) -> tuple[list[dict[str, str]], Floats]:
     """
     wanted = COLUMNS[scene]
     try:
+        require_plain(path, MAX_BYTES)
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, strict=True)
             names = reader.fieldnames or []

@@ -17,6 +17,7 @@ from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.identity import digest
 from adeye.report.files import write_atomically
 from adeye.report.parts import Asil, Count, Id, Margin, Part
+from adeye.spec.document import require_plain
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -231,8 +232,7 @@ def read_baseline(path: Path) -> Baseline:
 
 def _document(path: Path) -> dict[str, Any]:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise _no_baseline(path, f"it has more than {MAX_BYTES:,} bytes")
+        require_plain(path, MAX_BYTES)
         document = json.loads(path.read_bytes(), parse_constant=_refuse, object_pairs_hook=_unique)
     except FileNotFoundError as error:
         raise SpecError(

@@ -102,25 +102,39 @@ def parse_document(text: str, path: str) -> Document:
     return Document(path, value, builder.values, builder.keys)
 
 
+def require_plain(path: Path, most: int) -> None:
+    """Refuse what should not be read whole: devices and pipes may never end.
+
+    Args:
+        path: What somebody named.
+        most: Largest size that is read [bytes].
+
+    Raises:
+        SpecError: It is no regular file, or larger.
+        OSError: It is not there.
+    """
+    found = path.stat()
+    where = SourceLocation(str(path), 1, 1)
+    if stat.S_ISDIR(found.st_mode):
+        raise SpecError("this is a folder, not a file", where=where, remedy="Name a file.")
+    if not stat.S_ISREG(found.st_mode):
+        raise SpecError("this is not a regular file", where=where, remedy="Name a file.")
+    if found.st_size > most:
+        raise SpecError(f"the file has more than {most:,} bytes", where=where, remedy="Split it.")
+
+
 def _read(path: Path) -> str:
     where = SourceLocation(str(path), 1, 1)
     try:
-        mode = path.stat().st_mode
-        if stat.S_ISDIR(mode):
-            raise SpecError("this is a folder, not a file", where=where, remedy="Name a file.")
-        # A device or pipe may never end.
-        if not stat.S_ISREG(mode):
-            raise SpecError("this is not a regular file", where=where, remedy="Name a file.")
+        require_plain(path, MAX_BYTES)
         with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+            content = file.read(MAX_BYTES)
     except FileNotFoundError as error:
         raise SpecError("there is no such file", where=where, remedy="Check the path.") from error
     except OSError as error:
         raise SpecError(f"the file cannot be read: {error.strerror}", where=where) from error
     except ValueError as error:
         raise SpecError(f"{shown(str(path))} is not a path", where=None) from error
-    if len(content) > MAX_BYTES:
-        raise _too_large(where)
     return _decoded(content, str(path))
 
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Self
 from adeye.store import (
     compared,
     content,
+    damage,
     figures,
     forking,
     leasing,
@@ -127,8 +128,8 @@ class Repository:
         return self
 
     def __exit__(self, *raised: object) -> None:
-        """Close."""
-        self.close()
+        """Close, and tell content that broke its reader, see ``damage``."""
+        damage.close(self, raised[1])
 
     # Plans
 

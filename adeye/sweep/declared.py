@@ -12,6 +12,7 @@ import numpy as np
 
 from adeye.errors import SweepError, suggest
 from adeye.spec.distribution import Distribution
+from adeye.spec.document import require_plain
 from adeye.sweep.law import Law, require_mass
 from adeye.units import UNITS
 
@@ -151,8 +152,7 @@ def read_data(spec: Distribution, folder: Path, name: str, where: SourceLocation
         )
     path = folder / spec.empirical
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise SweepError(f"{name}: {spec.empirical} is above 50 MB", where=where)
+        require_plain(path, MAX_BYTES)
         content = path.read_bytes()
         rows = list(csv.reader(content.decode("utf-8-sig").splitlines()))
     except (OSError, ValueError, csv.Error) as error:

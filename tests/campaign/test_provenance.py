@@ -55,3 +55,16 @@ def test_nothing_depends_on_git_or_a_name(tmp_path: Path, monkeypatch: pytest.Mo
     found = provenance(tmp_path / "odd.yaml")
     assert (found["git"], found["who"]) == ({}, "")
     assert found["packages"] == {"not-installed-anywhere": ""}
+
+
+def test_program_that_a_repository_names_is_not_started(tmp_path: Path) -> None:
+    git(tmp_path, "init")
+    (tmp_path / "a").touch()
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-m", "first")
+    canary = tmp_path / "canary"
+    git(tmp_path, "config", "core.fsmonitor", f"touch {canary} #")
+    assert git_state(tmp_path)["commit"]
+    assert not canary.exists()
+    git(tmp_path, "status")
+    assert canary.exists()

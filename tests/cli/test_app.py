@@ -73,6 +73,7 @@ def test_the_verbs_are_these() -> None:
         "new metric",
         "new sensor",
         "plan",
+        "plugins",
         "preventability",
         "query",
         "reference",

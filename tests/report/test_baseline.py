@@ -89,7 +89,7 @@ def test_what_is_no_baseline_is_refused(path: Path, content: bytes, said: str) -
 def test_missing_file_and_folder_are_refused(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="there is no such baseline"):
         read_baseline(tmp_path / "none.json")
-    with pytest.raises(SpecError, match="this is no baseline"):
+    with pytest.raises(SpecError, match="a folder, not a file"):
         read_baseline(tmp_path)
 
 

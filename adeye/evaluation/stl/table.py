@@ -16,6 +16,7 @@ import numpy as np
 from adeye.errors import InputError, SourceLocation, suggest
 from adeye.evaluation.stl.check import TRUTH_LABELS
 from adeye.evaluation.stl.series import Series
+from adeye.spec.document import require_plain
 from adeye.units import UNITS, convert, shown, si_unit
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ TIMES: Final = ("time", "time_s", "t")
 """Columns that are taken for the time if none is named."""
 TOLERANCE: Final = 0.1
 """Part of a step by which a row may be off its place: stamps are rounded, samples jitter."""
+MAX_BYTES: Final = 256 * 2**20
+"""Largest CSV file that is read [bytes]; our choice: cells are kept as text."""
 _DELIMITERS: Final = (",", ";", "\t")
 
 
@@ -88,6 +91,7 @@ def read_table(path: Path) -> Table:
     if path.suffix.lower() in {".parquet", ".pq"}:
         return _read_parquet(path)
     try:
+        require_plain(path, MAX_BYTES)
         with path.open(encoding="utf-8-sig", newline="") as file:
             header = file.readline()
             delimiter = max(_DELIMITERS, key=header.count)

@@ -1,0 +1,63 @@
+"""Content that breaks its reader: a database that somebody else wrote or changed says so."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final, Protocol
+
+from adeye.errors import AdeyeError, IntegrityError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.store.stored import Finding
+
+UNFORESEEN: Final = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""What readers raise on content that is not of the form in which it is written."""
+
+
+class Verified(Protocol):
+    """A repository, as far as it is needed here."""
+
+    @property
+    def path(self) -> Path:
+        """The database."""
+
+    def verify(self) -> tuple[Finding, ...]:
+        """Compare everything with its digests."""
+
+    def close(self) -> None:
+        """Close the connections."""
+
+
+def close(repository: Verified, raised: object) -> None:
+    """Close a repository; look for the cause if something unforeseen ended its use.
+
+    Args:
+        repository: What was used.
+        raised: What ended its use; None if nothing did.
+
+    Raises:
+        IntegrityError: Something unforeseen was raised, and the database is not as it was written.
+    """
+    try:
+        if isinstance(raised, UNFORESEEN) and not isinstance(raised, AdeyeError):
+            findings: tuple[Finding, ...] = ()
+            # Whoever cannot even be verified keeps the error that was there first.
+            with suppress(Exception):
+                findings = repository.verify()
+            if findings:
+                first = findings[0]
+                raise IntegrityError(
+                    f"database {repository.path} is not as it was written: {first.table} "
+                    f"{first.row}: {first.problem}. See 'adeye db verify'; restore it from a copy."
+                ) from raised
+    finally:
+        repository.close()

@@ -1,0 +1,201 @@
+"""Databases that others spoilt or wrote with intent: documented exit codes, no write, no import."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import sqlite3
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import pytest
+
+from adeye.cli.entry import main
+from tests.chaos.mutation import bytes_of
+from tests.chaos.test_fuzz import DOCUMENTED, SLOW, listing, watched
+from tests.chaos.test_schema_life import CAMPAIGNS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.chaos.mutation import Draw
+
+ORDINARY: Final = 60
+VERBS: Final = (
+    ("db", "verify"), ("gate",), ("show", "RUN"), ("matrix",), ("query", "SELECT * FROM v_runs"),
+    ("db", "info"), ("query", "SELECT * FROM v_gate"), ("faults",), ("timeline", "RUN"),
+)  # fmt: skip
+_JUNK: Final = (
+    None, 0, -1, 2**62, 1e308, float("inf"), "", "x", "[]", "{}", "null", "[" * 5000, '{"a": NaN}',
+    b"\xff\xfe", "a" * 1_000_000, "\x1b[2J", "../../etc/passwd", "1" * 5000, "[1e999]", "9" * 19,
+)  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name in os.environ:
+        if name.startswith("ADEYE_") and name != "ADEYE_NUMBA_CACHE_DIR":
+            monkeypatch.delenv(name)
+    monkeypatch.setenv("COLUMNS", "500")
+    work = tmp_path / "work"
+    work.mkdir()
+    monkeypatch.chdir(work)
+    main_db(work)
+    return work
+
+
+def main_db(folder: Path) -> Path:
+    path = folder / "a.db"
+    for item in folder.glob("a.db*"):
+        item.unlink()
+    path.write_bytes(gzip.decompress(CAMPAIGNS[-1].read_bytes()))
+    assert main(["db", "upgrade", "--db", "a.db"]) == 0
+    return path
+
+
+def a_run(path: Path) -> str:
+    raw = sqlite3.connect(path)
+    (found,) = raw.execute("SELECT run FROM v_runs ORDER BY run LIMIT 1").fetchone()
+    raw.close()
+    return str(found)
+
+
+def spoil_cell(path: Path, draw: Draw) -> None:
+    """Put something else into one to three columns of some row, past all rules."""
+    raw = sqlite3.connect(path, isolation_level=None)
+    raw.execute("PRAGMA foreign_keys = OFF")
+    raw.execute("PRAGMA ignore_check_constraints = ON")
+    triggers = raw.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
+    for name, _ in triggers:
+        raw.execute(f"DROP TRIGGER {name}")
+    tables = [
+        str(name)
+        for (name,) in raw.execute(
+            "SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite%'"
+        )
+        if raw.execute(f"SELECT 1 FROM {name} LIMIT 1").fetchone()  # noqa: S608
+    ]
+    for _ in range(int(draw.integers(1, 4))):
+        table = tables[int(draw.integers(0, len(tables)))]
+        columns = [str(row[1]) for row in raw.execute(f"PRAGMA table_info({table})")]
+        column = columns[int(draw.integers(0, len(columns)))]
+        junk = _JUNK[int(draw.integers(0, len(_JUNK)))]
+        try:
+            raw.execute(
+                f'UPDATE {table} SET "{column}" = ? WHERE rowid = '  # noqa: S608
+                f"(SELECT rowid FROM {table} ORDER BY random() LIMIT 1)",
+                (junk,),
+            )
+        except sqlite3.Error:
+            continue
+    for _, statement in triggers:
+        raw.execute(statement)
+    raw.close()
+
+
+def fuzz(seeds: range, folder: Path, capfd: pytest.CaptureFixture[str]) -> dict[int, int]:
+    path = folder / "a.db"
+    valid = path.read_bytes()
+    run = a_run(path)
+    before = listing(folder.parent)
+    codes: dict[int, int] = {}
+    failed = []
+    for seed in seeds:
+        draw = np.random.default_rng([seed, 77])
+        for item in folder.glob("a.db*"):
+            item.unlink()
+        if seed % 2:
+            path.write_bytes(valid)
+            spoil_cell(path, draw)
+        else:
+            path.write_bytes(bytes_of(valid, draw))
+        verb = VERBS[seed % len(VERBS)]
+        words = [run if word == "RUN" else word for word in verb]
+        capfd.readouterr()
+        try:
+            with watched():
+                code = main([*words, "--db", "a.db"])
+        except BaseException as error:  # noqa: BLE001 - whatever it is, the seed is wanted
+            failed.append(f"seed {seed} {verb}: {type(error).__name__}: {str(error)[:300]}")
+            continue
+        said = "".join(capfd.readouterr())
+        codes[code] = codes.get(code, 0) + 1
+        if code not in DOCUMENTED or "Traceback" in said or "defect of adeye" in said:
+            failed.append(f"seed {seed} {verb}: exit {code}: {said[:400]}")
+    assert not failed, f"{len(failed)} of {len(seeds)}\n" + "\n".join(failed[:20])
+    assert {name for name in listing(folder.parent) - before if "a.db-" not in name} == set()
+    return codes
+
+
+def test_spoilt_databases_are_refused_or_read(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    codes = fuzz(range(ORDINARY), folder, capfd)
+    assert codes.get(4, 0) + codes.get(5, 0) + codes.get(2, 0) >= 5, codes
+
+
+@pytest.mark.slow
+def test_many_spoilt_databases_are_refused_or_read(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    fuzz(range(ORDINARY, ORDINARY + SLOW), folder, capfd)
+
+
+def test_reading_never_imports_what_a_database_names(
+    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its writer controls the names of plug-ins and their folder; only who executes loads them."""
+    canary = folder / "canary"
+    (folder / "evil_plugin.py").write_text(f"open({str(canary)!r}, 'w')\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(str(folder))
+    path = folder / "a.db"
+    run = a_run(path)
+    raw = sqlite3.connect(path)
+    raw.execute("PRAGMA ignore_check_constraints = ON")
+    for (name,) in raw.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+        raw.execute(f"DROP TRIGGER {name}")
+    changed = 0
+    for (table,) in raw.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall():
+        for row in raw.execute(f"PRAGMA table_info({table})").fetchall():
+            for kind in ("./evil_plugin.py:Evil", "evil_plugin:Evil"):
+                changed += raw.execute(
+                    f'UPDATE {table} SET "{row[1]}" = replace("{row[1]}", ?, ?) '  # noqa: S608
+                    f'WHERE instr("{row[1]}", ?) > 0',
+                    ('"kind":"nominal"', f'"kind":"{kind}"', '"kind":"nominal"'),
+                ).rowcount
+    raw.commit()
+    raw.close()
+    assert changed > 0
+    for verb in VERBS:
+        words = [run if word == "RUN" else word for word in verb]
+        assert main([*words, "--db", "a.db"]) in DOCUMENTED
+    capfd.readouterr()
+    assert not canary.exists()
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "CREATE TRIGGER evil AFTER INSERT ON campaign BEGIN DELETE FROM run; END",
+        "CREATE VIEW evil AS SELECT randomblob(1000000000)",
+        "CREATE VIEW evil AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) "
+        "SELECT sum(x) FROM c",
+        "CREATE VIEW evil AS SELECT load_extension('evil')",
+        "CREATE VIEW evil AS SELECT writefile('canary', 'x')",
+    ],
+)
+def test_hostile_definitions_are_contained(
+    folder: Path, capfd: pytest.CaptureFixture[str], statement: str
+) -> None:
+    raw = sqlite3.connect(folder / "a.db")
+    raw.execute(statement)
+    raw.commit()
+    raw.close()
+    before = listing(folder)
+    assert main(["db", "info", "--db", "a.db"]) in DOCUMENTED
+    if "VIEW" in statement:
+        code = main(["query", "SELECT * FROM evil", "--timeout-s", "0.5", "--db", "a.db"])
+        assert code == 2
+    said = capfd.readouterr().err
+    assert "defect" not in said
+    assert {name for name in listing(folder) - before if "a.db-" not in name} == set()

@@ -1,0 +1,47 @@
+"""Who breaks on content is told by the database that holds it, and only then."""
+
+from pathlib import Path
+
+import pytest
+
+from adeye.errors import InputError, IntegrityError
+from adeye.store.damage import close
+from adeye.store.stored import Finding
+
+
+class Stored:
+    path = Path("a.db")
+
+    def __init__(self, *findings: Finding) -> None:
+        self.findings = findings
+        self.is_closed = False
+
+    def verify(self) -> tuple[Finding, ...]:
+        return self.findings
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+WRONG = Finding("run", "3", "has another digest")
+
+
+def test_unforeseen_error_on_altered_content_names_the_row() -> None:
+    stored = Stored(WRONG)
+    with pytest.raises(IntegrityError, match="run 3: has another digest") as caught:
+        close(stored, KeyError("gate"))
+    assert isinstance(caught.value.__cause__, KeyError)
+    assert stored.is_closed
+
+
+@pytest.mark.parametrize("raised", [None, InputError("no run"), KeyboardInterrupt()])
+def test_errors_in_words_stay(raised: object) -> None:
+    stored = Stored(WRONG)
+    close(stored, raised)
+    assert stored.is_closed
+
+
+def test_error_on_sound_content_stays() -> None:
+    stored = Stored()
+    close(stored, KeyError("gate"))
+    assert stored.is_closed
