@@ -1,0 +1,174 @@
+"""Count what a process asks of database, files, processes and pipes, and let the n-th fail.
+
+Everything is put in place of what the standard library offers, in a process of its own; adeye knows
+nothing of it.
+"""
+
+from __future__ import annotations
+
+import builtins
+import errno
+import io
+import mmap
+import os
+import sqlite3
+import subprocess
+from datetime import UTC, datetime, timedelta
+from multiprocessing import connection as pipes
+from multiprocessing import util as multiprocessing_util
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+KINDS: Final = ("database", "file", "process", "pipe")
+DATABASE_ERRORS: Final = (
+    ("SQLITE_IOERR_WRITE", "disk I/O error"),
+    ("SQLITE_FULL", "database or disk is full"),
+    ("SQLITE_CANTOPEN", "unable to open database file"),
+    ("SQLITE_BUSY", "database is locked"),
+)
+WIDTH: Final = 8
+
+
+class Calls:
+    """How many calls there were, in a file that another process may read meanwhile."""
+
+    def __init__(self, path: str, nth: int) -> None:
+        with open(path, "r+b") as file:  # noqa: PTH123 - pathlib's is replaced, too
+            self._map = mmap.mmap(file.fileno(), WIDTH)
+        self._nth = nth
+        self.made = 0
+
+    def is_to_fail(self) -> bool:
+        """Count one, and tell whether it is the one that fails."""
+        self.made += 1
+        self._map[:WIDTH] = self.made.to_bytes(WIDTH, "little")
+        return self.made == self._nth
+
+
+def count(path: str, kind: str = "database", nth: int = 0) -> None:
+    """Count calls of one kind in a file of eight bytes; let the n-th fail, none if it is 0."""
+    calls = Calls(path, nth)
+    {
+        "database": _database_calls,
+        "file": _file_calls,
+        "process": _process_calls,
+        "pipe": _pipe_calls,
+    }[kind](calls)
+
+
+def move_clock(seconds: float) -> None:
+    """Let the wall clock of this process be wrong."""
+    from adeye.store import encoding, leasing
+
+    class Moved(datetime):
+        @classmethod
+        def now(cls, tz: Any = None) -> Any:
+            return datetime.now(tz or UTC) + timedelta(seconds=seconds)
+
+    for module in (encoding, leasing):
+        if hasattr(module, "datetime"):
+            module.datetime = Moved  # type: ignore[misc,assignment]
+
+
+def _database_calls(calls: Calls) -> None:
+    """Statements and commits; what is looked up, too, because it also may not be readable."""
+
+    def check() -> None:
+        if calls.is_to_fail():
+            name, text = DATABASE_ERRORS[calls.made % len(DATABASE_ERRORS)]
+            error = sqlite3.OperationalError(text)
+            error.sqlite_errorname = name
+            raise error
+
+    class Cursor(sqlite3.Cursor):
+        def execute(self, *arguments: Any) -> Any:
+            check()
+            return super().execute(*arguments)
+
+        def executemany(self, *arguments: Any) -> Any:
+            check()
+            return super().executemany(*arguments)
+
+    class Connection(sqlite3.Connection):
+        def cursor(self, factory: Any = Cursor) -> Any:
+            return super().cursor(factory)
+
+        def commit(self) -> None:
+            check()
+            super().commit()
+
+    connect = sqlite3.connect
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        return connect(*arguments, **{"factory": Connection, **options})
+
+    sqlite3.connect = sqlite3.dbapi2.connect = counted  # type: ignore[assignment,attr-defined]
+
+
+def _file_calls(calls: Calls) -> None:
+    """Opening, writing, renaming and deleting; reading only what belongs to the project."""
+    here = str(Path.cwd())
+
+    def check(path: Any) -> None:
+        if calls.is_to_fail():
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    def ours(path: Any) -> bool:
+        return isinstance(path, str | os.PathLike) and (
+            not os.path.isabs(path) or str(path).startswith(here)  # noqa: PTH117
+        )
+
+    opened = io.open
+
+    def opening(file: Any, mode: str = "r", *arguments: Any, **options: Any) -> Any:
+        writes = bool(set(mode) & set("wax+"))
+        if not (ours(file) or (writes and isinstance(file, str | os.PathLike | int))):
+            return opened(file, mode, *arguments, **options)
+        if not isinstance(file, int):
+            check(file)
+        found = opened(file, mode, *arguments, **options)
+        if writes:
+            write = found.write
+
+            def writing(content: Any) -> Any:
+                check(file)
+                return write(content)
+
+            found.write = writing
+        return found
+
+    builtins.open = io.open = opening  # type: ignore[assignment]
+    for name in ("replace", "rename", "mkdir", "fsync"):
+        setattr(os, name, _checked(getattr(os, name), check))
+
+
+def _checked(function: Callable[..., Any], check: Callable[[Any], None]) -> Callable[..., Any]:
+    def checked(path: Any, *arguments: Any, **options: Any) -> Any:
+        check(path)
+        return function(path, *arguments, **options)
+
+    return checked
+
+
+def _process_calls(calls: Calls) -> None:
+    def check(_: Any) -> None:
+        if calls.is_to_fail():
+            raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    subprocess._fork_exec = _checked(subprocess._fork_exec, check)  # type: ignore[attr-defined] # noqa: SLF001
+    spawn = multiprocessing_util.spawnv_passfds
+    multiprocessing_util.spawnv_passfds = _checked(spawn, check)
+
+
+def _pipe_calls(calls: Calls) -> None:
+    receive = pipes.Connection.recv
+
+    def receiving(end: Any) -> Any:
+        if calls.is_to_fail():
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        return receive(end)
+
+    pipes.Connection.recv = receiving  # type: ignore[method-assign]
