@@ -11,6 +11,7 @@ import errno
 import io
 import mmap
 import os
+import signal
 import sqlite3
 import subprocess
 from datetime import UTC, datetime, timedelta
@@ -35,22 +36,30 @@ WIDTH: Final = 8
 class Calls:
     """How many calls there were, in a file that another process may read meanwhile."""
 
-    def __init__(self, path: str, nth: int) -> None:
+    def __init__(self, path: str, nth: int, *, is_fatal: bool) -> None:
         with open(path, "r+b") as file:  # noqa: PTH123 - pathlib's is replaced, too
             self._map = mmap.mmap(file.fileno(), WIDTH)
         self._nth = nth
+        self._is_fatal = is_fatal
         self.made = 0
 
     def is_to_fail(self) -> bool:
         """Count one, and tell whether it is the one that fails."""
         self.made += 1
         self._map[:WIDTH] = self.made.to_bytes(WIDTH, "little")
+        if self.made == self._nth and self._is_fatal:
+            os.kill(os.getpid(), signal.SIGKILL)
         return self.made == self._nth
 
 
-def count(path: str, kind: str = "database", nth: int = 0) -> None:
-    """Count calls of one kind in a file of eight bytes; let the n-th fail, none if it is 0."""
-    calls = Calls(path, nth)
+def count(
+    path: str, kind: str = "database", nth: int = 0, *, is_fatal: bool = False
+) -> None:
+    """Count calls of one kind in a file of eight bytes; let the n-th fail, none if it is 0.
+
+    Where that is fatal, the process is killed instead.
+    """
+    calls = Calls(path, nth, is_fatal=is_fatal)
     {
         "database": _database_calls,
         "file": _file_calls,

@@ -212,6 +212,16 @@ def undisturbed(cradle: Cradle, folder: Path, runs: int, block: int) -> Undistur
     return Undisturbed(project, runs, table_hash(folder / "whole.db"), (calls[0], calls[1]))
 
 
+def killed_at(cradle: Cradle, whole: Undisturbed, db: str, call: int, *, block: int) -> Path:
+    """Kill a runner at a call of the database, so that its log stays; return the database."""
+    for left in whole.folder.glob(f"{db}*"):
+        left.unlink()
+    setup = {"block": block, "fail": {"nth": call, "is_fatal": True}}
+    said = cradle.adeye(whole.folder, *run_of(db), setup=setup)
+    assert said.code == -signal.SIGKILL, said.text
+    return whole.folder / db
+
+
 def assert_identical(whole: Undisturbed, db: Path) -> None:
     """See that a database holds what the undisturbed one holds: all of it, once, as written."""
     with Repository.open(db, create=False) as repository:

@@ -18,6 +18,7 @@ from tests.chaos.runners import (
     SEED,
     assert_identical,
     assert_one_message,
+    killed_at,
     record,
     run_of,
     size,
@@ -37,19 +38,20 @@ BLOCK: Final = 4
 
 def test_file_that_may_not_grow_leaves_whole_blocks(cradle: Cradle, little: Undisturbed) -> None:
     random = np.random.default_rng(SEED)
-    most = little.db.stat().st_size
+    bounds = written(cradle, little)
     kept = 0
     for number in range(POINTS):
         db = f"limited-{number}.db"
         runner = cradle.start(
             little.folder,
             *run_of(db),
-            setup={"block": BLOCK, "fsize": int(random.uniform(0.0, most))},
+            setup={"block": BLOCK, "fsize": int(random.uniform(*bounds))},
         )
         said = runner.wait()
         assert_one_message(said, 5, db, "Check free space")
         kept += assert_whole_blocks(little.folder / db)
         resume(cradle, little, little.folder / db)
+    assert kept > 0
     record("file that may not grow", points=POINTS, runs_kept=kept, partial_rows=0)
 
 
@@ -69,7 +71,7 @@ def test_full_disk_leaves_whole_blocks(
     cradle: Cradle, little: Undisturbed, small_disk: Path
 ) -> None:
     random = np.random.default_rng(SEED + 1)
-    most = little.db.stat().st_size
+    bounds = written(cradle, little)
     kept, slowest = 0, 0.0
     for number in range(POINTS):
         db = small_disk / f"full-{number}.db"
@@ -78,7 +80,7 @@ def test_full_disk_leaves_whole_blocks(
         free = shutil.disk_usage(small_disk).free
         with ballast.open("wb") as file:
             # Database and log have to go into what is left.
-            os.posix_fallocate(file.fileno(), 0, free - int(random.uniform(8_192, 1.2 * most)))
+            os.posix_fallocate(file.fileno(), 0, free - int(random.uniform(*bounds)))
         before = time.monotonic()
         said = cradle.adeye(little.folder, *run_of(str(db)), setup={"block": BLOCK})
         slowest = max(slowest, time.monotonic() - before)
@@ -86,7 +88,18 @@ def test_full_disk_leaves_whole_blocks(
         ballast.unlink()
         kept += assert_whole_blocks(db)
         resume(cradle, little, db)
+    assert kept > 0
     record("full disk", points=POINTS, runs_kept=kept, partial_rows=0, slowest_s=round(slowest, 1))
+
+
+def written(cradle: Cradle, whole: Undisturbed) -> tuple[int, int]:
+    """Find how large the log is [bytes] halfway in the schema and with the last block."""
+    fresh, again = whole.calls
+    sizes = []
+    for number, call in enumerate((fresh // 2, fresh - again // 4)):
+        db = killed_at(cradle, whole, f"written-{number}.db", call, block=BLOCK)
+        sizes.append(db.with_name(f"{db.name}-wal").stat().st_size)
+    return sizes[0] // 2, sizes[1]
 
 
 def assert_whole_blocks(db: Path) -> int:
@@ -95,13 +108,11 @@ def assert_whole_blocks(db: Path) -> int:
         return 0
     with Repository.open(db, create=False) as repository:
         assert repository.verify() == ()
-        found = repository.campaigns()
-        if not found:
-            return 0
-        done = repository.work_state(found[0].id).done
         runs = repository.info().rows["run"]
-        assert runs == done * BLOCK
-        return runs
+    with closing(sqlite3.connect(db)) as raw:
+        done = "SELECT SUM(to_ordinal - from_ordinal) FROM work WHERE state = 'done'"
+        assert runs == (raw.execute(done).fetchone()[0] or 0)
+    return runs
 
 
 def tables_of(db: Path) -> int:
