@@ -57,7 +57,8 @@ def serve() -> None:
             answer = os.fork()
             if answer == 0:
                 _child(request)
-        print(answer, flush=True)
+        sys.stdout.write(f"{answer}\n")
+        sys.stdout.flush()
 
 
 def _child(request: Mapping[str, Any]) -> None:

@@ -52,9 +52,7 @@ class Calls:
         return self.made == self._nth
 
 
-def count(
-    path: str, kind: str = "database", nth: int = 0, *, is_fatal: bool = False
-) -> None:
+def count(path: str, kind: str = "database", nth: int = 0, *, is_fatal: bool = False) -> None:
     """Count calls of one kind in a file of eight bytes; let the n-th fail, none if it is 0.
 
     Where that is fatal, the process is killed instead.
@@ -167,7 +165,7 @@ def _process_calls(calls: Calls) -> None:
         if calls.is_to_fail():
             raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    subprocess._fork_exec = _checked(subprocess._fork_exec, check)  # type: ignore[attr-defined] # noqa: SLF001
+    subprocess._fork_exec = _checked(subprocess._fork_exec, check)  # type: ignore[attr-defined]
     spawn = multiprocessing_util.spawnv_passfds
     multiprocessing_util.spawnv_passfds = _checked(spawn, check)
 

@@ -6,9 +6,11 @@ import copy
 import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -233,6 +235,32 @@ def assert_identical(whole: Undisturbed, db: Path) -> None:
             repository.work_state(campaign.id).__dict__.values()
         )
     assert table_hash(db) == whole.table
+
+
+def assert_whole_blocks(db: Path) -> int:
+    """See that what a failure left is whole blocks and nothing besides; return the runs."""
+    if not db.exists() or not tables_of(db):
+        return 0
+    with Repository.open(db, create=False) as repository:
+        assert repository.verify() == ()
+        runs = repository.info().rows["run"]
+    with closing(sqlite3.connect(db)) as raw:
+        done = "SELECT SUM(to_ordinal - from_ordinal) FROM work WHERE state = 'done'"
+        assert runs == (raw.execute(done).fetchone()[0] or 0)
+    return runs
+
+
+def tables_of(db: Path) -> int:
+    """Count what a database defines; nothing if its first transaction was not kept."""
+    with closing(sqlite3.connect(db)) as raw:
+        return int(raw.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()[0])
+
+
+def resume(cradle: Cradle, whole: Undisturbed, db: Path, *, block: int) -> None:
+    """Run the rest undisturbed and see that the campaign is the same."""
+    said = cradle.adeye(whole.folder, *run_of(str(db)), setup={"block": block})
+    assert said.code == 0, said.text
+    assert_identical(whole, db)
 
 
 def assert_one_message(said: Said, code: int, *named: str) -> None:

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import os
 import shutil
-import sqlite3
 import subprocess
 import time
-from contextlib import closing
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import pytest
 
-from adeye.store.repository import Repository
 from tests.chaos.runners import (
     SEED,
-    assert_identical,
     assert_one_message,
+    assert_whole_blocks,
     killed_at,
     record,
+    resume,
     run_of,
     size,
 )
@@ -50,7 +48,7 @@ def test_file_that_may_not_grow_leaves_whole_blocks(cradle: Cradle, little: Undi
         said = runner.wait()
         assert_one_message(said, 5, db, "Check free space")
         kept += assert_whole_blocks(little.folder / db)
-        resume(cradle, little, little.folder / db)
+        resume(cradle, little, little.folder / db, block=BLOCK)
     assert kept > 0
     record("file that may not grow", points=POINTS, runs_kept=kept, partial_rows=0)
 
@@ -87,7 +85,7 @@ def test_full_disk_leaves_whole_blocks(
         assert_one_message(said, 5, db.name, "Free some space")
         ballast.unlink()
         kept += assert_whole_blocks(db)
-        resume(cradle, little, db)
+        resume(cradle, little, db, block=BLOCK)
     assert kept > 0
     record("full disk", points=POINTS, runs_kept=kept, partial_rows=0, slowest_s=round(slowest, 1))
 
@@ -100,29 +98,3 @@ def written(cradle: Cradle, whole: Undisturbed) -> tuple[int, int]:
         db = killed_at(cradle, whole, f"written-{number}.db", call, block=BLOCK)
         sizes.append(db.with_name(f"{db.name}-wal").stat().st_size)
     return sizes[0] // 2, sizes[1]
-
-
-def assert_whole_blocks(db: Path) -> int:
-    """See that what a failure left is whole blocks and nothing besides; return the runs."""
-    if not db.exists() or not tables_of(db):
-        return 0
-    with Repository.open(db, create=False) as repository:
-        assert repository.verify() == ()
-        runs = repository.info().rows["run"]
-    with closing(sqlite3.connect(db)) as raw:
-        done = "SELECT SUM(to_ordinal - from_ordinal) FROM work WHERE state = 'done'"
-        assert runs == (raw.execute(done).fetchone()[0] or 0)
-    return runs
-
-
-def tables_of(db: Path) -> int:
-    """Count what a database defines; nothing if its first transaction was not kept."""
-    with closing(sqlite3.connect(db)) as raw:
-        return int(raw.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()[0])
-
-
-def resume(cradle: Cradle, whole: Undisturbed, db: Path) -> None:
-    """Run the rest undisturbed and see that the campaign is the same."""
-    said = cradle.adeye(whole.folder, *run_of(str(db)), setup={"block": BLOCK})
-    assert said.code == 0, said.text
-    assert_identical(whole, db)

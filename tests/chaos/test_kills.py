@@ -38,9 +38,7 @@ def test_killed_runners_lose_nothing_and_repeat_nothing(cradle: Cradle, whole: U
     for number in range(KILLS):
         with_workers = number % SHARE_WITH_WORKERS == 0
         options = ("--workers", str(WORKERS)) if with_workers else ()
-        runner = cradle.start(
-            whole.folder, *run_of("killed.db", *options), setup={"block": BLOCK}
-        )
+        runner = cradle.start(whole.folder, *run_of("killed.db", *options), setup={"block": BLOCK})
         runner.wait_for_calls(int(random.uniform(1.0, furthest)))
         time.sleep(float(random.uniform(0.0, 0.01)))
         if with_workers and random.integers(2):

@@ -43,11 +43,9 @@ LOG_HEADER, FRAME_HEADER = 32, 24
 def commits(log: bytes) -> list[int]:
     """Return where each transaction of a log ends, in bytes; the first ends nowhere."""
     page = int.from_bytes(log[8:12], "big")
-    ends = [0]
-    for place in range(LOG_HEADER, len(log) - FRAME_HEADER - page + 1, FRAME_HEADER + page):
-        if int.from_bytes(log[place + 4 : place + 8], "big"):
-            ends.append(place + FRAME_HEADER + page)
-    return ends
+    places = range(LOG_HEADER, len(log) - FRAME_HEADER - page + 1, FRAME_HEADER + page)
+    whole = [place for place in places if int.from_bytes(log[place + 4 : place + 8], "big")]
+    return [0, *(place + FRAME_HEADER + page for place in whole)]
 
 
 def dumped(db: Path) -> str:
@@ -78,9 +76,7 @@ class Torn:
         return db
 
 
-def test_torn_log_gives_back_what_was_committed_before(
-    cradle: Cradle, little: Undisturbed
-) -> None:
+def test_torn_log_gives_back_what_was_committed_before(cradle: Cradle, little: Undisturbed) -> None:
     fresh, again = little.calls
     killed = killed_at(cradle, little, "killed.db", fresh - again // 2, block=BLOCK)
     torn = Torn(killed, little.folder)
@@ -157,7 +153,9 @@ def test_altered_figure_is_named_with_table_and_row(little: Undisturbed) -> None
                 raw.execute(f"DROP TRIGGER {name}")
             rows = raw.execute("SELECT number, result_digest FROM run ORDER BY number").fetchall()
             run, digest = rows[int(random.integers(len(rows)))]
-            raw.execute("UPDATE metric SET min_ttc_s = min_ttc_s + 1e-9 WHERE run_number = ?", [run])
+            raw.execute(
+                "UPDATE metric SET min_ttc_s = min_ttc_s + 1e-9 WHERE run_number = ?", [run]
+            )
             for _name, ddl in kept:
                 raw.execute(ddl)
         with Repository.open(db, create=False) as repository:
