@@ -9,7 +9,11 @@ is put in place in the child only:
 - ``fsize``: the size in bytes that no file may exceed, as on a full disk.
 - ``calls``: a file in which the child counts what it asks of the database, or, with ``fail``, of
   whatever fails.
+- ``calls_of``: the method of the repository that is counted instead, after it returned.
+- ``zone``, ``moment``: the time zone of the machine, and the time in UTC at which the child starts.
 - ``fail``: which kind of call fails (``database``, ``file``, ``process`` or ``pipe``), and when.
+- ``timed``: a file for the seconds that the child waits for the database; then nothing is counted.
+- ``late``: every lease ends at once.
 - ``clock_s``: seconds by which its wall clock is wrong; ``machine``: another name of the machine.
 """
 
@@ -20,7 +24,9 @@ import json
 import os
 import resource
 import sys
+import time
 import traceback
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
 
 from tests.chaos import failing
@@ -100,6 +106,11 @@ def _put_in_place(setup: Mapping[str, Any]) -> None:
     if "fsize" in setup:
         _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
         resource.setrlimit(resource.RLIMIT_FSIZE, (setup["fsize"], hard))
+    if "zone" in setup:
+        os.environ["TZ"] = setup["zone"]
+        time.tzset()
+        moment = datetime.fromisoformat(setup["moment"]).replace(tzinfo=UTC)
+        failing.move_clock((moment - datetime.now(UTC)).total_seconds())
     if "clock_s" in setup:
         failing.move_clock(setup["clock_s"])
     if "machine" in setup:
@@ -107,7 +118,11 @@ def _put_in_place(setup: Mapping[str, Any]) -> None:
     if "late" in setup:
         # Every lease ends at once, so each runner takes over whatever the other one holds.
         leasing.boot_clock_s = lambda: 0.0
-    if "calls" in setup:
+    if "calls_of" in setup:
+        failing.count_method(setup["calls"], setup["calls_of"])
+    elif "timed" in setup:
+        failing.time_database(setup["timed"])
+    elif "calls" in setup:
         failing.count(setup["calls"], **setup.get("fail", {}))
 
 

@@ -14,11 +14,14 @@ import os
 import signal
 import sqlite3
 import subprocess
+import time
 from datetime import UTC, datetime, timedelta
 from multiprocessing import connection as pipes
 from multiprocessing import util as multiprocessing_util
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+
+from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,6 +69,51 @@ def count(path: str, kind: str = "database", nth: int = 0, *, is_fatal: bool = F
     }[kind](calls)
 
 
+def time_database(path: str) -> None:
+    """Keep in a file how long this process waited for locks and commits of the database [s].
+
+    Those are the calls in which others can be in the way: beginning to write, and committing.
+    """
+    waited = 0.0
+
+    def timed(function: Callable[..., Any], *arguments: Any) -> Any:
+        nonlocal waited
+        before = time.perf_counter()
+        try:
+            return function(*arguments)
+        finally:
+            waited += time.perf_counter() - before
+            Path(path).write_text(str(waited), "ascii")
+
+    class Cursor(sqlite3.Cursor):
+        def execute(self, *arguments: Any) -> Any:
+            if arguments[0].startswith("BEGIN"):
+                return timed(super().execute, *arguments)
+            return super().execute(*arguments)
+
+    class Connection(sqlite3.Connection):
+        def cursor(self, factory: Any = Cursor) -> Any:
+            return super().cursor(factory)
+
+        def commit(self) -> None:
+            timed(super().commit)
+
+    _connect_as(Connection)
+
+
+def count_method(path: str, name: str) -> None:
+    """Count how often a method of the repository returned."""
+    calls = Calls(path, 0, is_fatal=False)
+    method = getattr(Repository, name)
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        found = method(*arguments, **options)
+        calls.is_to_fail()
+        return found
+
+    setattr(Repository, name, counted)
+
+
 def move_clock(seconds: float) -> None:
     """Let the wall clock of this process be wrong."""
     from adeye.store import encoding, leasing
@@ -107,12 +155,16 @@ def _database_calls(calls: Calls) -> None:
             check()
             super().commit()
 
+    _connect_as(Connection)
+
+
+def _connect_as(kind: type[sqlite3.Connection]) -> None:
     connect = sqlite3.connect
 
-    def counted(*arguments: Any, **options: Any) -> Any:
-        return connect(*arguments, **{"factory": Connection, **options})
+    def connected(*arguments: Any, **options: Any) -> Any:
+        return connect(*arguments, **{"factory": kind, **options})
 
-    sqlite3.connect = sqlite3.dbapi2.connect = counted  # type: ignore[assignment,attr-defined]
+    sqlite3.connect = sqlite3.dbapi2.connect = connected  # type: ignore[assignment,attr-defined]
 
 
 def _file_calls(calls: Calls) -> None:

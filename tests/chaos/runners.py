@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import re
 import signal
 import sqlite3
 import subprocess
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 IS_FULL: Final = os.environ.get("ADEYE_CHAOS", "") == "full"
 SEED: Final = 20261123
+MESSAGE: Final = re.compile(r"^\w*Error: |^The report was not written: ")
 ODD_FILE: Final = "odd/tested.yaml"
 
 
@@ -268,7 +270,7 @@ def assert_one_message(said: Said, code: int, *named: str) -> None:
     assert said.code == code, said.text
     assert "Traceback" not in said.text
     assert "defect of adeye" not in said.text
-    lines = [line for line in said.text.splitlines() if "Error: " in line]
+    lines = [line for line in said.text.splitlines() if MESSAGE.search(line)]
     assert len(lines) == 1, said.text
     assert all(word in lines[0] for word in named), said.text
 

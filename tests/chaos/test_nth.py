@@ -6,10 +6,12 @@ renaming, of processes every start, of pipes every answer of a worker.
 
 from __future__ import annotations
 
+import shutil
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
+from adeye.campaign.keeping import read_kept
 from tests.chaos.runners import (
     IS_FULL,
     assert_identical,
@@ -23,6 +25,7 @@ from tests.chaos.runners import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from tests.chaos.bench import Said
     from tests.chaos.runners import Cradle, Runner, Undisturbed
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
@@ -61,37 +64,56 @@ def test_nth_call_of_the_database_fails(cradle: Cradle, little: Undisturbed) -> 
     record("nth call of the database", calls=last, tried=tried)
 
 
-def test_nth_call_of_a_file_fails(cradle: Cradle, little: Undisturbed) -> None:
-    """A run with traces and reports writes what is asked for whole, or leaves what was there."""
-    reports = ("report.html", "junit.xml", "report.json")
-    options = ("--report", reports[0], "--junit", reports[1], "--report-json", reports[2])
-    arguments = (*run_of("files.db", *options), "--traces", "all")
-    complete = failed(cradle, little, "file", 0, arguments)
-    last = complete.counted
-    assert complete.wait().code == 0
-    # Made from the finished campaign, so that no time of an execution is in them.
+REPORTS: Final = {"--report": "report.html", "--junit": "junit.xml", "--report-json": "report.json"}
+
+
+def test_nth_call_of_a_file_for_a_report_fails(cradle: Cradle, little: Undisturbed) -> None:
+    """A report is there whole, or not at all; what was there before stays."""
+    folder = little.folder
+    options = [word for option, name in REPORTS.items() for word in (option, name)]
+    arguments = run_of("reports.db", *options)
     assert failed(cradle, little, "file", 0, arguments).wait().code == 0
-    wanted = {name: (little.folder / name).read_bytes() for name in reports}
-    tried = ended_well = 0
-    for nth in places(last, 12):
-        for left in (*little.folder.glob("files.db*"), *map(little.folder.joinpath, reports)):
-            left.unlink(missing_ok=True)
-        said = failed(cradle, little, "file", nth, arguments).wait()
-        if said.code == 0:
-            # What adeye can do without, such as a cache.
-            ended_well += 1
-        else:
-            # A file of the user that cannot be read is a matter of the input.
-            is_input = "SpecError: " in said.text and "cannot be read: " in said.text
-            assert_one_message(said, 2 if is_input else 5)
-        for name in reports:
-            path = little.folder / name
-            if path.exists():
-                assert path.read_bytes()[-8:] == wanted[name][-8:], (nth, name)
-        assert list(little.folder.glob("*.tmp")) == []
-        resume(cradle, little, little.folder / "files.db", block=BLOCK)
+    # Of the finished campaign, so that no time of an execution is in them.
+    complete = failed(cradle, little, "file", 0, arguments)
+    assert complete.wait().code == 0
+    wanted = {name: (folder / name).read_bytes() for name in REPORTS.values()}
+    tried, last = 0, complete.counted
+    for nth in places(last, 5):
+        for name in REPORTS.values():
+            (folder / name).write_bytes(b"of yesterday")
+        assert_failed_file(failed(cradle, little, "file", nth, arguments).wait())
+        for name, content in wanted.items():
+            assert (folder / name).read_bytes() in {b"of yesterday", content}, (nth, name)
+        assert list(folder.glob("*.part")) == []
         tried += 1
-    record("nth call of a file", calls=last, tried=tried, not_needed=ended_well)
+    resume(cradle, little, folder / "reports.db", block=BLOCK)
+    record("nth call of a file for a report", calls=last, tried=tried)
+
+
+def test_nth_call_of_a_file_for_a_trace_fails(cradle: Cradle, little: Undisturbed) -> None:
+    """What the database names of the kept traces is there and can be read."""
+    folder, kept = little.folder, little.folder / "kept.traces"
+    arguments = (*run_of("kept.db"), "--traces", "all")
+    last = failed(cradle, little, "file", 0, arguments).counted
+    tried = 0
+    for nth in places(last, 5):
+        for left in folder.glob("kept.db*"):
+            left.unlink()
+        shutil.rmtree(kept, ignore_errors=True)
+        assert_failed_file(failed(cradle, little, "file", nth, arguments).wait())
+        assert_whole_blocks(folder / "kept.db")
+        assert [path for path in kept.glob("*") if read_kept(kept, path.stem) is None] == []
+        resume(cradle, little, folder / "kept.db", block=BLOCK)
+        tried += 1
+    record("nth call of a file for a trace", calls=last, tried=tried)
+
+
+def assert_failed_file(said: Said) -> None:
+    """See that a failed call was said; what can be done without may fail in silence."""
+    if "No space left on device" in said.text or said.code:
+        # A file of the user that cannot be read is a matter of the input.
+        is_input = "SpecError: " in said.text and "cannot be read: " in said.text
+        assert_one_message(said, 2 if is_input else 5)
 
 
 def test_nth_start_of_a_process_fails(cradle: Cradle, little: Undisturbed) -> None:
