@@ -99,7 +99,7 @@ def _verb(request: Mapping[str, Any]) -> int:
 
 def _put_in_place(setup: Mapping[str, Any]) -> None:
     from adeye.campaign import runner
-    from adeye.store import leasing, owner
+    from adeye.store import owner
 
     if "block" in setup:
         runner.block_size = lambda _: setup["block"]
@@ -117,7 +117,7 @@ def _put_in_place(setup: Mapping[str, Any]) -> None:
         owner.machine = lambda: setup["machine"]
     if "late" in setup:
         # Every lease ends at once, so each runner takes over whatever the other one holds.
-        leasing.boot_clock_s = lambda: 0.0
+        runner.LEASE_S = -1.0
     if "calls_of" in setup:
         failing.count_method(setup["calls"], setup["calls_of"])
     elif "timed" in setup:
