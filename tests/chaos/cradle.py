@@ -9,7 +9,7 @@ is put in place in the child only:
 - ``fsize``: the size in bytes that no file may exceed, as on a full disk.
 - ``calls``: a file in which the child counts what it asks of the database, or, with ``fail``, of
   whatever fails.
-- ``calls_of``: the method of the repository that is counted instead, after it returned.
+- ``calls_of``: the method of the repository that is counted instead, and with which answer.
 - ``zone``, ``moment``: the time zone of the machine, and the time in UTC at which the child starts.
 - ``fail``: which kind of call fails (``database``, ``file``, ``process`` or ``pipe``), and when.
 - ``timed``: a file for the seconds that the child waits for the database; then nothing is counted.
@@ -119,7 +119,7 @@ def _put_in_place(setup: Mapping[str, Any]) -> None:
         # Every lease ends at once, so each runner takes over whatever the other one holds.
         runner.LEASE_S = -1.0
     if "calls_of" in setup:
-        failing.count_method(setup["calls"], setup["calls_of"])
+        failing.count_method(setup["calls"], *setup["calls_of"])
     elif "timed" in setup:
         failing.time_database(setup["timed"])
     elif "calls" in setup:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
-POINTS: Final = size(8, 50)
+POINTS: Final = size(6, 50)
 BLOCK: Final = 4
 
 

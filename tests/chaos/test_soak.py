@@ -54,7 +54,7 @@ def test_long_campaign_stays_as_it_begins(cradle: Cradle, tmp_path: Path) -> Non
     project = project_of(tmp_path / "project", RUNS)
     db = project.folder / "soak.db"
     runner = cradle.start(
-        project.folder, *run_of(db.name), setup={"block": BLOCK, "calls_of": "complete_block"}
+        project.folder, *run_of(db.name), setup={"block": BLOCK, "calls_of": ["complete_block"]}
     )
     looks: list[Look] = []
     blocks = 0
