@@ -102,7 +102,7 @@ def _put_in_place(setup: Mapping[str, Any]) -> None:
     from adeye.store import owner
 
     if "block" in setup:
-        runner.block_size = lambda _: setup["block"]
+        runner.block_size = lambda _: setup["block"]  # type: ignore[attr-defined,assignment]
     if "fsize" in setup:
         _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
         resource.setrlimit(resource.RLIMIT_FSIZE, (setup["fsize"], hard))

@@ -126,7 +126,7 @@ def move_clock(seconds: float) -> None:
 
     for module in (encoding, leasing):
         if hasattr(module, "datetime"):
-            module.datetime = Moved  # type: ignore[misc,assignment]
+            module.datetime = Moved  # type: ignore[attr-defined]
 
 
 def _database_calls(calls: Calls) -> None:
@@ -165,7 +165,7 @@ def _connect_as(kind: type[sqlite3.Connection]) -> None:
     def connected(*arguments: Any, **options: Any) -> Any:
         return connect(*arguments, **{"factory": kind, **options})
 
-    sqlite3.connect = sqlite3.dbapi2.connect = connected  # type: ignore[assignment,attr-defined]
+    sqlite3.connect = sqlite3.dbapi2.connect = connected
 
 
 def _file_calls(calls: Calls) -> None:
@@ -197,10 +197,10 @@ def _file_calls(calls: Calls) -> None:
                 check(file)
                 return write(content)
 
-            found.write = writing
+            found.write = writing  # type: ignore[method-assign]
         return found
 
-    builtins.open = io.open = opening  # type: ignore[assignment]
+    builtins.open = io.open = opening
     for name in ("replace", "rename", "mkdir", "fsync"):
         setattr(os, name, _checked(getattr(os, name), check))
 
@@ -231,4 +231,4 @@ def _pipe_calls(calls: Calls) -> None:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
         return receive(end)
 
-    pipes.Connection.recv = receiving  # type: ignore[method-assign]
+    pipes.Connection.recv = receiving  # type: ignore[method-assign,assignment]

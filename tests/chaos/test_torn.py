@@ -85,7 +85,7 @@ def test_torn_log_gives_back_what_was_committed_before(cradle: Cradle, little: U
     wanted = {end: dumped(torn.copy(torn.log[:end])) for end in ends}
     assert len(set(wanted.values())) > 8
     random = np.random.default_rng(SEED)
-    resumed = set()
+    resumed: set[int] = set()
     for number in range(OFFSETS):
         offset = int(random.integers(1, len(torn.log)))
         log = bytearray(torn.log)
