@@ -12,7 +12,7 @@ DEMO_ODD := odd/motorway_chauffeur.yaml
 DEMO_REPORT := reports/motorway_chauffeur.html
 
 .DEFAULT_GOAL := help
-.PHONY: help env demo test slow parity check lint types docs kernels wheel bench clean
+.PHONY: help env demo test slow parity chaos check lint types docs kernels wheel bench clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)$$/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
@@ -43,6 +43,10 @@ slow: $(STAMP)  ## run the tests that take long
 CASES ?= 1000
 parity: $(STAMP)  ## compare the verdicts of both traffic implementations (CASES=1000)
 	ADEYE_PARITY_CASES=$(CASES) $(BIN)/pytest -n $(JOBS) -m slow tests/test_backends.py
+
+# One after the other: they count, fill disks and measure. The figures go to reports/chaos.
+chaos: $(STAMP)  ## kill, fill up, tear and repeat campaigns in full size; takes up to three hours
+	ADEYE_CHAOS=full $(BIN)/pytest -n 0 -p no:randomly -rs -s -m chaos tests/chaos
 
 check: lint types docs kernels wheel  ## everything else that must hold before a merge (-j2: faster)
 

@@ -10,6 +10,7 @@ import pytest
 
 from adeye.cli.entry import main
 from tests.chaos.bench import BASELINE, ODD, Bench
+from tests.chaos.runners import Cradle, Undisturbed, project_of, size, undisturbed
 from tests.project import Project
 
 if TYPE_CHECKING:
@@ -45,3 +46,25 @@ def bench(
     yield Bench(folder, monkeypatch, capfd)
     # Plug-ins of one test are none of the next one's.
     shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def cradle(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cradle]:
+    """Start the process that forks runners, once."""
+    started = Cradle(tmp_path_factory.mktemp("cradle"))
+    started.warm(project_of(tmp_path_factory.mktemp("warm") / "project", 2).folder)
+    yield started
+    started.close()
+
+
+@pytest.fixture(scope="session")
+def whole(cradle: Cradle, tmp_path_factory: pytest.TempPathFactory) -> Undisturbed:
+    """Run the campaign that is disturbed in the tests, undisturbed."""
+    runs = size(300, 2_000)
+    return undisturbed(cradle, tmp_path_factory.mktemp("whole") / "project", runs, block=10)
+
+
+@pytest.fixture(scope="session")
+def little(cradle: Cradle, tmp_path_factory: pytest.TempPathFactory) -> Undisturbed:
+    """Run a campaign of a few runs, for what is tried at very many places."""
+    return undisturbed(cradle, tmp_path_factory.mktemp("little") / "project", 12, block=4)

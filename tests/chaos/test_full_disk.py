@@ -1,0 +1,100 @@
+"""A disk that is full at a random moment leaves whole blocks, and a message that says so."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import time
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import pytest
+
+from tests.chaos.runners import (
+    SEED,
+    assert_one_message,
+    assert_whole_blocks,
+    killed_at,
+    record,
+    resume,
+    run_of,
+    size,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from tests.chaos.runners import Cradle, Undisturbed
+
+pytestmark = [pytest.mark.chaos, pytest.mark.slow]
+
+POINTS: Final = size(6, 50)
+BLOCK: Final = 4
+
+
+def test_file_that_may_not_grow_leaves_whole_blocks(cradle: Cradle, little: Undisturbed) -> None:
+    random = np.random.default_rng(SEED)
+    bounds = written(cradle, little)
+    kept = 0
+    for number in range(POINTS):
+        db = f"limited-{number}.db"
+        runner = cradle.start(
+            little.folder,
+            *run_of(db),
+            setup={"block": BLOCK, "fsize": int(random.uniform(*bounds))},
+        )
+        said = runner.wait()
+        assert_one_message(said, 5, db, "Check free space")
+        kept += assert_whole_blocks(little.folder / db)
+        resume(cradle, little, little.folder / db, block=BLOCK)
+    assert kept > 0
+    record("file that may not grow", points=POINTS, runs_kept=kept, partial_rows=0)
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """Mount a file system in memory, smaller than the campaign needs."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=16m", "none", str(disk)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("mounting a small file system is not allowed here")
+    yield disk
+    subprocess.run(["umount", str(disk)], check=True)
+
+
+def test_full_disk_leaves_whole_blocks(
+    cradle: Cradle, little: Undisturbed, small_disk: Path
+) -> None:
+    random = np.random.default_rng(SEED + 1)
+    bounds = written(cradle, little)
+    kept, slowest = 0, 0.0
+    for number in range(POINTS):
+        db = small_disk / f"full-{number}.db"
+        shutil.rmtree(small_disk, ignore_errors=True)
+        ballast = small_disk / "ballast"
+        free = shutil.disk_usage(small_disk).free
+        with ballast.open("wb") as file:
+            # Database and log have to go into what is left.
+            os.posix_fallocate(file.fileno(), 0, free - int(random.uniform(*bounds)))
+        before = time.monotonic()
+        said = cradle.adeye(little.folder, *run_of(str(db)), setup={"block": BLOCK})
+        slowest = max(slowest, time.monotonic() - before)
+        assert_one_message(said, 5, db.name, "Free some space")
+        ballast.unlink()
+        kept += assert_whole_blocks(db)
+        resume(cradle, little, db, block=BLOCK)
+    assert kept > 0
+    record("full disk", points=POINTS, runs_kept=kept, partial_rows=0, slowest_s=round(slowest, 1))
+
+
+def written(cradle: Cradle, whole: Undisturbed) -> tuple[int, int]:
+    """Find how large the log is [bytes] halfway in the schema and with the last block."""
+    fresh, again = whole.calls
+    sizes = []
+    for number, call in enumerate((fresh // 2, fresh - again // 4)):
+        db = killed_at(cradle, whole, f"written-{number}.db", call, block=BLOCK)
+        sizes.append(db.with_name(f"{db.name}-wal").stat().st_size)
+    return sizes[0] // 2, sizes[1]

@@ -1,0 +1,91 @@
+"""Sixteen people look at a campaign while it runs: nobody is locked out, nobody waits for them."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Final
+
+import pytest
+
+from tests.chaos.runners import IS_FULL, assert_identical, record, run_of, size, undisturbed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.chaos.bench import Said
+    from tests.chaos.runners import Cradle, Runner, Undisturbed
+
+pytestmark = [pytest.mark.chaos, pytest.mark.slow]
+
+READERS: Final = size(4, 16)
+EVERY_S: Final = 2.0
+AT_LEAST_S: Final = size(0, 60)
+MOST_GROWTH: Final = 0.10
+QUERIES: Final = (
+    ("query", "SELECT architecture, fsr, verdict FROM v_gate ORDER BY 1, 2"),
+    ("query", "SELECT COUNT(*) FROM v_runs"),
+    ("db", "info"),
+    ("query", "SELECT scenario, MIN(min_ttc_s) FROM v_runs GROUP BY scenario ORDER BY 1"),
+)
+
+
+def run_timed(cradle: Cradle, whole: Undisturbed, db: str) -> tuple[Runner, Path]:
+    """Start the campaign anew, with how long it waits for the database in a file."""
+    waited = whole.folder / f"{db}.waited"
+    return cradle.start(whole.folder, *run_of(db), setup={"block": 10, "timed": waited}), waited
+
+
+def watched(cradle: Cradle, whole: Undisturbed, db: str) -> tuple[float, float, list[Said]]:
+    """Run while readers look; return wall time, time waited [s] and what the readers saw."""
+    (whole.folder / db).unlink(missing_ok=True)
+    begun = time.monotonic()
+    runner, waited = run_timed(cradle, whole, db)
+    seen: list[Said] = []
+    looking: list[Runner] = []
+    number = 0
+    while not runner.is_over:
+        # Readers come one after the other, each every two seconds.
+        time.sleep(EVERY_S / READERS)
+        if not (whole.folder / f"{db}-wal").exists():
+            continue
+        verb = QUERIES[number % len(QUERIES)]
+        number += 1
+        looking.append(cradle.start(whole.folder, *verb, "--db", db))
+        for ended in [reader for reader in looking if reader.is_over]:
+            looking.remove(ended)
+            seen.append(ended.wait())
+    assert runner.wait().code == 0
+    wall = time.monotonic() - begun
+    seen += [reader.wait() for reader in looking]
+    assert_identical(whole, whole.folder / db)
+    return wall, float(waited.read_text("ascii")), seen
+
+
+def test_readers_are_never_locked_out(cradle: Cradle, whole: Undisturbed, tmp_path: Path) -> None:
+    if IS_FULL:
+        whole = undisturbed(cradle, tmp_path / "project", 40_000, block=10)
+    begun = time.monotonic()
+    runner, alone_file = run_timed(cradle, whole, "alone.db")
+    assert runner.wait().code == 0
+    alone_wall = time.monotonic() - begun
+    alone = float(alone_file.read_text("ascii"))
+    wall, waited, seen = watched(cradle, whole, "watched.db")
+    assert len(seen) >= READERS // 2
+    for said in seen:
+        # The tables may not be there yet; whatever else is said, it is not that others write.
+        assert "locked" not in said.text
+        assert said.code == 0 or "schema" in said.text, said.text
+    growth = (waited - alone) / alone_wall
+    record(
+        "readers",
+        queries=len(seen),
+        locked_out=0,
+        wall_s=round(wall, 1),
+        wall_alone_s=round(alone_wall, 1),
+        waited_s=round(waited, 3),
+        waited_alone_s=round(alone, 3),
+        growth_of_waiting_by_wall=round(growth, 4),
+    )
+    if IS_FULL:
+        assert wall >= AT_LEAST_S
+        assert growth <= MOST_GROWTH

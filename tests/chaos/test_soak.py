@@ -1,0 +1,96 @@
+"""A long campaign takes no more memory, descriptors and time per run at its end than before."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import pytest
+
+from tests.chaos.runners import IS_FULL, project_of, record, run_of, size
+
+if TYPE_CHECKING:
+    from tests.chaos.runners import Cradle
+
+pytestmark = [pytest.mark.chaos, pytest.mark.slow]
+
+RUNS: Final = size(2_000, 100_000)
+BLOCK: Final = 100
+LOG_BYTES: Final = 2 * 32 * 2**20
+"""The log goes into the file at 32 MiB, after the transaction that fills it."""
+SLOPE_BYTES: Final = 200
+"""Most that a run may add to the memory in the second half [bytes]: 20 MB for 100,000 runs."""
+LEAST_SPEED: Final = 0.95
+
+
+@dataclass(frozen=True)
+class Look:
+    """One look at the runner: when [s], runs done, memory [bytes], descriptors, log [bytes]."""
+
+    at: float
+    done: int
+    memory: int
+    descriptors: int
+    log: int
+
+
+def look(pid: int, db: Path, done: int) -> Look | None:
+    """Look at a process; None if it has ended."""
+    process = Path(f"/proc/{pid}")
+    log = db.with_name(f"{db.name}-wal")
+    try:
+        pages = int((process / "statm").read_text("ascii").split()[1])
+        descriptors = len(list((process / "fd").iterdir()))
+        bytes_of_log = log.stat().st_size if log.exists() else 0
+    except OSError:
+        return None
+    return Look(time.monotonic(), done, pages * 4096, descriptors, bytes_of_log)
+
+
+def test_long_campaign_stays_as_it_begins(cradle: Cradle, tmp_path: Path) -> None:
+    project = project_of(tmp_path / "project", RUNS)
+    db = project.folder / "soak.db"
+    runner = cradle.start(
+        project.folder, *run_of(db.name), setup={"block": BLOCK, "calls_of": ["complete_block"]}
+    )
+    looks: list[Look] = []
+    blocks = 0
+    while not runner.is_over:
+        time.sleep(0.005)
+        if runner.counted > blocks:
+            blocks = runner.counted
+            seen = look(runner.pid, db, blocks * BLOCK)
+            if seen is not None:
+                looks.append(seen)
+    said = runner.wait()
+    assert said.code == 0, said.text
+    assert blocks == RUNS // BLOCK
+    assert max(item.log for item in looks) <= LOG_BYTES
+    half = looks[len(looks) // 2 :]
+    # A connection more or less may be open at a look.
+    descriptors = {item.descriptors for item in half}
+    assert max(descriptors) - min(descriptors) <= 2
+    slope = float(np.polyfit([i.done for i in half], [i.memory for i in half], 1)[0])
+    first, last = speed(looks[:11]), speed(looks[-11:])
+    record(
+        "soak",
+        runs=RUNS,
+        memory_mb=round(looks[-1].memory / 1e6),
+        slope_bytes_per_run=round(slope, 1),
+        descriptors=max(descriptors),
+        log_mb=round(max(item.log for item in looks) / 1e6, 1),
+        first_thousand_per_s=round(first),
+        last_thousand_per_s=round(last),
+        last_by_first=round(last / first, 3),
+    )
+    if IS_FULL:
+        assert slope <= SLOPE_BYTES
+        assert last >= LEAST_SPEED * first
+
+
+def speed(looks: list[Look]) -> float:
+    """Return the runs per second between the first and the last look."""
+    return (looks[-1].done - looks[0].done) / (looks[-1].at - looks[0].at)
