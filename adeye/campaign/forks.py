@@ -179,7 +179,7 @@ def _fork_together(
             block.result_digests, forks, wanted, strict=True
         )
     ]
-    repository.save_forks(records, block)
+    repository.hindsight.save_forks(records, block)
     for run, (recalled, override) in enumerate(wanted):
         origin = _side(recalled.run.result_digest, recalled, trace, evaluation, run)
         fork = _side(records[run].result_digest, recalled, trace, evaluation, count + run)

@@ -375,7 +375,7 @@ class ReportBuilder:
         ordinals = own.ordinal[np.lexsort(keys)].tolist()
         for first in range(0, len(ordinals), _LOOKED_AT):
             looked_at = ordinals[first : first + _LOOKED_AT]
-            failed = self.repository.failed_among(self.campaign.id, looked_at)
+            failed = self.repository.hindsight.failed_among(self.campaign.id, looked_at)
             for ordinal in looked_at:
                 if ordinal not in failed:
                     return self.repository.find_run(str(ordinal), campaign=self.campaign.id)

@@ -16,7 +16,7 @@ from adeye.errors import IntegrityError
 from adeye.evaluation.injections import Injection
 from adeye.evaluation.takeovers import TAKEOVERS_VERSION, TakeoverClass
 from adeye.evaluation.timeline import TIMELINE_VERSION, Timeline
-from adeye.store import tables
+from adeye.store import forking, summaries, tables
 from adeye.store.benchmarks import Benchmarks
 from adeye.store.certificates import Certificates
 from adeye.store.encoding import Row, json_text, row
@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Connection
 
+    from adeye.store.block import RunBlock
     from adeye.store.database import Database
+    from adeye.store.rows import ForkRecord
     from adeye.store.stored import RunRef
 
 _TIMES = tuple(f"{name}_s" for name in tables.MOMENTS)
@@ -111,6 +113,16 @@ class Hindsight:
             found = {item.result_digest: item for item in connection.execute(query)}
         chosen = list(found.values())[:most]
         return [run_ref(item) for item in chosen if not only_faulty or item.fault_entry != NO_FAULT]
+
+    def save_forks(self, forks: Sequence[ForkRecord], runs: RunBlock) -> None:
+        """Save forks with their results and verdicts, in the same order; known ones stay."""
+        with self._database.write() as connection:
+            forking.save_forks(connection, forks, runs)
+
+    def failed_among(self, campaign: str, ordinals: Sequence[int]) -> frozenset[int]:
+        """Return those of a few hundred runs of a campaign that fail an FSR."""
+        with self._database.read() as connection:
+            return summaries.failed_among(connection, campaign, ordinals)
 
     def save_injections(self, found: Sequence[Injection]) -> None:
         """Keep what became of the faults of runs; what is known stays.

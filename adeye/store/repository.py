@@ -23,7 +23,6 @@ from adeye.store import (
     content,
     damage,
     figures,
-    forking,
     leasing,
     planning,
     reading,
@@ -56,7 +55,6 @@ if TYPE_CHECKING:
         Artifact,
         CampaignRecord,
         ContentRecord,
-        ForkRecord,
         PlannedCase,
         RunRecord,
         VerdictRecord,
@@ -280,11 +278,6 @@ class Repository:
         """What vouches for results."""
         return Evidence(self._database)
 
-    def save_forks(self, forks: Sequence[ForkRecord], runs: RunBlock) -> None:
-        """Save forks with their results and verdicts, in the same order; known ones stay."""
-        with self._database.write() as connection:
-            forking.save_forks(connection, forks, runs)
-
     # Reading
 
     def campaigns(self) -> tuple[CampaignInfo, ...]:
@@ -383,11 +376,6 @@ class Repository:
         """Return the planned cases of some architectures with all that compares them."""
         with self._database.read() as connection:
             return compared.read_compared(connection, campaign, of, is_named=is_named)
-
-    def failed_among(self, campaign: str, ordinals: Sequence[int]) -> frozenset[int]:
-        """Return those of a few hundred runs of a campaign that fail an FSR."""
-        with self._database.read() as connection:
-            return summaries.failed_among(connection, campaign, ordinals)
 
     # Integrity
 

@@ -276,7 +276,7 @@ class Example:
         digest = self.engine.result_digest(sha("fork"))
         case = BlockCase(0, sha("fork"), digest, has_result=False, missing_fsrs=("FSR1",))
         record = ForkRecord(case.result_digest, case.test_case, origin.result_digest, 40, "safety")
-        repository.save_forks([record], run_block([self.run(case)], METRIC_IDS))
+        repository.hindsight.save_forks([record], run_block([self.run(case)], METRIC_IDS))
         return record
 
     def hindsight(self, repository: Repository, campaign: str) -> tuple[Injection, TakeoverLine]:

@@ -75,7 +75,7 @@ def test_a_fork_that_comes_out_otherwise_is_refused(
     case = BlockCase(0, fork.test_case, fork.result_digest, has_result=False, missing_fsrs=())
     other = run_block([example.run(case, trace_digest="0" * 32)], METRIC_IDS)
     with pytest.raises(IntegrityError, match="differ"):
-        repository.save_forks([fork], other)
+        repository.hindsight.save_forks([fork], other)
 
 
 def test_results_of_other_forks_are_refused(
@@ -83,7 +83,7 @@ def test_results_of_other_forks_are_refused(
 ) -> None:
     fork = example.fork(repository, campaign)
     with pytest.raises(ValueError, match="not those of the forks"):
-        repository.save_forks([fork], run_block([], METRIC_IDS))
+        repository.hindsight.save_forks([fork], run_block([], METRIC_IDS))
 
 
 def test_the_chain_of_a_run_is_read_link_by_link(repository: Repository, campaign: str) -> None:

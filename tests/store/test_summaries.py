@@ -184,9 +184,9 @@ def test_runs_that_fail_an_fsr_are_told_from_those_that_do_not(
         Verdict.FAIL if (case.ordinal, fsr) in {(1, "FSR2"), (5, "FSR1")} else Verdict.PASS
     )
     campaign = example.campaign(repository, 8)
-    assert repository.failed_among(campaign, range(8)) == {1, 5}
-    assert repository.failed_among(campaign, [0, 5]) == {5}
-    assert repository.failed_among(campaign, []) == frozenset()
+    assert repository.hindsight.failed_among(campaign, range(8)) == {1, 5}
+    assert repository.hindsight.failed_among(campaign, [0, 5]) == {5}
+    assert repository.hindsight.failed_among(campaign, []) == frozenset()
 
 
 def test_results_are_one_row_a_run_in_the_order_of_the_plan(
