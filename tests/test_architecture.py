@@ -1,6 +1,7 @@
 """The shape of the repository: layers, module size, mirror tests, names, light imports."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -130,7 +131,7 @@ def test_third_party_import_is_a_declared_dependency() -> None:
     extras = project["optional-dependencies"].items()
     needed = [text for extra, texts in extras if extra not in {"bench", "dev"} for text in texts]
     texts = [*project["dependencies"], *needed]
-    declared = {text.partition(">")[0].lower() for text in texts}
+    declared = {re.split(r"[\[>]", text)[0].lower() for text in texts}
     distributions = packages_distributions()
     undeclared = {
         (dotted(path), name)

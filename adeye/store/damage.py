@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 from adeye.errors import AdeyeError, IntegrityError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
+    from adeye.store.location import Location
     from adeye.store.stored import Finding
 
 UNFORESEEN: Final = (
@@ -27,8 +26,8 @@ class Verified(Protocol):
     """A repository, as far as it is needed here."""
 
     @property
-    def path(self) -> Path:
-        """The database."""
+    def location(self) -> Location:
+        """Where the database is."""
 
     def verify(self) -> tuple[Finding, ...]:
         """Compare everything with its digests."""
@@ -56,7 +55,7 @@ def close(repository: Verified, raised: object) -> None:
             if findings:
                 first = findings[0]
                 raise IntegrityError(
-                    f"database {repository.path} is not as it was written: {first.table} "
+                    f"database {repository.location} is not as it was written: {first.table} "
                     f"{first.row}: {first.problem}. See 'adeye db verify'; restore it from a copy."
                 ) from raised
     finally:

@@ -135,7 +135,8 @@ def open_elsewhere(
 def _now(connection: Connection) -> datetime:
     """Read the clock that leases go by: that of the server, if there is one."""
     if is_server(connection):
-        return connection.execute(select(func.clock_timestamp())).scalar_one()
+        now: datetime = connection.execute(select(func.clock_timestamp())).scalar_one()
+        return now
     return datetime.now(UTC)
 
 

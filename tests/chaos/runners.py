@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.store.repository import Repository
 from tests.chaos.bench import ODD, Said
 from tests.chaos.failing import WIDTH
+from tests.processes import survivors
 from tests.project import ROOT, Project, table_hash
-from tests.test_resume import survivors
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

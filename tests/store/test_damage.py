@@ -6,11 +6,12 @@ import pytest
 
 from adeye.errors import InputError, IntegrityError
 from adeye.store.damage import close
+from adeye.store.location import Location
 from adeye.store.stored import Finding
 
 
 class Stored:
-    path = Path("a.db")
+    location = Location.of_file(Path("a.db"))
 
     def __init__(self, *findings: Finding) -> None:
         self.findings = findings

@@ -172,9 +172,11 @@ def test_one_hundred_flipped_bits_are_never_taken_for_the_truth(
     campaign = example.campaign(repository, 8)
     truth = repository.result_table_hash(campaign)
     repository.close()
-    with sqlite3.connect(repository.location.path) as connection:
+    stored = repository.location.path
+    assert stored is not None
+    with sqlite3.connect(stored) as connection:
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    content = repository.location.path.read_bytes()
+    content = stored.read_bytes()
     picks = random.Random(7)  # noqa: S311 - where to flip
     for trial in range(100):
         damaged = bytearray(content)
