@@ -90,6 +90,15 @@ _CAUSES: Final = (
 )
 
 
+_REFUSALS: Final = (
+    ("authentication failed", "28P01"),
+    ("no pg_hba", "28000"),
+    ("password supplied", "28P01"),
+    ('role "', "28000"),
+    ("does not exist", "3D000"),
+)
+
+
 def make_engine(location: Location, writes_option: str) -> Engine:
     """Prepare connections.
 
@@ -183,8 +192,8 @@ def errors_in_words(location: Location) -> Iterator[None]:
 
 
 def _in_words(error: BaseException, location: Location) -> PlatformError | IntegrityError:
-    state = getattr(error, "sqlstate", None) or ""
     text = str(error).partition("\n")[0]
+    state = getattr(error, "sqlstate", None) or _state_of_refusal(text)
     if location.url.password:
         text = text.replace(str(location.url.password), "***")
     if state.startswith("23") or state == "P0001":
@@ -194,7 +203,7 @@ def _in_words(error: BaseException, location: Location) -> PlatformError | Integ
         )
     if state.startswith("XX"):
         return IntegrityError(f"database {location} is damaged: {text}. Restore it from a copy.")
-    if (not state and not _is_refusal(text)) or state.startswith(_LOST):
+    if not state or state.startswith(_LOST):
         return LostConnection(
             f"database {location} cannot be reached ({text}). Check server and network, run again."
         )
@@ -204,9 +213,9 @@ def _in_words(error: BaseException, location: Location) -> PlatformError | Integ
     return PlatformError(f"database {location}: {text}. Run 'adeye db verify'.")
 
 
-def _is_refusal(text: str) -> bool:
-    """Tell whether a server answered, but does not let in; the driver gives no code then."""
-    return any(word in text for word in ("authentication failed", "does not exist", "no pg_hba"))
+def _state_of_refusal(text: str) -> str:
+    """Tell the state if a server answered but does not let in: the driver gives none then."""
+    return next((state for words, state in _REFUSALS if words in text), "")
 
 
 def insert_rows(

@@ -1,0 +1,137 @@
+import sys
+from typing import Any
+
+import pytest
+from sqlalchemy import Connection
+
+from adeye.errors import IntegrityError, LostConnection, PlatformError
+from adeye.store import postgres, tables
+from adeye.store.database import Database
+from adeye.store.encoding import Row, row
+from adeye.store.location import locate
+from adeye.store.repository import Repository
+
+on_server = pytest.mark.parametrize("place", ["postgresql"], indirect=True)
+
+
+@pytest.mark.parametrize(
+    ("here", "there"),
+    [
+        ("SELECT ? AS a", "SELECT %s AS a"),
+        ("SELECT '?', ?", "SELECT '?', %s"),
+        ("SELECT 'it''s ?', ?", "SELECT 'it''s ?', %s"),
+        ("SELECT a % 2, '%'", "SELECT a %% 2, '%%'"),
+        ("SELECT group_concat(a, ', ')", "SELECT string_agg(a, ', ')"),
+        ("FROM a CROSS JOIN b", "FROM a JOIN b"),
+        ("FROM json_each(?)", "FROM json_each(CAST(%s AS TEXT))"),
+        ("FROM json_each(t.point)", "FROM json_each(t.point)"),
+    ],
+)
+def test_statement_is_written_as_the_server_takes_it(here: str, there: str) -> None:
+    assert postgres.translated(here) == there
+
+
+def odd_rows(count: int) -> list[Row]:
+    return [
+        row(tables.odd, (f"{number:064x}", f"odd{number}", "1", "{}" * (number % 3)))
+        for number in range(count)
+    ]
+
+
+def stored(connection: Connection) -> list[Any]:
+    return [tuple(item) for item in connection.exec_driver_sql("SELECT * FROM odd ORDER BY digest")]
+
+
+@on_server
+@pytest.mark.parametrize("count", [3, 200])
+@pytest.mark.parametrize("ignores", [False, True])
+def test_few_rows_and_many_go_in_as_they_are(
+    repository: Repository, count: int, *, ignores: bool
+) -> None:
+    rows = odd_rows(count)
+    database = Database(repository.location)
+    with database.write() as connection:
+        if ignores:
+            postgres.insert_rows(connection, tables.odd, rows[:2], ignore_existing=False)
+        postgres.insert_rows(connection, tables.odd, rows, ignore_existing=ignores)
+        assert stored(connection) == rows
+    database.close()
+
+
+@on_server
+def test_row_that_is_there_is_an_integrity_error_unless_it_may_be(repository: Repository) -> None:
+    rows = odd_rows(1)
+    database = Database(repository.location)
+    for count in (1, 2):
+        if count == 1:
+            with database.write() as connection:
+                postgres.insert_rows(connection, tables.odd, rows, ignore_existing=False)
+            continue
+        with pytest.raises(IntegrityError, match="refused a change"), database.write() as again:
+            postgres.insert_rows(again, tables.odd, rows, ignore_existing=False)
+    with pytest.raises(IntegrityError, match="insert-only"), database.write() as connection:
+        connection.exec_driver_sql("UPDATE odd SET id = 'other'")
+    database.close()
+
+
+@on_server
+def test_sums_of_whole_numbers_are_whole_numbers(repository: Repository) -> None:
+    database = Database(repository.location)
+    with database.read() as connection:
+        found = connection.exec_driver_sql("SELECT SUM(v), SUM(v) / 8 FROM (VALUES (1), (3)) t (v)")
+        assert [type(value) for value in found.one()] == [int, int]
+        real = connection.exec_driver_sql("SELECT CAST(1.5 AS NUMERIC)").scalar_one()
+        assert (real, type(real)) == (1.5, float)
+    database.close()
+
+
+@pytest.mark.parametrize(
+    ("document", "expected"),
+    [
+        (
+            '{"a": 1, "b": 2.5, "c": "x"}',
+            [("a", "1", "integer"), ("b", "2.5", "real"), ("c", "x", "text")],
+        ),
+        ('{"a": true, "b": null}', [("a", "1", "true"), ("b", None, "null")]),
+        ("[3, 4]", [("0", "3", "integer"), ("1", "4", "integer")]),
+        ("[]", []),
+        ("{}", []),
+    ],
+)
+def test_json_each_gives_the_same_on_both(
+    repository: Repository, document: str, expected: list[tuple[Any, ...]]
+) -> None:
+    database = Database(repository.location)
+    with database.read() as connection:
+        found = connection.exec_driver_sql(
+            "SELECT key, value, type FROM json_each(?) ORDER BY key", (document,)
+        ).all()
+    database.close()
+    told = [tuple(None if value is None else str(value) for value in item) for item in found]
+    assert told == expected
+
+
+def test_database_without_its_driver_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    with pytest.raises(PlatformError, match=r"pip install 'adeye\[postgres\]'"):
+        postgres.make_engine(locate("postgresql://host/evidence"), "writes")
+
+
+def test_server_that_is_not_there_and_password_that_is(tmp_path: Any) -> None:
+    url = f"postgresql://me:canary@/evidence?host={tmp_path}"
+    with pytest.raises(LostConnection, match="cannot be reached") as raised:
+        Repository.open(url)
+    assert "canary" not in str(raised.value)
+
+
+def test_database_that_does_not_exist_is_named_with_what_to_do(server: Any) -> None:
+    with pytest.raises(PlatformError, match="does not exist .*createdb") as raised:
+        Repository.open(server.url("nowhere"))
+    assert not isinstance(raised.value, LostConnection)
+
+
+def test_user_who_does_not_exist_is_told_about_users(server: Any) -> None:
+    url = server.url("postgres").replace("tester@", "stranger@")
+    with pytest.raises(PlatformError, match="does not let this user in") as raised:
+        Repository.open(url)
+    assert not isinstance(raised.value, LostConnection)
