@@ -55,6 +55,7 @@ def test_the_verbs_are_these() -> None:
         "confidence",
         "coverage",
         "db info",
+        "db merge",
         "db metadata",
         "db upgrade",
         "db verify",
