@@ -83,8 +83,8 @@ def spoil_cell(path: Path, draw: Draw) -> None:
         try:
             raw.execute(
                 f'UPDATE {table} SET "{column}" = ? WHERE rowid = '  # noqa: S608
-                f"(SELECT rowid FROM {table} ORDER BY random() LIMIT 1)",
-                (junk,),
+                f"(SELECT rowid FROM {table} LIMIT 1 OFFSET ? % (SELECT count(*) FROM {table}))",
+                (junk, int(draw.integers(0, 2**31))),
             )
         except sqlite3.Error:
             continue
