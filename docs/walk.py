@@ -140,7 +140,7 @@ def _joined(lines: Sequence[str]) -> str:
 
 
 class Walk:
-    """A scratch project with ``adeye`` on its path."""
+    """A scratch project with ``adeye`` and the ``python`` of it on its path."""
 
     def __init__(self, folder: Path) -> None:
         """Make the project.
@@ -153,9 +153,10 @@ class Walk:
             shutil.copytree(ROOT / name, self.project / name)
         self._bin = folder / "bin"
         self._bin.mkdir()
-        program = self._bin / "adeye"
-        program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m adeye "$@"\n')
-        program.chmod(0o755)
+        for name, started in (("adeye", " -m adeye"), ("python", "")):
+            program = self._bin / name
+            program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)}{started} "$@"\n')
+            program.chmod(0o755)
 
     @property
     def environment(self) -> dict[str, str]:

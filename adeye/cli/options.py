@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,7 +14,7 @@ import typer
 from adeye.cli.apart import results_apart
 from adeye.cli.completion import complete_campaigns, complete_runs
 from adeye.cli.writing import named, named_page
-from adeye.errors import IntegrityError
+from adeye.errors import AdeyeError, InputError, IntegrityError, PlatformError
 
 OddFile = Annotated[
     Path,
@@ -225,5 +226,27 @@ def _apart(verb: Callable[..., None]) -> Callable[..., None]:
             except SystemExit as error:
                 msg = f"code from outside adeye asked to end the process with {error.code!r}"
                 raise IntegrityError(msg) from error
+            except Exception as error:
+                if "db" in options:
+                    _blame_database(options["db"], error)
+                raise
 
     return run
+
+
+def _blame_database(location: str | Path | None, error: Exception) -> None:
+    """Raise that the database was altered, if what a verb made of its content is unforeseen.
+
+    What is read whole may fail later, when the repository is closed already.
+    """
+    if isinstance(error, AdeyeError | typer.Exit | typer.Abort):
+        return
+    from adeye.store.damage import UNFORESEEN
+    from adeye.store.repository import Repository
+
+    if not isinstance(error, UNFORESEEN):
+        return
+    with suppress(InputError, PlatformError):
+        repository = Repository.open(location, create=False)
+        with repository:
+            raise error

@@ -5,6 +5,8 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
+from sqlalchemy.exc import MultipleResultsFound, NoResultFound
+
 from adeye.errors import AdeyeError, IntegrityError
 
 if TYPE_CHECKING:
@@ -15,6 +17,8 @@ UNFORESEEN: Final = (
     ArithmeticError,
     AttributeError,
     LookupError,
+    MultipleResultsFound,
+    NoResultFound,
     RecursionError,
     TypeError,
     ValueError,

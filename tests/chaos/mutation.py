@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -63,6 +64,11 @@ def _piece(draw: Draw) -> bytes:
     return str(draw.choice(np.array(SURPRISES, dtype=object))).encode("utf-8", "surrogatepass")
 
 
+def _value(draw: Draw) -> Any:
+    # A copy: what is put into a tree is changed with it.
+    return deepcopy(_VALUES[int(draw.integers(0, len(_VALUES)))])
+
+
 def structure(content: bytes, draw: Draw) -> bytes:
     """Change the tree of a YAML file: swap values, drop, rename and add keys, nest, swap places."""
     tree = yaml.safe_load(content)
@@ -75,7 +81,7 @@ def structure(content: bytes, draw: Draw) -> bytes:
         if way == 0:
             del holder[key]
         elif way in {1, 2}:
-            holder[key] = _VALUES[int(draw.integers(0, len(_VALUES)))]
+            holder[key] = _value(draw)
         elif way == 3:
             for _ in range(int(draw.integers(1, 70))):
                 holder[key] = [holder[key]] if draw.integers(0, 2) else {"a": holder[key]}
@@ -84,7 +90,7 @@ def structure(content: bytes, draw: Draw) -> bytes:
             holder[key] = json.loads(json.dumps(other.get(there) if isinstance(other, dict) else
                                                 None, default=str))  # fmt: skip
         elif way == 5 and isinstance(holder, dict):
-            holder[f"{key}{_VALUES[int(draw.integers(0, len(_VALUES)))]}"[:300]] = holder.pop(key)
+            holder[f"{key}{_value(draw)}"[:300]] = holder.pop(key)
         elif isinstance(holder, list):
             holder.extend(holder[:1] * int(draw.integers(1, 300)))
         else:
@@ -170,7 +176,7 @@ def tree_of_json(content: bytes, draw: Draw) -> bytes:
     for _ in range(int(draw.integers(1, 4))):
         holder, key = places[int(draw.integers(0, len(places)))]
         try:
-            holder[key] = _VALUES[int(draw.integers(0, len(_VALUES)))]
+            holder[key] = _value(draw)
         except IndexError:
             continue
     return json.dumps(tree).encode()

@@ -56,6 +56,7 @@ def test_the_verbs_are_these() -> None:
         "coverage",
         "db grant",
         "db info",
+        "db merge",
         "db metadata",
         "db upgrade",
         "db verify",

@@ -1,10 +1,15 @@
-"""Help texts from docstrings and examples."""
+"""Help texts from docstrings and examples; what ends a verb that was not foreseen."""
+
+import gzip
+import sqlite3
+from pathlib import Path
 
 import pytest
 import typer
 
 from adeye.cli.options import add, examples, help_of
 from adeye.errors import IntegrityError
+from tests.chaos.test_schema_life import CAMPAIGNS
 
 
 def verb() -> None:
@@ -39,3 +44,34 @@ def test_process_that_is_asked_to_end_from_outside_did_not_succeed() -> None:
     add(app, leaves, "adeye leaves")
     with pytest.raises(IntegrityError, match="asked to end the process with 0"):
         typer.main.get_command(app).main([], standalone_mode=False)
+
+
+def breaks(db: Path) -> None:
+    """Break after everything was read."""
+    raise KeyError(str(db))
+
+
+@pytest.mark.parametrize(
+    ("alteration", "blamed"),
+    [("SELECT 1", KeyError), ("UPDATE metric SET contact_time_s = 99.0", IntegrityError)],
+)
+def test_verb_that_breaks_blames_an_altered_database(
+    tmp_path: Path, alteration: str, blamed: type[Exception]
+) -> None:
+    path = tmp_path / "a.db"
+    path.write_bytes(gzip.decompress(CAMPAIGNS[-1].read_bytes()))
+    raw = sqlite3.connect(path)
+    statements = raw.execute(
+        "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'"
+    ).fetchall()
+    for name, _ in statements:
+        raw.execute(f"DROP TRIGGER {name}")
+    raw.execute(alteration)
+    for _, statement in statements:
+        raw.execute(statement)
+    raw.commit()
+    raw.close()
+    app = typer.Typer()
+    add(app, breaks, "adeye breaks a.db")
+    with pytest.raises(blamed):
+        typer.main.get_command(app).main([str(path)], standalone_mode=False)

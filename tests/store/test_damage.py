@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from sqlalchemy.exc import NoResultFound
 
 from adeye.errors import InputError, IntegrityError
 from adeye.store.damage import close
@@ -27,11 +28,12 @@ class Stored:
 WRONG = Finding("run", "3", "has another digest")
 
 
-def test_unforeseen_error_on_altered_content_names_the_row() -> None:
+@pytest.mark.parametrize("raised", [KeyError("gate"), NoResultFound("No row was found")])
+def test_unforeseen_error_on_altered_content_names_the_row(raised: Exception) -> None:
     stored = Stored(WRONG)
     with pytest.raises(IntegrityError, match="run 3: has another digest") as caught:
-        close(stored, KeyError("gate"))
-    assert isinstance(caught.value.__cause__, KeyError)
+        close(stored, raised)
+    assert caught.value.__cause__ is raised
     assert stored.is_closed
 
 
