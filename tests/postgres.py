@@ -119,6 +119,11 @@ class Server:
     def _dsn(self, database: str) -> str:
         return f"host={self.folder} user={USER} dbname={database}"
 
+    @property
+    def environment(self) -> dict[str, str]:
+        """What tells libpq where it is."""
+        return {"PGHOST": str(self.folder), "PGUSER": USER}
+
     def url(self, database: str) -> str:
         """Name a database as ``--db`` takes it."""
         return f"postgresql://{USER}@/{database}?host={self.folder}"

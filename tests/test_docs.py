@@ -20,6 +20,7 @@ from adeye.store.query import run_query
 from adeye.store.views import view_ddl
 from adeye.world.check import check_scenario
 from docs import generate, walk
+from tests.postgres import Server
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -62,9 +63,17 @@ def project(tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, list[walk.Walked]]]:
+def walked(
+    tmp_path_factory: pytest.TempPathFactory, server: Server
+) -> Iterator[tuple[Path, list[walk.Walked]]]:
     folder = tmp_path_factory.mktemp("walk")
-    yield folder / "project", walk.walk(WALKED, folder)
+    # The page about teams leaves server and user to the environment.
+    server.execute("CREATE DATABASE team TEMPLATE template0")
+    server.execute("CREATE ROLE ada LOGIN")
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in server.environment.items():
+            patch.setenv(name, value)
+        yield folder / "project", walk.walk(WALKED, folder)
     shutil.rmtree(folder)
 
 

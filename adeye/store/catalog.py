@@ -81,6 +81,8 @@ def mark(connection: Connection, statement: str) -> str:
 def views(connection: Connection) -> dict[str, str]:
     """Tell by name what made each view, see ``mark``."""
     found = connection.exec_driver_sql(_VIEWS[connection.dialect.name])
+    if is_server(connection):
+        return {str(name): str(comment).partition(" ")[0] for name, comment in found}
     return {str(name): str(statement) for name, statement in found}
 
 
@@ -88,7 +90,28 @@ def create_view(connection: Connection, name: str, statement: str) -> None:
     """Make a view and note what made it."""
     connection.exec_driver_sql(statement)
     if is_server(connection):
-        connection.exec_driver_sql(f"COMMENT ON VIEW {name} IS '{mark(connection, statement)}'")
+        _note_view(connection, name, mark(connection, statement))
+
+
+def note_views(connection: Connection) -> None:
+    """Note with the views of a server how it keeps them, for users who may make none."""
+    if is_server(connection):
+        for name, told in views(connection).items():
+            _note_view(connection, name, told)
+
+
+def _note_view(connection: Connection, name: str, told: str) -> None:
+    note = f"{told} {_as_kept(connection, name)}"
+    connection.exec_driver_sql(f"COMMENT ON VIEW {name} IS '{note}'")
+
+
+def _as_kept(connection: Connection, view: str) -> str:
+    """Hash a view as the server keeps it, after the release whose words these are."""
+    release, text = connection.exec_driver_sql(
+        "SELECT current_setting('server_version_num')::int / 10000, "
+        f"pg_get_viewdef('{SCHEMA}.{view}'::regclass)"
+    ).one()
+    return f"{release}:{hashlib.sha256(text.encode()).hexdigest()}"
 
 
 def altered(connection: Connection, expected: Mapping[str, str]) -> Iterator[tuple[str, str]]:
@@ -130,8 +153,19 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
         statement = given.get(name, "")
         found[name] = statement if f"$body${body}$body$" in statement else body
     made = {name: text for name, text in given.items() if text.startswith("CREATE VIEW")}
+    may_make = connection.exec_driver_sql(
+        "SELECT has_database_privilege(current_database(), 'TEMPORARY')"
+    ).scalar_one()
+    same_views = _as_made_now if may_make else _as_noted
+    for name, same in same_views(connection, made):
+        found[name] = made[name] if same else ""
+    return found
+
+
+def _as_made_now(connection: Connection, made: Mapping[str, str]) -> Iterator[tuple[str, bool]]:
+    """Tell of the views that are there whether each is what its statement makes just now."""
     there = views(connection)
-    # A view is kept as the server has understood it: it is compared with one made just now.
+    # A view is kept as the server has understood it.
     passing = connection.begin_nested()
     for name in made:
         if name not in there:
@@ -148,9 +182,24 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
         except DBAPIError:
             # It names something that is gone.
             same = False
-        found[name] = made[name] if same else ""
+        yield name, same
     passing.rollback()
-    return found
+
+
+def _as_noted(connection: Connection, made: Mapping[str, str]) -> Iterator[tuple[str, bool]]:
+    """Tell the same to a user who may only read: each view against what was noted with it."""
+    notes = {
+        str(name): str(note) for name, note in connection.exec_driver_sql(_VIEWS["postgresql"])
+    }
+    for name, statement in made.items():
+        if name not in notes:
+            continue
+        statement_hash, _, noted = notes[name].partition(" ")
+        kept = _as_kept(connection, name)
+        # Another release of the server may word the same view differently.
+        is_of_another = noted.partition(":")[0] not in {"", kept.partition(":")[0]}
+        same = statement_hash == mark(connection, statement)
+        yield name, same and (noted == kept or is_of_another)
 
 
 def readable(connection: Connection) -> AbstractContextManager[None]:

@@ -77,6 +77,7 @@ def upgrade_database(database: Database) -> None:
         elif version not in known_versions():
             raise _newer(database.location, version)
         _migrate(connection)
+        catalog.note_views(connection)
         if version is not None:
             # These views are made of what the database holds, and v_runs has other columns now.
             ensure_scenario_views(connection)

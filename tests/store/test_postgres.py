@@ -125,7 +125,7 @@ def test_server_that_is_not_there_and_password_that_is(tmp_path: Any) -> None:
 
 
 def test_database_that_does_not_exist_is_named_with_what_to_do(server: Any) -> None:
-    with pytest.raises(PlatformError, match="does not exist .*createdb") as raised:
+    with pytest.raises(PlatformError, match=r"does not exist .*createdb") as raised:
         Repository.open(server.url("nowhere"))
     assert not isinstance(raised.value, LostConnection)
 

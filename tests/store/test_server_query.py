@@ -103,6 +103,20 @@ def test_rows_columns_and_cut_are_as_on_a_file(alice: str) -> None:
     assert run_query(alice, "EXPLAIN SELECT * FROM v_gate").rows
 
 
+def test_reader_who_may_make_nothing_verifies_views_too(owned: str, alice: str) -> None:
+    with Repository.open(alice, create=False) as repository:
+        assert repository.verify() == ()
+    with psycopg.connect(owned) as connection:
+        connection.execute("SET search_path TO adeye")
+        found = connection.execute("SELECT pg_get_viewdef('v_goal_events'::regclass)").fetchone()
+        assert found is not None
+        text = f"SELECT * FROM ({found[0].rstrip(';')}) AS x WHERE false"  # noqa: S608 - the text of the view
+        connection.execute(f"CREATE OR REPLACE VIEW v_goal_events AS {text}".encode())
+    with Repository.open(alice, create=False) as repository:
+        (finding,) = repository.verify()
+    assert (finding.row, finding.problem) == ("v_goal_events", "is not as this release makes it")
+
+
 @pytest.mark.parametrize("name", SAVED)
 def test_saved_query_answers_on_a_server_too(alice: str, name: str) -> None:
     (campaign,) = run_query(alice, "SELECT id FROM campaign").rows[0]
