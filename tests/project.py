@@ -157,7 +157,7 @@ def rows_of(repository: Repository, campaign: str | None = None) -> list[dict[st
     return rows
 
 
-def table_hash(db: Path) -> str:
+def table_hash(db: Path | str) -> str:
     """Hash the newest campaign of a database."""
     with Repository.open(db, create=False) as repository:
         newest = repository.latest_campaign()

@@ -9,11 +9,13 @@ is put in place in the child only:
 - ``fsize``: the size in bytes that no file may exceed, as on a full disk.
 - ``calls``: a file in which the child counts what it asks of the database, or, with ``fail``, of
   whatever fails.
-- ``calls_of``: the method of the repository that is counted instead, and with which answer.
+- ``calls_of``: the method of the repository that is counted instead, and with which answer;
+  ``pause_s``: how long each call of it waits.
 - ``zone``, ``moment``: the time zone of the machine, and the time in UTC at which the child starts.
 - ``fail``: which kind of call fails (``database``, ``file``, ``process`` or ``pipe``), and when.
 - ``timed``: a file for the seconds that the child waits for the database; then nothing is counted.
 - ``late``: every lease ends at once.
+- ``lease_s``: how long leases are, and how long a server waits for a transaction that stands still.
 - ``clock_s``: seconds by which its wall clock is wrong; ``machine``: another name of the machine.
 """
 
@@ -99,7 +101,7 @@ def _verb(request: Mapping[str, Any]) -> int:
 
 def _put_in_place(setup: Mapping[str, Any]) -> None:
     from adeye.campaign import runner, tasks
-    from adeye.store import owner
+    from adeye.store import owner, postgres
 
     if "block" in setup:
         runner.block_size = lambda _: setup["block"]  # type: ignore[attr-defined,assignment]
@@ -115,11 +117,19 @@ def _put_in_place(setup: Mapping[str, Any]) -> None:
         failing.move_clock(setup["clock_s"])
     if "machine" in setup:
         owner.machine = lambda: setup["machine"]
+    if "lease_s" in setup:
+        tasks.LEASE_S = runner.LEASE_S = setup["lease_s"]  # type: ignore[misc,attr-defined]
+        postgres.STALL_S = setup["lease_s"]  # type: ignore[misc]
     if "late" in setup:
         # Every lease ends at once, so each runner takes over whatever the other one holds.
         tasks.LEASE_S = runner.LEASE_S = -1.0  # type: ignore[misc,attr-defined]
+    _count(setup)
+
+
+def _count(setup: Mapping[str, Any]) -> None:
     if "calls_of" in setup:
-        failing.count_method(setup["calls"], *setup["calls_of"])
+        pause_s = setup.get("pause_s", 0.0)
+        failing.count_method(setup["calls"], *setup["calls_of"], pause_s=pause_s)
     elif "timed" in setup:
         failing.time_database(setup["timed"])
     elif "calls" in setup:

@@ -101,12 +101,16 @@ def time_database(path: str) -> None:
     _connect_as(Connection)
 
 
-def count_method(path: str, name: str, *answer: Any) -> None:
-    """Count how often a method of the repository returned, with this answer if one is given."""
+def count_method(path: str, name: str, *answer: Any, pause_s: float = 0.0) -> None:
+    """Count how often a method of the repository returned, with this answer if one is given.
+
+    Each call is made after a pause.
+    """
     calls = Calls(path, 0, is_fatal=False)
     method = getattr(Repository, name)
 
     def counted(*arguments: Any, **options: Any) -> Any:
+        time.sleep(pause_s)
         found = method(*arguments, **options)
         if not answer or found in answer:
             calls.is_to_fail()

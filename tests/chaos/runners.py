@@ -15,7 +15,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from adeye.store.repository import Repository
 from tests.chaos.bench import ODD, Said
@@ -32,7 +32,10 @@ MESSAGE: Final = re.compile(r"^\w*Error: |^The report was not written: ")
 ODD_FILE: Final = "odd/tested.yaml"
 
 
-def size(reduced: int, full: int) -> int:
+Number = TypeVar("Number", int, float)
+
+
+def size(reduced: Number, full: Number) -> Number:
     """Choose how much is tried: little in every change, all of it by ``make chaos``."""
     return full if IS_FULL else reduced
 
@@ -226,7 +229,7 @@ def killed_at(cradle: Cradle, whole: Undisturbed, db: str, call: int, *, block: 
     return whole.folder / db
 
 
-def assert_identical(whole: Undisturbed, db: Path) -> None:
+def assert_identical(whole: Undisturbed, db: Path | str) -> None:
     """See that a database holds what the undisturbed one holds: all of it, once, as written."""
     with Repository.open(db, create=False) as repository:
         (campaign,) = repository.campaigns()
