@@ -9,12 +9,14 @@ from __future__ import annotations
 import json
 from array import array
 from dataclasses import dataclass, fields, replace
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from adeye.store.catalog import is_server
 from adeye.store.metric_ids import TABLES
+from adeye.store.postgres import translated
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
     from adeye.signals import Bools, Floats, Ints
 
 _CHUNK = 10_000
+_NUMBERS = count()
+"""Cursors of a server have names."""
 
 
 class _Encoder:
@@ -255,8 +259,16 @@ def read_chunks(
 ) -> Iterator[list[tuple[Any, ...]]]:
     """Read the rows of a query, many at a time."""
     # The cursor of the driver: a row object of SQLAlchemy costs more than the row.
-    options = {"stream_results": True} if is_server(connection) else {}
-    cursor: Any = connection.exec_driver_sql(query, values, execution_options=options).cursor
+    cursor: Any
+    if is_server(connection):
+        if not connection.in_transaction():
+            # The driver would begin one of its own, which sees other states as it goes on.
+            connection.begin()
+        driver: Any = connection.connection.dbapi_connection
+        cursor = driver.cursor(name=f"chunks_{next(_NUMBERS)}")
+        cursor.execute(translated(query), values)
+    else:
+        cursor = connection.exec_driver_sql(query, values).cursor
     try:
         while chunk := cursor.fetchmany(_CHUNK):
             yield chunk

@@ -28,6 +28,7 @@ from adeye.spec.decomposition import Decomposition, DependentFailure
 from adeye.store.basis_block import BasisBlock, ExtremeBlock
 from adeye.store.benchmarks import DriveRecord
 from adeye.store.block import run_block
+from adeye.store.certificates import CertificateRecord
 from adeye.store.columns import Texts
 from adeye.store.halving import HalfStepRecord, UncertaintyRecord
 from adeye.store.hindsight import TakeoverLine
@@ -327,12 +328,16 @@ class Example:
         halves.save_uncertainty(campaign, [line])
 
     def vouched(self, repository: Repository, campaign: str) -> None:
-        """Save the root of a campaign and a session of it, and withdraw its second run."""
+        """Save root, session and certificate of a campaign, and withdraw its second run."""
         evidence = repository.evidence
         evidence.add_session(campaign, {"adeye": "0.1.0", "who": "me", "packages": {"numpy": "2"}})
         assert evidence.record_root(campaign) is not None
         run = repository.find_run("1", campaign=campaign)
         assert evidence.withdraw(run.result_digest, author="me", reason="wrong map")
+        conditions = [{"condition": "batches of 7", "runs": 3}]
+        repository.hindsight.certificates.save(
+            CertificateRecord(campaign, "0.1", "portable", 8, 1000, 3, 1, conditions, [])
+        )
 
     def with_odd(self, version: str) -> None:
         self.odd = replace(self.odd, version=version, content={"odd": "motorway", "v": version})

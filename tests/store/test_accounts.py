@@ -12,7 +12,7 @@ from adeye.store.accounts import account_all
 from adeye.store.case_tables import case_count, case_match, case_run, case_tally
 from adeye.store.encoding import row_hash
 from adeye.store.repository import Repository
-from adeye.store.triggers import trigger_ddl
+from tests.store.raw import guarded, unguarded
 
 ACCOUNTS = (case_count, case_match, case_run, case_tally)
 
@@ -20,12 +20,9 @@ ACCOUNTS = (case_count, case_match, case_run, case_tally)
 @contextmanager
 def tampering(raw: sqlite3.Connection) -> Iterator[None]:
     """Do what the triggers forbid."""
-    statements = trigger_ddl()
-    for statement in statements:
-        raw.execute(f"DROP TRIGGER {statement.split()[2]}")
+    unguarded(raw)
     yield
-    for statement in statements:
-        raw.execute(statement)
+    guarded(raw)
 
 
 def content(repository: Repository) -> dict[str, list[Any]]:
@@ -115,7 +112,6 @@ def test_altered_account_is_named_even_with_a_hash_that_fits(
     values[names.index(column)] += change
     values[-1] = row_hash(table, values[:-1])
     with tampering(raw):
-        raw.execute("PRAGMA foreign_keys = OFF")
         assignments = ", ".join(f"{name} = ?" for name in names)
         raw.execute(
             f"UPDATE {table.name} SET {assignments} WHERE row_hash = ?",  # noqa: S608

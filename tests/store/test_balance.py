@@ -6,16 +6,12 @@ import pytest
 from adeye.store.balance import open_ledger
 from adeye.store.database import Database
 from adeye.store.repository import Repository
+from tests.store.raw import guarded, unguarded
 
 
 @pytest.fixture
 def campaign(repository: Repository, example: Any) -> str:
     return str(example.campaign(repository, 8))
-
-
-def without_triggers(raw: sqlite3.Connection) -> None:
-    for (name,) in raw.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
-        raw.execute(f"DROP TRIGGER {name}")
 
 
 def found(repository: Repository) -> set[tuple[str, str]]:
@@ -27,7 +23,7 @@ def test_deleted_derived_row_is_named_by_its_run(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
 ) -> None:
     digest = repository.find_run("3", campaign=campaign).result_digest
-    without_triggers(raw)
+    unguarded(raw)
     number = "(SELECT number FROM run WHERE result_digest = ?)"
     raw.execute(f"DELETE FROM {table} WHERE run_number = {number}", (digest,))  # noqa: S608
     assert (table, digest) in found(repository)
@@ -37,7 +33,7 @@ def test_deleted_listed_row_is_named_by_its_key(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
     assert campaign
-    without_triggers(raw)
+    unguarded(raw)
     raw.execute("DELETE FROM safety_goal")
     assert any(table == "safety_goal" and "SG1" in row for table, row in found(repository))
 
@@ -46,7 +42,7 @@ def test_last_entry_that_is_gone_leaves_rows_without_one(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
     assert campaign
-    without_triggers(raw)
+    unguarded(raw)
     raw.execute("DELETE FROM ledger WHERE number = (SELECT max(number) FROM ledger)")
     assert found(repository) != set()
 
@@ -55,7 +51,7 @@ def test_entry_in_the_middle_that_is_gone_is_named(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
     assert campaign
-    without_triggers(raw)
+    unguarded(raw)
     raw.execute("DELETE FROM ledger WHERE number = 2 AND place = 0")
     assert ("ledger", "2 0") in found(repository)
 
@@ -64,7 +60,7 @@ def test_seal_that_is_gone_is_told_from_the_rows(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
     assert campaign
-    without_triggers(raw)
+    unguarded(raw)
     raw.execute("DELETE FROM seal WHERE run_number = 4")
     assert {table for table, _ in found(repository)} == {"seal"}
 
@@ -72,8 +68,7 @@ def test_seal_that_is_gone_is_told_from_the_rows(
 def test_ledger_opened_on_what_is_there_agrees_with_it(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
-    triggers = raw.execute("SELECT sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
-    without_triggers(raw)
+    unguarded(raw)
     for table in ("ledger", "seal"):
         raw.execute(f"DELETE FROM {table}")  # noqa: S608 - names of this test
     assert found(repository) != set()
@@ -81,7 +76,6 @@ def test_ledger_opened_on_what_is_there_agrees_with_it(
     with database.write() as connection:
         open_ledger(connection)
     database.close()
-    for (sql,) in triggers:
-        raw.execute(sql)
+    guarded(raw)
     assert repository.verify() == ()
     assert repository.progress(campaign).accounted == 8

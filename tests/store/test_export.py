@@ -12,13 +12,15 @@ from adeye.evaluation.verdict import Verdict
 from adeye.store import export
 from adeye.store.export import open_export
 from adeye.store.export_columns import TABLES
+from adeye.store.location import Place
 from adeye.store.repository import Repository
 from tests.postgres import Server
+from tests.store.raw import raw_connection
 
 Tables = dict[str, list[dict[str, Any]]]
 
 
-def read(path: str | Path, campaign: str | None = None, **options: Any) -> Tables:
+def read(path: Place, campaign: str | None = None, **options: Any) -> Tables:
     with open_export(path, campaign, **options) as source:
         found: Tables = {name: [] for name in source.tables}
         for chunk in source.chunks():
@@ -29,24 +31,25 @@ def read(path: str | Path, campaign: str | None = None, **options: Any) -> Table
     return found
 
 
-def of_view(path: str | Path, table: str) -> list[dict[str, Any]]:
-    connection = sqlite3.connect(path)
-    connection.row_factory = sqlite3.Row
+def of_view(repository: Repository, table: str) -> list[dict[str, Any]]:
+    connection = raw_connection(repository)
+    if isinstance(connection, sqlite3.Connection):
+        connection.row_factory = sqlite3.Row
     order = ", ".join(TABLES[table].order)
     sql = f"SELECT * FROM {TABLES[table].view} ORDER BY {order}"  # noqa: S608
     rows = connection.execute(sql).fetchall()
     connection.close()
-    return [dict(row) for row in rows]
+    return [{name: row[name] for name in row.keys()} for row in rows]  # noqa: SIM118
 
 
 def test_tables_hold_what_their_views_hold(repository: Repository, example: Any) -> None:
     example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal % 3 == 1 else Verdict.PASS
     example.campaign(repository, 9)
-    found = read(str(repository.location))
+    found = read(repository.location)
     for name in ("verdicts", "events", "fsr_status"):
         assert found[name]
-        assert found[name] == of_view(str(repository.location), name)
-    for row, seen in zip(found["runs"], of_view(str(repository.location), "runs"), strict=True):
+        assert found[name] == of_view(repository, name)
+    for row, seen in zip(found["runs"], of_view(repository, "runs"), strict=True):
         assert {**row, **seen}.keys() - row.keys() == {
             "parameters", "point", "verdicts", "executed_at"
         }  # fmt: skip
@@ -58,7 +61,7 @@ def test_tables_hold_what_their_views_hold(repository: Repository, example: Any)
 def test_parameters_and_verdicts_are_columns(repository: Repository, example: Any) -> None:
     example.verdict_of = lambda _, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
     example.campaign(repository, 8)
-    runs = read(str(repository.location))["runs"]
+    runs = read(repository.location)["runs"]
     # Only the units of one scenario are known, so that a parameter has a column for each.
     assert [(row["ego_speed_mps"], row["ego_speed"]) for row in runs[:5]] == [
         (20.0, None), (20.0, None), (None, 20.0), (None, 20.0), (21.0, None)
@@ -66,7 +69,7 @@ def test_parameters_and_verdicts_are_columns(repository: Repository, example: An
     assert {(row["verdict_fsr1"], row["verdict_fsr2"]) for row in runs} == {("PASS", "FAIL")}
     # FSR3 is about what is outside the ODD, and nothing is.
     assert {row["verdict_fsr3"] for row in runs} == {None}
-    with open_export(str(repository.location), None) as source:
+    with open_export(repository.location, None) as source:
         columns = {column.name: column for column in source.tables["runs"].columns}
     assert (columns["ego_speed_mps"].kind, columns["ego_speed_mps"].unit) == ("number", "m/s")
 
@@ -74,11 +77,11 @@ def test_parameters_and_verdicts_are_columns(repository: Repository, example: An
 def test_missing_result_is_not_run_and_no_row_of_runs(repository: Repository, example: Any) -> None:
     example.work_off = lambda *_: 0
     example.campaign(repository, 4)
-    found = read(str(repository.location))
+    found = read(repository.location)
     assert found["runs"] == []
     assert {row["verdict"] for row in found["verdicts"]} == {"NOT_RUN"}
     assert len(found["verdicts"]) == 8
-    with open_export(str(repository.location), None) as source:
+    with open_export(repository.location, None) as source:
         assert (source.campaign.planned, source.done) == (4, 0)
 
 
@@ -86,10 +89,10 @@ def test_rows_do_not_depend_on_the_parts_that_are_read(
     repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     example.campaign(repository, 10)
-    whole = read(str(repository.location))
+    whole = read(repository.location)
     monkeypatch.setattr(export, "CHUNK_CASES", 3)
-    assert read(str(repository.location)) == whole
-    with open_export(str(repository.location), None, ["runs"]) as source:
+    assert read(repository.location) == whole
+    with open_export(repository.location, None, ["runs"]) as source:
         sizes = [len(chunk.columns[0]) for chunk in source.chunks()]
     # Never more at once than asked for, however large the campaign is.
     assert sizes == [3, 3, 3, 1]
@@ -118,15 +121,15 @@ def test_server_gives_the_same_as_a_file(
     with Repository.open(url) as other:
         campaign = make_example().campaign(other, 8, block_size=5)
     assert make_example().campaign(repository, 8) == campaign
-    assert repr(read(url, campaign)) == repr(read(str(repository.location), campaign))
+    assert repr(read(url, campaign)) == repr(read(repository.location, campaign))
 
 
 def test_what_differs_between_executions_is_left_out_unless_asked_for(
     repository: Repository, example: Any
 ) -> None:
     example.campaign(repository, 2)
-    assert "executed_at" not in read(str(repository.location))["runs"][0]
-    with_it = read(str(repository.location), with_provenance=True)["runs"][0]
+    assert "executed_at" not in read(repository.location)["runs"][0]
+    with_it = read(repository.location, with_provenance=True)["runs"][0]
     assert with_it["executed_at"].startswith("2026-01-01T00:00:00")
 
 
@@ -148,9 +151,9 @@ def test_hostile_and_mixed_parameters_become_plain_columns(
 
     example.case = case
     example.campaign(repository, 2)
-    with open_export(str(repository.location), None) as source:
+    with open_export(repository.location, None) as source:
         columns = {column.name: column.kind for column in source.tables["runs"].columns}
-    row = read(str(repository.location))["runs"][1]
+    row = read(repository.location)["runs"][1]
     assert (row["a_drop_table_run"], columns["a_drop_table_run"]) == (1.0, "number")
     assert (row["on"], columns["on"]) == (True, "flag")
     assert (row["either"], row["list"], columns["list"]) == ("word", "[1, 1]", "text")
@@ -163,16 +166,18 @@ def test_hostile_and_mixed_parameters_become_plain_columns(
     assert 1.5 in [row[name] for name in row if name.startswith("contact_")]
 
 
-def test_what_is_not_there_is_an_input_error(repository: Repository, example: Any) -> None:
+def test_what_is_not_there_is_an_input_error(
+    repository: Repository, example: Any, tmp_path: Path
+) -> None:
     example.campaign(repository, 1)
-    place = str(repository.location)
+    place = repository.location
     for campaign, names, part in (
         ("9", ["runs"], "no number of one"),
         (None, ["run"], "there is no table 'run'"),
     ):
         with pytest.raises(InputError, match=part), open_export(place, campaign, names):
             pass
-    nowhere = Path(str(repository.location)).with_name("none.db")
+    nowhere = tmp_path / "none.db"
     with pytest.raises(InputError, match="no such file"), open_export(nowhere, None):
         pass
     assert not nowhere.exists()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     [
         ("pairs, p95", "13, 0.5"),
         ("pairs, p95", "0, 0.5"),
-        ("pairs, p95", "11, NULL"),
+        ("pairs, p95", "11, CAST(NULL AS REAL)"),
         ("judged_digest", "NULL"),
         ("kind", "'other'"),
     ],

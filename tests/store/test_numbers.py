@@ -8,6 +8,7 @@ import pytest
 from adeye.errors import IntegrityError
 from adeye.store.numbers import next_number, run_numbers
 from adeye.store.repository import Repository
+from tests.store.raw import on_sqlite
 
 
 def test_runs_are_numbered_from_one_without_gaps(
@@ -42,6 +43,7 @@ def test_run_that_was_never_executed_has_no_number(repository: Repository, examp
         run_numbers(connection, ["f" * 64])
 
 
+@on_sqlite
 def test_rows_of_one_block_lie_one_after_the_other(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:

@@ -32,7 +32,7 @@ def test_info_counts_rows(repository: Repository, example: Any) -> None:
 def test_save_methods_commit(repository: Repository, example: Any) -> None:
     repository.save_content("odd", example.odd)
     repository.save_concept(example.concept())
-    with Repository.open(repository.location.path, create=False) as other:
+    with Repository.open(repository.location, create=False) as other:
         assert other.info().rows["odd"] == other.info().rows["concept"] == 1
 
 

@@ -9,6 +9,7 @@ from adeye.evaluation.verdict import Verdict
 from adeye.store import roots
 from adeye.store.repository import Repository
 from adeye.store.roots import Root
+from tests.store.raw import unguarded
 
 
 def root_of(path: Path, example: Any, **options: Any) -> str:
@@ -78,9 +79,11 @@ def test_altered_evidence_of_a_complete_campaign_is_refused(
     raw.execute("DROP TRIGGER verdict_no_update")
     raw.execute("UPDATE verdict SET margin = 7 WHERE run_number = 3")
     assert "campaign_root" in {item.table for item in repository.verify()}
-    raw.execute("UPDATE verdict SET margin = x'00' WHERE run_number = 3")
-    with pytest.raises(IntegrityError, match="damaged"):
-        repository.evidence.computed_root(campaign)
+    if not repository.location.is_server:
+        # A server lets no bytes into a column of numbers.
+        raw.execute("UPDATE verdict SET margin = x'00' WHERE run_number = 3")
+        with pytest.raises(IntegrityError, match="damaged"):
+            repository.evidence.computed_root(campaign)
     assert "campaign_root" in {item.table for item in repository.verify()}
 
 
@@ -88,7 +91,6 @@ def test_root_without_its_plan_is_a_finding(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
     repository.evidence.record_root(example.campaign(repository, 4))
-    raw.execute("PRAGMA foreign_keys = OFF")
-    raw.execute("DROP TRIGGER campaign_no_delete")
+    unguarded(raw)
     raw.execute("DELETE FROM campaign")
     assert "campaign_root" in {item.table for item in repository.verify()}

@@ -3,6 +3,7 @@ from typing import Any
 
 import pytest
 
+from adeye.store import catalog
 from adeye.store.repository import Repository
 from adeye.store.scenario_view import identifier
 
@@ -30,10 +31,9 @@ def test_each_parameter_is_a_typed_column_with_its_unit(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
     example.campaign(repository, 8)
-    found = raw.execute(
-        "SELECT ego_speed_mps, typeof(ego_speed_mps) FROM v_runs_cut_in ORDER BY ordinal"
-    ).fetchall()
-    assert found == [(20.0, "real"), (20.0, "real"), (21.0, "real"), (21.0, "real")]
+    found = raw.execute("SELECT ego_speed_mps FROM v_runs_cut_in ORDER BY ordinal").fetchall()
+    assert found == [(20.0,), (20.0,), (21.0,), (21.0,)]
+    assert {type(value) for (value,) in found} == {float}
     assert "ego_speed" in columns(raw, "v_runs_braking")
 
 
@@ -76,11 +76,10 @@ def test_scenarios_with_one_identifier_get_two_views(
     cases = [example.case(0), example.case(4, scenario="Cut-In")]
     plan = repository.plan_campaign(example.record(), cases)
     example.work_off(repository, plan.campaign)
-    views = raw.execute(
-        "SELECT name FROM sqlite_master WHERE type = 'view' AND name GLOB 'v_runs_cut_in*'"
-    ).fetchall()
+    with repository._database.read() as connection:
+        views = [name for name in catalog.views(connection) if name.startswith("v_runs_cut_in")]
     assert len(views) == 2
-    for (view,) in views:
+    for view in views:
         assert len(raw.execute(f"SELECT * FROM {view}").fetchall()) == 1  # noqa: S608
 
 

@@ -15,7 +15,8 @@ def test_tables_are_those_of_the_design() -> None:
         "assumption decomposition decomposition_child dependent_failure element_relation "
         "test_case campaign campaign_use campaign_case campaign_fsr work run metric verdict "
         "event chain fork timing criticality injection takeover benchmark tally artifact half_step "
-        "uncertainty uid_set basis extreme kept_trace ledger seal campaign_root session withdrawal"
+        "uncertainty uid_set basis extreme kept_trace ledger seal campaign_root session withdrawal "
+        "certificate case_count case_match case_run case_tally"
     )
     assert set(tables.metadata.tables) == set(expected.split())
 

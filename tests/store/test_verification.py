@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import Integer
+from sqlalchemy import Boolean, Float, Integer
 
 from adeye.errors import IntegrityError, PlatformError
 from adeye.store import tables
@@ -44,9 +44,11 @@ def rows_found(repository: Repository) -> list[Finding]:
     return [item for item in repository.verify() if item.table != "schema"]
 
 
-def another(text: str | None) -> str:
-    """Change a text and keep its length, which PostgreSQL looks after."""
-    return ("y" if text[0] == "x" else "x") + text[1:] if text else "x"
+def another(value: Any, column: Any) -> Any:
+    """Change a value into one that the column may have: numbers, and texts of the same length."""
+    if isinstance(value, int | float) or isinstance(column.type, Boolean | Integer | Float):
+        return (value or 0) + 99
+    return ("y" if value[0] == "x" else "x") + value[1:] if value else "x"
 
 
 @pytest.mark.parametrize("table", tables.INSERT_ONLY, ids=str)
@@ -62,8 +64,7 @@ def test_every_altered_value_is_named_with_its_table(
             select = f"SELECT {column.name} FROM {table.name} {last}"  # noqa: S608
             (value,) = raw.execute(select).fetchone()
             change = f"UPDATE {table.name} SET {column.name} = ? {last}"  # noqa: S608
-            altered = value + 99 if isinstance(value, int | float) else another(value)
-            raw.execute(change, (altered,))
+            raw.execute(change, (another(value, column),))
             assert table.name in {item.table for item in rows_found(repository)}, column.name
             raw.execute(change, (value,))
     assert rows_found(repository) == []
@@ -105,12 +106,13 @@ def test_inserted_row_is_noticed_even_with_a_copied_hash(
     described = tables.metadata.tables[table]
     key = next(iter(described.primary_key.columns)).name
     last = "result_digest" if table == "run" else list(described.primary_key.columns)[-1].name
-    kept = [column.name for column in described.columns if column.name not in {last, "number"}]
+    names = set(described.columns.keys())
+    kept = sorted(names - {last, "number"})
+    new = {name: next_of(described.columns[name]) for name in {last, "number"} & names}
     with tampering(raw):
         raw.execute(
-            f"INSERT INTO {table} ({', '.join(kept)}, {last}) "  # noqa: S608
-            f"SELECT {', '.join(kept)}, {next_of(described.columns[last])} FROM {table} "
-            f"ORDER BY {key} LIMIT 1"
+            f"INSERT INTO {table} ({', '.join((*kept, *new))}) "  # noqa: S608
+            f"SELECT {', '.join((*kept, *new.values()))} FROM {table} ORDER BY {key} LIMIT 1"
         )
     assert table in {item.table for item in repository.verify()}
 
