@@ -141,6 +141,11 @@ class Server:
         self.execute(f"CREATE DATABASE {name} TEMPLATE {template}")
         return self.url(name)
 
+    def drop(self, url: str) -> None:
+        """Delete a database, whoever is connected."""
+        name = url.removeprefix(f"postgresql://{USER}@/").partition("?")[0]
+        self.execute(f"DROP DATABASE {name} WITH (FORCE)")
+
     def crash(self) -> None:
         """End it at once, as a power cut would."""
         self._end(signal.SIGQUIT)

@@ -370,14 +370,17 @@ def template(server: Server) -> str:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def place(request: pytest.FixtureRequest, tmp_path: Path) -> str | Path:
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str | Path]:
     """Where a database of the newest schema is: every test passes on both kinds."""
     if request.param == "postgresql":
         server: Server = request.getfixturevalue("server")
-        return server.new_database(request.getfixturevalue("template"))
+        url = server.new_database(request.getfixturevalue("template"))
+        yield url
+        server.drop(url)
+        return
     path = tmp_path / "adeye.db"
     path.write_bytes(request.getfixturevalue("empty"))
-    return path
+    yield path
 
 
 @pytest.fixture

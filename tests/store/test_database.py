@@ -86,6 +86,7 @@ def test_connections_of_another_process_are_not_used(database: Database) -> None
     with database.read() as after:
         assert after.connection.dbapi_connection is not parents
     assert database._pid == os.getpid()
+    parents.close()
 
 
 def test_lost_connection_is_tried_again_until_it_answers(monkeypatch: pytest.MonkeyPatch) -> None:
