@@ -86,6 +86,7 @@ def test_connections_of_another_process_are_not_used(database: Database) -> None
     with database.read() as after:
         assert after.connection.dbapi_connection is not parents
     assert database._pid == os.getpid()
+    assert parents is not None
     parents.close()
 
 
