@@ -128,7 +128,12 @@ def prove(
     run: RunId,
     campaign: Annotated[
         str | None,
-        typer.Option("--campaign", metavar="CAMPAIGN", help="Number or digest; default: latest."),
+        typer.Option(
+            "--campaign",
+            metavar="CAMPAIGN",
+            envvar="ADEYE_CAMPAIGN",
+            help="Number or digest; default: latest.",
+        ),
     ] = None,
     db: Db = None,
     json: Json = False,
@@ -159,8 +164,12 @@ def prove(
 
 def withdraw(
     run: RunId,
-    author: Annotated[str, typer.Option("--author", metavar="NAME", help="Who says so.")],
-    reason: Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why.")],
+    author: Annotated[
+        str, typer.Option("--author", metavar="NAME", envvar="ADEYE_AUTHOR", help="Who says so.")
+    ],
+    reason: Annotated[
+        str, typer.Option("--reason", metavar="TEXT", envvar="ADEYE_REASON", help="Why.")
+    ],
     db: Db = None,
     json: Json = False,
 ) -> None:

@@ -20,7 +20,12 @@ manifest_app = typer.Typer(
 
 _Files = Annotated[
     list[Path] | None,
-    typer.Option("--file", metavar="FILE", help="Report or other file to name; may be repeated."),
+    typer.Option(
+        "--file",
+        metavar="FILE",
+        envvar="ADEYE_MANIFEST_FILE",
+        help="Report or other file to name; may be repeated.",
+    ),
 ]
 _Manifest = Annotated[Path, typer.Argument(metavar="MANIFEST", help="File of the manifest.")]
 
@@ -29,13 +34,23 @@ def write(
     campaign: CampaignId = None,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FILE", callback=named, help="The manifest."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            envvar="ADEYE_MANIFEST_OUTPUT",
+            callback=named,
+            help="The manifest.",
+        ),
     ] = Path("manifest.json"),
     file: _Files = None,
     sign: Annotated[
         Path | None,
         typer.Option(
-            "--sign", metavar="KEYFILE", help="Private Ed25519 key in PEM; signs into FILE.sig."
+            "--sign",
+            metavar="KEYFILE",
+            envvar="ADEYE_SIGNING_KEY",
+            help="Private Ed25519 key in PEM; signs into FILE.sig.",
         ),
     ] = None,
     db: Db = None,
@@ -70,13 +85,26 @@ def verify(
     manifest: _Manifest,
     key: Annotated[
         Path | None,
-        typer.Option("--key", metavar="KEYFILE", help="Public Ed25519 key of the signer, in PEM."),
+        typer.Option(
+            "--key",
+            metavar="KEYFILE",
+            envvar="ADEYE_PUBLIC_KEY",
+            help="Public Ed25519 key of the signer, in PEM.",
+        ),
     ] = None,
     unsigned: Annotated[
-        bool, typer.Option("--unsigned", help="Check the hashes without a signature.")
+        bool,
+        typer.Option(
+            "--unsigned", envvar="ADEYE_UNSIGNED", help="Check the hashes without a signature."
+        ),
     ] = False,
     files_only: Annotated[
-        bool, typer.Option("--files-only", help="Look at the named files, not at a database.")
+        bool,
+        typer.Option(
+            "--files-only",
+            envvar="ADEYE_FILES_ONLY",
+            help="Look at the named files, not at a database.",
+        ),
     ] = False,
     db: Db = None,
     json: Json = False,
@@ -121,10 +149,24 @@ def verify(
 
 def keygen(
     private: Annotated[
-        Path, typer.Option("--private", metavar="FILE", callback=named, help="Private key.")
+        Path,
+        typer.Option(
+            "--private",
+            metavar="FILE",
+            envvar="ADEYE_KEYGEN_PRIVATE",
+            callback=named,
+            help="Private key.",
+        ),
     ] = Path("adeye-signing.pem"),
     public: Annotated[
-        Path, typer.Option("--public", metavar="FILE", callback=named, help="Public key.")
+        Path,
+        typer.Option(
+            "--public",
+            metavar="FILE",
+            envvar="ADEYE_KEYGEN_PUBLIC",
+            callback=named,
+            help="Public key.",
+        ),
     ] = Path("adeye-signing.pub.pem"),
 ) -> None:
     """Make a pair of Ed25519 keys in PEM; keep the private one away from the repository."""

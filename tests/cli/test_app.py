@@ -50,6 +50,7 @@ def program(*arguments: str, cwd: Path, **environment: str) -> subprocess.Comple
 
 def test_the_verbs_are_these() -> None:
     assert sorted(" ".join(path) for path in VERBS) == [
+        "certify",
         "check",
         "compare",
         "confidence",
@@ -58,8 +59,10 @@ def test_the_verbs_are_these() -> None:
         "db info",
         "db merge",
         "db metadata",
+        "db prove",
         "db upgrade",
         "db verify",
+        "db withdraw",
         "dependencies",
         "doctor",
         "export",
@@ -69,6 +72,9 @@ def test_the_verbs_are_these() -> None:
         "gate",
         "init",
         "judge",
+        "manifest keygen",
+        "manifest verify",
+        "manifest write",
         "matrix",
         "new channel",
         "new metric",

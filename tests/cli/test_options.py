@@ -9,6 +9,7 @@ import typer
 
 from adeye.cli.options import add, examples, help_of
 from adeye.errors import IntegrityError
+from adeye.store import schema
 from tests.chaos.test_schema_life import CAMPAIGNS
 
 
@@ -60,6 +61,7 @@ def test_verb_that_breaks_blames_an_altered_database(
 ) -> None:
     path = tmp_path / "a.db"
     path.write_bytes(gzip.decompress(CAMPAIGNS[-1].read_bytes()))
+    schema.upgrade(path)
     raw = sqlite3.connect(path)
     statements = raw.execute(
         "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'"
