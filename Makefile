@@ -46,7 +46,7 @@ parity: $(STAMP)  ## compare the verdicts of both traffic implementations (CASES
 
 # One after the other: they count, fill disks and measure. The figures go to reports/chaos.
 chaos: $(STAMP)  ## kill, fill up, tear and repeat campaigns in full size; takes up to three hours
-	ADEYE_CHAOS=full $(BIN)/pytest -n 0 -p no:randomly -rs -s -m chaos tests/chaos
+	ADEYE_CHAOS=full ADEYE_FUZZ=2000 $(BIN)/pytest -n 0 -p no:randomly -rs -s -m chaos tests/chaos
 
 check: lint types docs kernels wheel  ## everything else that must hold before a merge (-j2: faster)
 

@@ -261,6 +261,7 @@ def test_spoilt_inputs_are_refused_or_used(
     assert codes.get(2, 0) + codes.get(4, 0) >= ORDINARY // 4, codes
 
 
+@pytest.mark.chaos
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(KINDS))
 def test_many_spoilt_inputs_are_refused_or_used(

@@ -137,6 +137,7 @@ def test_spoilt_databases_are_refused_or_read(
     assert codes.get(4, 0) + codes.get(5, 0) + codes.get(2, 0) >= 5, codes
 
 
+@pytest.mark.chaos
 @pytest.mark.slow
 def test_many_spoilt_databases_are_refused_or_read(
     folder: Path, capfd: pytest.CaptureFixture[str]
