@@ -9,10 +9,10 @@ is its output. A line ``…`` stands for lines left out. A Python block is execu
 block right after it is what it prints. A block after ``<!-- file PATH -->`` is that file.
 
 Pages are walked in the order given, in one project that begins as a copy of ``odd/`` and
-``scenarios_db/``. The page about teams needs a PostgreSQL server, in ``PGHOST`` and ``PGUSER``, with
-a database ``team`` and a user ``ada``. Of a page, first the files are written, then the console blocks are executed,
-then the Python blocks. Digests, dates, sizes and versions of highway-env are not compared,
-everything else character by character.
+``scenarios_db/``. The page about teams needs a PostgreSQL server, in ``PGHOST`` and ``PGUSER``,
+with a database ``team`` and a user ``ada``. Of a page, first the files are written, then the
+console blocks are executed, then the Python blocks. Digests, dates, sizes and versions of
+highway-env are not compared, everything else character by character.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from adeye.store import catalog, tables
 from adeye.store.accounts import wrong_block, wrong_plans
 from adeye.store.balance import unbalanced
 from adeye.store.columns import hashed_names, row_hashes, stored_words
+from adeye.store.damage import UNFORESEEN
 from adeye.store.encoding import row_hash
 from adeye.store.pending import missing_of_block
 from adeye.store.planning import judging_hash
@@ -50,15 +51,27 @@ def verify(connection: Connection) -> Iterator[Finding]:
             if table not in {*tables.RESULTS, tables.seal}:
                 yield from altered_rows(table, _stream(connection, table))
         for table in (*tables.RESULTS, *plugin_tables(connection)):
-            yield from _altered_results(connection, table)
-        yield from _content(connection)
-        yield from _missing_references(connection)
-        yield from _results(connection)
-        yield from _plans(connection)
-        yield from wrong_plans(connection)
-        yield from _work(connection)
-        yield from unbalanced(connection)
-        yield from wrong_roots(connection)
+            yield from _as_far_as_readable(table.name, _altered_results(connection, table))
+        checks = {
+            "content": _content,
+            "database": _missing_references,
+            "run": _results,
+            "campaign": _plans,
+            "campaign_case": wrong_plans,
+            "work": _work,
+            "ledger": unbalanced,
+            "campaign_root": wrong_roots,
+        }
+        for name, check in checks.items():
+            yield from _as_far_as_readable(name, check(connection))
+
+
+def _as_far_as_readable(table: str, findings: Iterator[Finding]) -> Iterator[Finding]:
+    """Let content that breaks a check be a finding and not the end of all others."""
+    try:
+        yield from findings
+    except UNFORESEEN as error:
+        yield Finding(table, "", f"holds what nobody wrote: {error}")
 
 
 def _stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:

@@ -17,6 +17,7 @@ from sqlalchemy import Engine, event
 from adeye.cli.entry import main
 from adeye.store import schema
 from adeye.store.repository import Repository
+from tests.chaos.runners import size
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -136,11 +137,12 @@ def test_upgrade_that_is_killed_has_not_begun(asset: Path, tmp_path: Path) -> No
     assert kill_everywhere(asset, tmp_path, STRIDE) >= 3
 
 
+@pytest.mark.chaos
 @pytest.mark.slow
 @pytest.mark.parametrize("asset", ASSETS, ids=lambda path: path.stem)
 def test_upgrade_that_is_killed_at_any_statement_has_not_begun(asset: Path, tmp_path: Path) -> None:
     if asset.stem.removeprefix("v") != schema.head():
-        assert kill_everywhere(asset, tmp_path, 1) > 10
+        assert kill_everywhere(asset, tmp_path, size(6, 1)) > 10
 
 
 def test_first_use_that_is_killed_has_not_begun(tmp_path: Path) -> None:
