@@ -37,7 +37,7 @@ test: $(STAMP)  ## run the tests
 	$(BIN)/pytest -n $(JOBS) -m "not slow"
 
 slow: $(STAMP)  ## run the tests that take long
-	$(BIN)/pytest -n $(JOBS) -m slow --ignore=tests/test_docs.py
+	$(BIN)/pytest -n $(JOBS) --dist loadgroup -m slow --ignore=tests/test_docs.py
 
 # Both traffic implementations judge alike: two ODDs in full and a sample of the million.
 CASES ?= 1000

@@ -19,7 +19,7 @@ from tests.project import ROOT, Project, count_rows, table_hash
 if TYPE_CHECKING:
     from pathlib import Path
 
-KILLS = 10
+KILLS = 5
 SEED = 20261121
 RUNNER = """
 import sys

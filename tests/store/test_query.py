@@ -141,7 +141,7 @@ def test_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyP
 @pytest.mark.slow
 def test_many_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(path.parent)
-    fuzz(path, 10_000)
+    fuzz(path, 3_000)
 
 
 def late_after(duration_s: float) -> Callable[[], bool]:
