@@ -140,7 +140,9 @@ def test_upgrade_that_is_killed_has_not_begun(asset: Path, tmp_path: Path) -> No
 @pytest.mark.chaos
 @pytest.mark.slow
 @pytest.mark.parametrize("asset", ASSETS, ids=lambda path: path.stem)
-def test_upgrade_that_is_killed_at_any_statement_has_not_begun(asset: Path, tmp_path: Path) -> None:
+def test_upgrade_that_is_killed_at_many_statements_has_not_begun(
+    asset: Path, tmp_path: Path
+) -> None:
     if asset.stem.removeprefix("v") != schema.head():
         assert kill_everywhere(asset, tmp_path, size(6, 1)) > 10
 
