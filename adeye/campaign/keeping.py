@@ -133,9 +133,9 @@ def _write(trace: Trace, folder: Path) -> str:
             with os.fdopen(descriptor, "wb") as stream:
                 np.savez(stream, **arrays)
             Path(temporary).replace(path)
-        except BaseException:
+        finally:
+            # What came to its place is no more where it was written.
             Path(temporary).unlink(missing_ok=True)
-            raise
     except OSError as error:
         raise PlatformError(
             f"trace {path} cannot be written: {error.strerror}. Free space or run without --traces."
