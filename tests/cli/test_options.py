@@ -10,6 +10,7 @@ import typer
 from adeye.cli.options import add, examples, help_of
 from adeye.errors import IntegrityError
 from tests.chaos.test_schema_life import CAMPAIGNS
+from tests.tampering import unguarded
 
 
 def verb() -> None:
@@ -61,14 +62,8 @@ def test_verb_that_breaks_blames_an_altered_database(
     path = tmp_path / "a.db"
     path.write_bytes(gzip.decompress(CAMPAIGNS[-1].read_bytes()))
     raw = sqlite3.connect(path)
-    statements = raw.execute(
-        "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'"
-    ).fetchall()
-    for name, _ in statements:
-        raw.execute(f"DROP TRIGGER {name}")
-    raw.execute(alteration)
-    for _, statement in statements:
-        raw.execute(statement)
+    with unguarded(raw):
+        raw.execute(alteration)
     raw.commit()
     raw.close()
     app = typer.Typer()

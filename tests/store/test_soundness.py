@@ -8,6 +8,7 @@ import pytest
 
 from adeye.evaluation.verdict import ExitCode
 from adeye.store.totals import gate_code
+from tests.tampering import unguarded
 
 if TYPE_CHECKING:
     import sqlite3
@@ -22,14 +23,8 @@ def campaign(repository: Repository, example: Any) -> str:
 
 def tamper(raw: sqlite3.Connection, statement: str) -> None:
     """Change rows and leave the triggers as they were."""
-    triggers = raw.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
-    for name, _ in triggers:
-        raw.execute(f"DROP TRIGGER {name}")
-    raw.execute("PRAGMA foreign_keys = OFF")
-    raw.execute("PRAGMA ignore_check_constraints = ON")
-    assert raw.execute(statement).rowcount > 0
-    for _, ddl in triggers:
-        raw.execute(ddl)
+    with unguarded(raw):
+        assert raw.execute(statement).rowcount > 0
 
 
 def test_untouched_campaign_is_sound(repository: Repository, campaign: str) -> None:
