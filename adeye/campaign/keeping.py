@@ -121,9 +121,9 @@ def _write(trace: Trace, folder: Path) -> str:
                 np.savez(stream, **arrays)
             name = content_name(Path(temporary))
             Path(temporary).replace(folder / f"{name}{SUFFIX}")
-        except BaseException:
+        finally:
+            # What came to its place is no more where it was written.
             Path(temporary).unlink(missing_ok=True)
-            raise
     except OSError as error:
         raise PlatformError(
             f"traces in {folder} cannot be written: {error.strerror}. "

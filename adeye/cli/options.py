@@ -241,12 +241,9 @@ def _blame_database(location: str | Path | None, error: Exception) -> None:
     """
     if isinstance(error, AdeyeError | typer.Exit | typer.Abort):
         return
-    from adeye.store.damage import UNFORESEEN
+    from adeye.store import damage
     from adeye.store.repository import Repository
 
-    if not isinstance(error, UNFORESEEN):
-        return
-    with suppress(InputError, PlatformError):
-        repository = Repository.open(location, create=False)
-        with repository:
-            raise error
+    if damage.is_unexplained(error):
+        with suppress(InputError, PlatformError):
+            damage.close(Repository.open(location, create=False), error)

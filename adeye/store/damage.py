@@ -25,6 +25,9 @@ UNFORESEEN: Final = (
 )
 """What readers raise on content that is not of the form in which it is written."""
 
+LOOKED_AT: Final = "The database was verified because of this error."
+"""Note on an error whose cause was looked for: of many runs that takes minutes."""
+
 
 class Verified(Protocol):
     """A repository, as far as it is needed here."""
@@ -40,6 +43,15 @@ class Verified(Protocol):
         """Close the connections."""
 
 
+def is_unexplained(raised: object) -> bool:
+    """Tell whether an error may come of altered content, and nobody looked yet."""
+    return (
+        isinstance(raised, UNFORESEEN)
+        and not isinstance(raised, AdeyeError)
+        and LOOKED_AT not in getattr(raised, "__notes__", ())
+    )
+
+
 def close(repository: Verified, raised: object) -> None:
     """Close a repository; look for the cause if something unforeseen ended its use.
 
@@ -51,11 +63,12 @@ def close(repository: Verified, raised: object) -> None:
         IntegrityError: Something unforeseen was raised, and the database is not as it was written.
     """
     try:
-        if isinstance(raised, UNFORESEEN) and not isinstance(raised, AdeyeError):
+        if isinstance(raised, Exception) and is_unexplained(raised):
             findings: tuple[Finding, ...] = ()
             # Whoever cannot even be verified keeps the error that was there first.
             with suppress(Exception):
                 findings = repository.verify()
+            raised.add_note(LOOKED_AT)
             if findings:
                 first = findings[0]
                 raise IntegrityError(

@@ -15,6 +15,7 @@ Contract:
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any, Self
 
@@ -99,17 +100,16 @@ class Repository:
         """
         location = locate(place)
         (create_parent if create else schema.require_exists)(location)
-        database = Database(location)
-        try:
+        with ExitStack() as unless_opened:
+            database = Database(location)
+            unless_opened.callback(database.close)
             with database.read() as connection:
                 is_new = schema.read_version(connection) is None
             if create and is_new:
                 schema.upgrade_database(database)
             with database.read() as connection:
                 schema.require_current(connection, location)
-        except BaseException:
-            database.close()
-            raise
+            unless_opened.pop_all()
         return cls(database)
 
     @property

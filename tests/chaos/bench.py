@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import yaml
 
 from adeye.cli.entry import main
+from tests.tampering import unguarded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,6 +51,7 @@ import time
 import numpy as np
 
 from adeye.ports import MetricColumn
+from tests.tampering import unguarded
 
 
 class Odd:
@@ -158,16 +160,9 @@ class Bench:
     def tamper(self, *statements: str) -> None:
         """Change the database as somebody with the file and a shell, and leave no other trace."""
         with sqlite3.connect(self.folder / DB) as raw:
-            triggers = raw.execute(
-                "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'"
-            ).fetchall()
-            for name, _ in triggers:
-                raw.execute(f"DROP TRIGGER {name}")
-            raw.execute("PRAGMA foreign_keys = OFF")
-            changed = sum(raw.execute(statement).rowcount for statement in statements)
+            with unguarded(raw):
+                changed = sum(raw.execute(statement).rowcount for statement in statements)
             assert changed > 0
-            for _, statement in triggers:
-                raw.execute(statement)
         raw.close()
 
     def metric(self, body: str) -> None:

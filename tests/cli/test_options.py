@@ -11,6 +11,7 @@ from adeye.cli.options import add, examples, help_of
 from adeye.errors import IntegrityError
 from adeye.store import schema
 from tests.chaos.test_schema_life import CAMPAIGNS
+from tests.tampering import unguarded
 
 
 def verb() -> None:
@@ -63,14 +64,8 @@ def test_verb_that_breaks_blames_an_altered_database(
     path.write_bytes(gzip.decompress(CAMPAIGNS[-1].read_bytes()))
     schema.upgrade(path)
     raw = sqlite3.connect(path)
-    statements = raw.execute(
-        "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'"
-    ).fetchall()
-    for name, _ in statements:
-        raw.execute(f"DROP TRIGGER {name}")
-    raw.execute(alteration)
-    for _, statement in statements:
-        raw.execute(statement)
+    with unguarded(raw):
+        raw.execute(alteration)
     raw.commit()
     raw.close()
     app = typer.Typer()

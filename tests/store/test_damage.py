@@ -48,3 +48,9 @@ def test_error_on_sound_content_stays() -> None:
     stored = Stored()
     close(stored, KeyError("gate"))
     assert stored.is_closed
+
+
+def test_cause_of_an_error_is_looked_for_once() -> None:
+    error = KeyError("gate")
+    close(Stored(), error)
+    close(Stored(WRONG), error)

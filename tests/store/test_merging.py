@@ -19,6 +19,7 @@ from adeye.store.column_kinds import metadata
 from adeye.store.database import Database
 from adeye.store.repository import Repository
 from tests.project import Executed, Project, count_rows, table_hash
+from tests.tampering import unguarded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,16 +52,9 @@ def copied(parts: Path, name: str, folder: Path) -> Path:
 
 def altered(db: Path, *statements: str) -> Path:
     """Change a database behind the back of its triggers."""
-    with sqlite3.connect(db) as connection:
-        triggers = connection.execute(
-            "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'"
-        ).fetchall()
-        for name, _ in triggers:
-            connection.execute(f"DROP TRIGGER {name}")
+    with sqlite3.connect(db) as connection, unguarded(connection):
         for statement in statements:
             connection.execute(statement)
-        for _, sql in triggers:
-            connection.execute(sql)
     connection.close()
     return db
 

@@ -1,0 +1,23 @@
+"""A database as somebody has it who holds the file and a shell."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import sqlite3
+    from collections.abc import Iterator
+
+
+@contextmanager
+def unguarded(raw: sqlite3.Connection) -> Iterator[None]:
+    """Let anything be written, and leave triggers as they were: no other trace is left."""
+    triggers = raw.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
+    for name, _ in triggers:
+        raw.execute(f"DROP TRIGGER {name}")
+    raw.execute("PRAGMA foreign_keys = OFF")
+    raw.execute("PRAGMA ignore_check_constraints = ON")
+    yield
+    for _, statement in triggers:
+        raw.execute(statement)
