@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from tests.chaos.mutation import Draw
 
-ORDINARY: Final = 100
+ORDINARY: Final = 40
 SLOW: Final = int(os.environ.get("ADEYE_FUZZ", "150"))
 LONGEST_S: Final = 2.0
 """Longest processor time of one input."""
