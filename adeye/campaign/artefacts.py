@@ -6,7 +6,7 @@ import hashlib
 from typing import TYPE_CHECKING
 
 from adeye.campaign.keeping import read_kept
-from adeye.store.kept_files import SUFFIX, content_name, folder_of
+from adeye.store.kept_files import SUFFIX, content_name, folder_of, kept_path
 from adeye.store.stored import Finding
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def _present(folder: Path) -> dict[str, Path]:
 
 def _problem(path: Path, name: str) -> str:
     try:
-        return "" if path.is_file() and content_name(path) == name else "is altered"
+        return "" if kept_path(path.parent, name) and content_name(path) == name else "is altered"
     except OSError as error:
         return f"cannot be read ({error.strerror})"
 
@@ -77,6 +77,6 @@ def _is_named_after_traces(path: Path, runs: Sequence[tuple[str, str]]) -> bool:
 
 def _is_left(path: Path) -> bool:
     """Tell whether a file is what an interrupted block leaves: whole, or not finished."""
-    if path.is_symlink() or not path.is_file():
-        return False
-    return path.suffix == ".tmp" or (path.suffix == SUFFIX and not _problem(path, path.stem))
+    if path.suffix == ".tmp":
+        return path.is_file() and not path.is_symlink()
+    return path.suffix == SUFFIX and not _problem(path, path.stem)

@@ -7,6 +7,7 @@ its arrays still have the digest that the result was stored with.
 from __future__ import annotations
 
 import json
+import math
 import os
 import tempfile
 import zipfile
@@ -24,7 +25,7 @@ from adeye.evaluation.judgement import ERROR as JUDGED_ERROR
 from adeye.evaluation.judgement import FAIL, INCONCLUSIVE
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import TraceSignals
-from adeye.store.kept_files import SUFFIX, content_name, folder_of
+from adeye.store.kept_files import SUFFIX, content_name, folder_of, kept_path
 from adeye.trace import COLUMNS, DRAWN, Trace
 
 if TYPE_CHECKING:
@@ -42,6 +43,13 @@ Wanted = Literal["none", "failures", "all"]
 
 _META: Final = "meta"
 _KEPT: Final = ("length", "horizon_row", "complete")
+_NOT_KEPT: Final = (
+    *(OSError, ValueError, KeyError, EOFError, TypeError, AttributeError, IndexError),
+    *(MemoryError, RecursionError, NotImplementedError, zipfile.BadZipFile),
+)
+"""What reading a file that is none of ours can end with."""
+MOST_BYTES: Final = 2**30
+"""Largest file of traces [bytes]; a block holds a fifth of that."""
 
 
 @dataclass(frozen=True)
@@ -146,17 +154,60 @@ class Kept:
 
 
 def read_kept(folder: Path, name: str) -> Kept | None:
-    """Read a file; None if it is not there or not a file of traces any more."""
-    path = folder / f"{name}{SUFFIX}"
+    """Read a file; None if it is not there or not a file of traces any more.
+
+    Other people's files are read, too. So nothing is unpacked or made that is larger than what it
+    says, than its file, or than ``MOST_BYTES``, and what is read has the form that is written.
+    """
+    path = kept_path(folder, name)
+    if path is None:
+        return None
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
+            if not _is_as_large_as_its_file(stored.zip.infolist(), path.stat().st_size):
+                return None
             arrays = {item: stored[item] for item in stored.files}
         meta = json.loads(arrays.pop(_META).tobytes())
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        _fill_in(arrays, meta["empty"])
+    except _NOT_KEPT:
         return None
-    for column, (kind, *shape) in meta["empty"].items():
-        arrays[column] = np.zeros(shape, dtype=kind)
-    return Kept(arrays, meta)
+    return Kept(arrays, meta) if _has_the_form(arrays, meta) else None
+
+
+def _is_as_large_as_its_file(members: Sequence[zipfile.ZipInfo], bytes_of_file: int) -> bool:
+    """Tell whether an archive is stored as it is: neither packed nor one member within another."""
+    return (
+        all(item.compress_type == zipfile.ZIP_STORED for item in members)
+        and sum(item.file_size for item in members) <= bytes_of_file <= MOST_BYTES
+    )
+
+
+def _fill_in(arrays: dict[str, Any], empty: dict[str, Any]) -> None:
+    """Add the columns without content.
+
+    Raises:
+        ValueError: They would take more than ``MOST_BYTES``.
+    """
+    kinds = {column: (np.dtype(kind), tuple(shape)) for column, (kind, *shape) in empty.items()}
+    if sum(kind.itemsize * math.prod(shape) for kind, shape in kinds.values()) > MOST_BYTES:
+        raise ValueError("columns without content are larger than a block")
+    arrays |= {column: np.zeros(shape, dtype=kind) for column, (kind, shape) in kinds.items()}
+
+
+def _has_the_form(arrays: dict[str, Any], meta: dict[str, Any]) -> bool:
+    """Tell whether B runs of T ticks have every column, of numbers, and their names."""
+    if arrays.keys() != {*_KEPT, "time", *COLUMNS}:
+        return False
+    names = [meta.get(item) for item in ("monitors", "faults", "cases")]
+    runs, ticks = arrays["length"].shape, arrays["time"].shape
+    return (
+        len(runs) == len(ticks) == 1
+        and all(array.dtype.kind in "biuf" for array in arrays.values())
+        and all(arrays[item].shape == runs for item in _KEPT)
+        and all(arrays[item].shape[:2] == (*runs, *ticks) for item in COLUMNS)
+        and all(isinstance(item, list) and all(isinstance(n, str) for n in item) for item in names)
+        and len(meta["cases"]) == runs[0]
+    )
 
 
 def trace_of(kept: Kept, places: Ints, cases: Sequence[TestCase], plan: CampaignPlan) -> Trace:
@@ -233,7 +284,10 @@ def judge_kept(
         done.update(place for place, _ in wanted)
         places = tuple(place for place, _ in wanted)
         cases = [plan.cases[gaps[place].ordinal] for place in places]
-        trace = trace_of(kept, np.array([where for _, where in wanted]), cases, plan)
+        at = np.array([where for _, where in wanted])
+        if not bool(((at >= 0) & (at < len(kept.meta["cases"]))).all()):
+            raise IntegrityError(f"{name[:12]}{SUFFIX} has fewer runs than results refer to")
+        trace = trace_of(kept, at, cases, plan)
         for place, digest in zip(places, trace.digests(), strict=True):
             if digest != gaps[place].trace_digest:
                 raise IntegrityError(

@@ -26,7 +26,7 @@ from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.store.basis import CHUNK
 from adeye.store.encoding import json_text
-from adeye.store.kept_files import SUFFIX, folder_of
+from adeye.store.kept_files import folder_of, kept_path
 from adeye.sweep.case import content_digest
 
 if TYPE_CHECKING:
@@ -374,7 +374,7 @@ def _judgeable(
     kept = {
         number
         for number, name, _ in again.files(lacking)
-        if (folder_of(database) / f"{name}{SUFFIX}").exists()
+        if kept_path(folder_of(database), name) is not None
     }
 
     def is_known(number: int, item: CheckedRequirement) -> bool:

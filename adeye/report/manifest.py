@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError
 from adeye.identity import digest_bytes
-from adeye.store.kept_files import SUFFIX, content_name, folder_of
+from adeye.store.kept_files import SUFFIX, content_name, folder_of, kept_path
+from adeye.units import shown
 from adeye.version import __version__
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def make_manifest(
         "withdrawn": [item.result_digest for item in evidence.withdrawals(campaign.id)],
         "files": [_file(path, folder) for path in files],
         "traces": [
-            {"name": f"{name}{SUFFIX}", "sha256": _sha256(traces / f"{name}{SUFFIX}")}
+            {"name": f"{name}{SUFFIX}", "sha256": _sha256_of_traces(traces, name)}
             for name in evidence.kept_files(campaign.id)
         ],
     }
@@ -105,6 +106,15 @@ def _sha256(path: Path) -> str:
         raise InputError(
             f"{path} cannot be read: {error.strerror}", remedy="Restore it from a copy."
         ) from error
+
+
+def _sha256_of_traces(folder: Path, name: str) -> str:
+    path = kept_path(folder, name)
+    if path is None:
+        raise InputError(
+            f"{shown(name)} in {folder} is no file of traces", remedy="Restore it from a copy."
+        )
+    return _sha256(path)
 
 
 def read_manifest(path: Path) -> tuple[bytes, dict[str, Any]]:

@@ -144,6 +144,40 @@ def test_many_spoilt_databases_are_refused_or_read(
     fuzz(range(ORDINARY, ORDINARY + SLOW), folder, capfd)
 
 
+def test_names_of_files_lead_nowhere(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A file of traces is looked for by its hash: no name in a database leads out of the folder."""
+    path = folder / "a.db"
+    run = a_run(path)
+    (folder / "a.traces").mkdir()
+    (folder.parent / "outside.npz").write_bytes(b"planted")
+    before = listing(folder.parent)
+    raw = sqlite3.connect(path, isolation_level=None)
+    for name in (
+        "../../outside",
+        str(folder.parent / "outside"),
+        "\x1b[2J\n../../outside",
+        "",
+        "a" * 5000,
+    ):
+        with unguarded(raw):
+            raw.execute("DELETE FROM kept_trace")
+            raw.execute(
+                "INSERT INTO kept_trace SELECT MIN(number), ?, 0, ? FROM run", (name, "0" * 32)
+            )
+        for verb, codes in (
+            (("db", "verify"), {4}), (("show", run), {0}), (("manifest", "write"), {2, 4}),
+        ):  # fmt: skip
+            capfd.readouterr()
+            assert main([*verb, "--db", "a.db"]) in codes, (name, verb)
+            said = "".join(capfd.readouterr())
+            assert "Traceback" not in said, (name, verb)
+            assert "defect of adeye" not in said, (name, verb)
+            assert "\x1b" not in said, (name, verb)
+    raw.close()
+    assert {name for name in listing(folder.parent) - before if "a.db-" not in name} == set()
+    assert (folder.parent / "outside.npz").read_bytes() == b"planted"
+
+
 def test_reading_never_imports_what_a_database_names(
     folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
