@@ -33,11 +33,12 @@ endif
 demo: $(STAMP)  ## run the motorway ODD; write its report
 	$(BIN)/adeye run $(DEMO_ODD) --report $(DEMO_REPORT)
 
+# What the tests of a file share is made once: a file is for one process.
 test: $(STAMP)  ## run the tests
-	$(BIN)/pytest -n $(JOBS) -m "not slow"
+	$(BIN)/pytest -n $(JOBS) --dist loadfile -m "not slow"
 
 slow: $(STAMP)  ## run the tests that take long
-	$(BIN)/pytest -n $(JOBS) --dist loadgroup -m slow --ignore=tests/test_docs.py
+	$(BIN)/pytest -n $(JOBS) --dist loadfile -m slow --ignore=tests/test_docs.py
 
 # Both traffic implementations judge alike: two ODDs in full and a sample of the million.
 CASES ?= 1000

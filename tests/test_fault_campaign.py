@@ -15,9 +15,6 @@ if TYPE_CHECKING:
 
     from adeye.evaluation.injections import Injection
 
-# One campaign for all of them: in one process it is executed once.
-pytestmark = pytest.mark.xdist_group("fault_campaign")
-
 CAMPAIGN: Final = ROOT / "odd" / "fault_campaign.yaml"
 LEVELS: Final = {1: "corner_radar_out", 2: "rear_camera_out", 3: "front_camera_out"}
 COMMAND: Final = (

@@ -1,6 +1,6 @@
 """Spoilt inputs of every parser end with a documented exit code, never with a traceback or a hang.
 
-Each kind takes ``ORDINARY`` inputs in the ordinary run and ``ADEYE_FUZZ`` (150) in the slow one.
+Each kind takes ``ORDINARY`` inputs in the ordinary run and ``ADEYE_FUZZ`` (60) in the slow one.
 An input that fails is named by its kind and seed: ``spoilt(kind, seed)`` makes it again.
 """
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from tests.chaos.mutation import Draw
 
 ORDINARY: Final = 40
-SLOW: Final = int(os.environ.get("ADEYE_FUZZ", "150"))
+SLOW: Final = int(os.environ.get("ADEYE_FUZZ", "60"))
 LONGEST_S: Final = 2.0
 """Longest processor time of one input."""
 MOST_MEMORY_KIB: Final = 512 * 1024

@@ -167,7 +167,7 @@ def test_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyP
 @pytest.mark.slow
 def test_many_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(path.parent)
-    fuzz(path, 3_000)
+    fuzz(path, 1_500)
 
 
 def late_after(duration_s: float) -> Callable[[], bool]:

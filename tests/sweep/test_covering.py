@@ -91,7 +91,7 @@ def models(draw: st.DrawFn) -> tuple[list[int], int, list[Term]]:
     return sizes, strength, terms
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(model=models())
 def test_every_feasible_tuple_is_covered_by_feasible_points(
     model: tuple[list[int], int, list[Term]],
