@@ -14,6 +14,7 @@ from concurrent.futures import wait as wait_for_futures
 from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any, Final, Generic
 
+from adeye.errors import PlatformError
 from adeye.ports import Done, Result, Task
 
 if TYPE_CHECKING:
@@ -221,12 +222,18 @@ class _Worker:
     """One process and the end of the pipe to it."""
 
     def __init__(self, context: Any, work: Callable[[Any], Any]) -> None:
-        self.end, other = context.Pipe()
         self.task: Any = None
         self.began = math.inf
-        self._process = context.Process(target=_serve, args=(other, work), daemon=True)
-        self._process.start()
-        other.close()
+        try:
+            self.end, other = context.Pipe()
+            with other:
+                self._process = context.Process(target=_serve, args=(other, work), daemon=True)
+                self._process.start()
+        except OSError as error:
+            raise PlatformError(
+                f"a worker process cannot be started: {error.strerror or error}. Use fewer "
+                "--workers, or allow more processes and open files (ulimit -u, ulimit -n)."
+            ) from error
 
     def give(self, task: Any) -> None:
         self.task, self.began = task, time.monotonic()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import multiprocessing
 import os
 import threading
@@ -13,6 +14,7 @@ import pytest
 
 from adeye.campaign import executors
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
+from adeye.errors import PlatformError
 from tests.campaign.work import DIE, perform
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
@@ -169,6 +171,17 @@ def test_no_more_workers_start_than_there_are_tasks() -> None:
     first = next(ended)
     assert len(multiprocessing.active_children()) == 2
     assert {first.result} | {done.result for done in ended} != {str(os.getpid())}
+
+
+def test_worker_that_cannot_be_started_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    pool = Processes(perform, workers=1)
+
+    def none_left(_: object) -> None:
+        raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    monkeypatch.setattr(pool._context.Process, "start", none_left)
+    with pytest.raises(PlatformError, match=r"temporarily unavailable. Use fewer --workers"):
+        list(pool.run(Again("echo:a")))
 
 
 def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
