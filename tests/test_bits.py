@@ -43,8 +43,9 @@ def many(tmp_path_factory: pytest.TempPathFactory) -> Project:
 def digests(project: Project, cases: list[TestCase], size: int, **options: Any) -> dict[str, str]:
     """Trace digest by test case, in batches of a size."""
     found: dict[str, str] = {}
+    folders = project.plan().folders
     for batch in batches(cases, size):
-        trace = engine.run(batch, base_dirs=project.plan().folders, **options)
+        trace = engine.run(batch, base_dirs=folders, **options)
         found |= dict(zip(trace.case_digests, trace.digests(), strict=True))
     return found
 
