@@ -42,11 +42,11 @@ PLANS = {
 }
 # Of many vehicles, and of the two networks where they change lanes all the time.
 LONG_PLANS = {
-    "straight": Plan({5: 60, 20: 12, 35: 3, 50: 3}, 15000, 400, 20),
-    "curved": Plan({5: 60, 20: 12, 35: 3, 50: 3}, 12000, 300, 40),
-    "merge": Plan({5: 60, 20: 6, 35: 2}, 12000, 200, 30),
-    "roundabout": Plan({5: 60, 20: 6, 35: 2}, 10000, 60, 60),
-    "intersection": Plan({5: 60, 20: 6, 35: 2}, 8000, 0, 20),
+    "straight": Plan({5: 30, 20: 6, 35: 2, 50: 2}, 7500, 200, 10),
+    "curved": Plan({5: 30, 20: 6, 35: 2, 50: 1}, 6000, 150, 20),
+    "merge": Plan({5: 40, 20: 4, 35: 1}, 7500, 120, 12),
+    "roundabout": Plan({5: 30, 20: 3, 35: 1}, 5000, 30, 30),
+    "intersection": Plan({5: 40, 20: 4, 35: 1}, 5000, 0, 12),
     "polyline": Plan({5: 8, 8: 3, 12: 2}, 1500, 8, 2),
 }
 
