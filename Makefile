@@ -63,7 +63,7 @@ types: $(STAMP)
 
 docs: $(STAMP)
 	$(BIN)/pytest --doctest-modules --ignore=adeye/store/migrations adeye
-	$(BIN)/pytest -m slow tests/test_docs.py
+	$(BIN)/pytest -n $(JOBS) -m slow tests/test_docs.py
 
 # The kernels as plain Python: what they compute must not hang on the compiler.
 kernels: $(STAMP)

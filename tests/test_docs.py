@@ -3,7 +3,7 @@
 import re
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,19 @@ PAGES = [
     *sorted((ROOT / "docs").rglob("*.md")),
 ]
 WALKED = [README, *GUIDE, COOKBOOK]
+ALONE = [
+    ROOT / "docs" / "guide" / f"{name}.md"
+    for name in (
+        *("channel-tiers", "channels", "ci", "concepts-and-fsrs", "coverage", "evidence", "odd"),
+        *("preventability", "process-channels", "reference-drivers", "results-and-sql", "scale"),
+        *("scenarios", "security", "selftest", "staleness", "team-database", "temporal-logic"),
+    )
+]
+"""Pages that use no campaign of another page: they are walked beside the others."""
 ODD = "odd/motorway_chauffeur.yaml"
+
+Walks = tuple[Path, list[walk.Walked]]
+"""A scratch project, and the pages walked in it."""
 
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 _CODE = re.compile(r"^```.*?^```$|`[^`\n]+`", re.MULTILINE | re.DOTALL)
@@ -62,26 +74,34 @@ def project(tmp_path: Path) -> Path:
 # --- commands -------------------------------------------------------------------------------------
 
 
+def walked_of(pages: Sequence[Path], folder: Path) -> Iterator[Walks]:
+    yield folder / "project", walk.walk(pages, folder)
+    shutil.rmtree(folder)
+
+
 @pytest.fixture(scope="module")
-def walked(
-    tmp_path_factory: pytest.TempPathFactory, server: Server
-) -> Iterator[tuple[Path, list[walk.Walked]]]:
-    folder = tmp_path_factory.mktemp("walk")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Walks]:
+    """Pages about the campaign that the README executes."""
+    pages = [page for page in WALKED if page not in ALONE]
+    yield from walked_of(pages, tmp_path_factory.mktemp("walk"))
+
+
+@pytest.fixture(scope="module")
+def walked_alone(tmp_path_factory: pytest.TempPathFactory, server: Server) -> Iterator[Walks]:
+    """Pages that need no other."""
     # The page about teams leaves server and user to the environment.
     server.execute("CREATE DATABASE team TEMPLATE template0")
     server.execute("CREATE ROLE ada LOGIN")
     with pytest.MonkeyPatch.context() as patch:
         for name, value in server.environment.items():
             patch.setenv(name, value)
-        yield folder / "project", walk.walk(WALKED, folder)
-    shutil.rmtree(folder)
+        yield from walked_of(ALONE, tmp_path_factory.mktemp("alone"))
 
 
-@pytest.mark.slow
-def test_blocks_print_what_the_pages_show(walked: tuple[Path, list[walk.Walked]]) -> None:
+def require_as_shown(walks: Walks) -> None:
     differences = [
         f"{name_of(item.page)}: {difference}"
-        for item in walked[1]
+        for item in walks[1]
         for difference in item.differences()
     ]
     assert not differences, "\n\n".join(
@@ -92,13 +112,23 @@ def test_blocks_print_what_the_pages_show(walked: tuple[Path, list[walk.Walked]]
     )
 
 
-@pytest.mark.slow
-def test_ready_queries_answer_with_rows(walked: tuple[Path, list[walk.Walked]]) -> None:
+def require_answers(database: Path) -> None:
     queries = [match[1] for page in GUIDE for match in _SQL.finditer(text_of(page))]
     assert len(queries) >= 8
-    database = walked[0] / ".adeye" / "adeye.db"
     for query in queries:
         assert run_query(database, query).rows, query
+
+
+# Two tests, so that two processes walk at the same time.
+@pytest.mark.slow
+def test_blocks_print_what_the_pages_show_and_ready_queries_answer(walked: Walks) -> None:
+    require_as_shown(walked)
+    require_answers(walked[0] / ".adeye" / "adeye.db")
+
+
+@pytest.mark.slow
+def test_blocks_of_other_pages_print_what_they_show(walked_alone: Walks) -> None:
+    require_as_shown(walked_alone)
 
 
 def test_readme_begins_with_the_two_commands_and_make_knows_them() -> None:
