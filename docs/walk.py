@@ -287,9 +287,17 @@ def _is_file(match: re.Match[str]) -> bool:
     return match.string[: match.start()].endswith(" -->\n")
 
 
-def walk(pages: Sequence[Path], folder: Path) -> list[Walked]:
-    """Execute the blocks of pages, one page after the other, in one project."""
+def walk(pages: Sequence[Path], folder: Path, *, beside: Sequence[Path] = ()) -> list[Walked]:
+    """Execute the blocks of pages, one page after the other, in one project.
+
+    Args:
+        pages: The pages.
+        folder: An empty folder, for the project.
+        beside: Pages whose files are there, too.
+    """
     scratch = Walk(folder)
+    for page in beside:
+        scratch.write(files_of(page.read_text("utf-8")))
     walked: list[Walked] = []
     for page in pages:
         text = page.read_text("utf-8")

@@ -41,7 +41,7 @@ ALONE = [
         *("scenarios", "security", "selftest", "staleness", "team-database", "temporal-logic"),
     )
 ]
-"""Pages that use no campaign of another page: they are walked beside the others."""
+"""Pages that use files of other pages at most, no campaign: they are walked beside the others."""
 ODD = "odd/motorway_chauffeur.yaml"
 
 Walks = tuple[Path, list[walk.Walked]]
@@ -75,7 +75,7 @@ def project(tmp_path: Path) -> Path:
 
 
 def walked_of(pages: Sequence[Path], folder: Path) -> Iterator[Walks]:
-    yield folder / "project", walk.walk(pages, folder)
+    yield folder / "project", walk.walk(pages, folder, beside=WALKED)
     shutil.rmtree(folder)
 
 
