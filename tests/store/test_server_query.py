@@ -25,8 +25,8 @@ GROWN = (
     "SELECT s || s, n + 1 FROM g WHERE n < {}) "
 )
 HARMFUL = [
-    "COPY work TO '/tmp/stolen'",
-    "COPY work TO PROGRAM 'cat > /tmp/stolen'",
+    "COPY work TO '/stolen'",
+    "COPY work TO PROGRAM 'cat > /stolen'",
     "COPY (SELECT 1) TO STDOUT",
     "DO 'BEGIN PERFORM pg_sleep(60); END'",
     "SELECT pg_read_file('/etc/passwd')",
@@ -219,7 +219,7 @@ def test_reader_may_do_nothing_else_to_a_table(reader: psycopg.Connection[Any], 
         "DROP TABLE adeye.event",
         "ALTER TABLE adeye.event ADD COLUMN x int",
         "CREATE FUNCTION adeye.f() RETURNS int LANGUAGE sql AS 'SELECT 1'",
-        "COPY adeye.work TO '/tmp/stolen'",
+        "COPY adeye.work TO '/stolen'",
         "COPY adeye.work TO PROGRAM 'cat'",
         "SELECT pg_read_file('/etc/passwd')",
         "SELECT pg_ls_dir('/')",
