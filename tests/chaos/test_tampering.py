@@ -268,6 +268,7 @@ def fails(document: dict[str, Any], path: Path) -> bool:
             return True
 
 
+@pytest.mark.chaos
 @pytest.mark.slow
 def test_many_tamperings_are_named_and_the_manifest_fails(whole: Path, tmp_path: Path) -> None:
     picks = random.Random(17)  # noqa: S311 - which table and row
