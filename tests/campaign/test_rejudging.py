@@ -16,6 +16,7 @@ from adeye.evaluation.verdict import ExitCode
 from adeye.store.kept_files import folder_of
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Project
+from tests.tampering import unguarded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -232,3 +233,18 @@ def test_metric_that_is_defined_otherwise_by_now_tells_nothing(
     judged = judge_campaign(project.plan(), db=project.db)
     assert judged.ways == ({"metric": judged.planned} if is_same else {})
     assert judged.to_replay == (0 if is_same else judged.planned)
+
+
+@pytest.mark.slow
+def test_place_that_a_file_does_not_have_is_not_read(made: Project, tmp_path: Path) -> None:
+    db = tmp_path / "a.db"
+    run_campaign(made.plan(), db=db, traces="all")
+    raw = sqlite3.connect(db, isolation_level=None)
+    with unguarded(raw):
+        raw.execute("UPDATE kept_trace SET place = place + 1000")
+    raw.close()
+    with made.edited(CONCEPT) as concept:
+        item = next(item for item in concept["requirements"] if item["id"] == "OWN-BOTH")
+        item["formula"] = "always(any_actor.distance > 9 m or ego.speed < 11 m/s)"
+    with pytest.raises(IntegrityError, match="has fewer runs than results refer to"):
+        judge_campaign(made.plan(), db=db)
