@@ -95,10 +95,8 @@ class AxisReader:
         kind, path = self.resolve(name, where)
         _check_varied(name, kind, path, where)
         values = tuple(self._value(name, kind, text, where) for text in texts)
-        if distinct and len(set(values)) != len(values):
-            raise SweepError(
-                f"{name}: a value occurs twice in {list(texts)}", where=where, remedy="Remove it."
-            )
+        if distinct:
+            _require_distinct(name, texts, values, where)
         return Axis(name, kind, path, texts, values, where)
 
     def resolve(self, name: str, where: SourceLocation) -> tuple[Kind, tuple[str, ...]]:
@@ -317,6 +315,19 @@ def has_path(record: Any, path: tuple[str, ...]) -> bool:
             return False
         record = children[part]
     return True
+
+
+def _require_distinct(
+    name: str, texts: Sequence[Level], values: Sequence[object], where: SourceLocation
+) -> None:
+    first: dict[object, Level] = {}
+    for text, value in zip(texts, values, strict=True):
+        if value in first:
+            pair = " and ".join(dict.fromkeys((shown(first[value]), shown(text))))
+            raise SweepError(
+                f"{name}: a value occurs twice, as {pair}", where=where, remedy="Remove one."
+            )
+        first[value] = text
 
 
 def _steps(name: str, steps: Steps, where: SourceLocation) -> tuple[Value, ...]:

@@ -43,7 +43,7 @@ def size(reduced: Number, full: Number) -> Number:
 def project_of(folder: Path, runs: int) -> Project:
     """Make a project whose ODD is cheap and has this even number of test cases."""
     odd = copy.deepcopy(ODD)
-    gaps = [f"{30 + 30 * number / (runs // 2):.3f} m" for number in range(runs // 2)]
+    gaps = [f"{30 + 30 * number / (runs // 2):.5f} m" for number in range(runs // 2)]
     odd["scenarios"] = [{"use": "cut_in", "sweep": {"parameters": {"gap": gaps}}}]
     return Project(folder, odd)
 
