@@ -237,10 +237,12 @@ def test_tampering_with_a_few_tables_is_named(whole: Path, tmp_path: Path, kind:
         assert is_named(found, done), (done, found)
 
 
+@pytest.mark.chaos
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2 * len(KINDS)))
 def test_tampering_with_every_table_is_named(whole: Path, tmp_path: Path, seed: int) -> None:
-    for table in described(whole):
+    # Of each kind either with the hash of the row or without it, in full with and without.
+    for table in list(described(whole))[size(seed % 2, 0) :: size(2, 1)]:
         kind = KINDS[seed // 2]
         done, found = tried(whole, tmp_path / "copy.db", table, kind, seed)
         assert is_named(found, done), (done, found)
