@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
+RUNS: Final = size(0, 10_000)
 READERS: Final = size(4, 16)
 EVERY_S: Final = 2.0
 AT_LEAST_S: Final = size(0, 60)
@@ -41,29 +42,31 @@ def watched(cradle: Cradle, whole: Undisturbed, db: str) -> tuple[float, float, 
     begun = time.monotonic()
     runner, waited = run_timed(cradle, whole, db)
     seen: list[Said] = []
-    looking: list[Runner] = []
-    number = 0
+    readers: list[Runner | None] = [None] * READERS
+    turn = 0
     while not runner.is_over:
-        # Readers come one after the other, each every two seconds.
+        # Readers come one after the other, each every two seconds; none asks before it has heard.
         time.sleep(EVERY_S / READERS)
-        if not (whole.folder / f"{db}-wal").exists():
+        turn += 1
+        place = turn % READERS
+        reader = readers[place]
+        if not (whole.folder / f"{db}-wal").exists() or not (reader is None or reader.is_over):
             continue
-        verb = QUERIES[number % len(QUERIES)]
-        number += 1
-        looking.append(cradle.start(whole.folder, *verb, "--db", db))
-        for ended in [reader for reader in looking if reader.is_over]:
-            looking.remove(ended)
-            seen.append(ended.wait())
+        if reader is not None:
+            seen.append(reader.wait())
+        # Every reader asks everything in turn.
+        verb = QUERIES[(turn + turn // READERS) % len(QUERIES)]
+        readers[place] = cradle.start(whole.folder, *verb, "--db", db)
     assert runner.wait().code == 0
     wall = time.monotonic() - begun
-    seen += [reader.wait() for reader in looking]
+    seen += [reader.wait() for reader in readers if reader is not None]
     assert_identical(whole, whole.folder / db)
     return wall, float(waited.read_text("ascii")), seen
 
 
 def test_readers_are_never_locked_out(cradle: Cradle, whole: Undisturbed, tmp_path: Path) -> None:
     if IS_FULL:
-        whole = undisturbed(cradle, tmp_path / "project", 40_000, block=10)
+        whole = undisturbed(cradle, tmp_path / "project", RUNS, block=10)
     begun = time.monotonic()
     runner, alone_file = run_timed(cradle, whole, "alone.db")
     assert runner.wait().code == 0
