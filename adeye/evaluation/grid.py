@@ -37,6 +37,8 @@ from adeye.signals import (
 from adeye.spec.grid import CellCosts, GridSettings, rating_costs
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from numpy.typing import NDArray
 
     from adeye.signals import Floats
@@ -62,6 +64,10 @@ LAYERS: Final = {
     "blocked": "the number is that of a blocked cell, or greater",
 }
 """Layers of a grid map."""
+
+_OBJECTS: Final = frozenset({"static", "time_to_occupancy"})
+_VEHICLE: Final = frozenset({"ego", "sensors"})
+_RATED: Final = frozenset({"number", "blocked"})
 
 
 @dataclass(frozen=True)
@@ -155,22 +161,38 @@ def grid_at(
     settings: GridSettings | None = None,
     *,
     view: str = TRUTH,
+    layers: Collection[str] = tuple(LAYERS),
 ) -> GridMap:
     """Make the grid map of a run at a row of its trace, see ``grid_map``.
+
+    Args:
+        trace: The batch that the run is in.
+        run: Its row in the batch.
+        row: Of the trace.
+        settings: As for ``grid_map``.
+        view: As for ``grid_map``.
+        layers: Those that are wanted; what others cost is saved.
 
     Raises:
         UsageError: There is no such view.
     """
     wanted = settings or GridSettings()
     costs = wanted.costs or rating_costs(ratings_of(trace.layout.architectures[run]))
+    needed = frozenset(layers)
+    if costs.rules and needed & _RATED:
+        # A rule may look at any layer.
+        needed = frozenset(LAYERS)
     made = _Making(trace, run, row, wanted)
-    made.lay_ground(costs)
-    if view == TRUTH:
+    if needed - _OBJECTS - _VEHICLE:
+        made.lay_ground(costs)
+    if needed & _OBJECTS and view == TRUTH:
         made.lay_truth()
-    else:
+    elif needed & _OBJECTS:
         made.lay_tracks(_channel(trace, view))
-    made.lay_ego_and_sensors()
-    made.apply(costs)
+    if needed & _VEHICLE:
+        made.lay_ego_and_sensors()
+    if needed & _RATED:
+        made.apply(costs)
     return GridMap(
         time=float(trace.time[row]),
         view=view,
@@ -178,7 +200,7 @@ def grid_at(
         x=made.x,
         y=made.y,
         cell=wanted.cell,
-        layers={name: made.layers[name] for name in LAYERS},
+        layers={name: made.layers[name] for name in LAYERS if name in layers},
         costs=costs,
     )
 

@@ -27,6 +27,9 @@ PERIOD: Final = 0.25
 MOST: Final = 60_000
 """Characters of all maps of a run, kept to by drawing fewer of those of what moves."""
 
+MOVING: Final = ("static", "time_to_occupancy")
+"""Layers of what occupies cells."""
+
 TIMES: Final = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Times to occupancy that are told apart [s]; up to the first the cell is occupied now."""
 
@@ -47,16 +50,19 @@ def grid_of(trace: Trace, run: int, held: Any) -> GridView:
     ground = rating_costs(ratings).model_copy(update={"rules": ()})
     settings = GridSettings(costs=ground)
     view = view_of(trace, run)
-    maps = [grid_at(trace, run, row, settings, view=view) for row in range(len(held))]
-    levels = sorted({float(value) for item in maps[::every] for value in np.unique(item["number"])})
-    number = packed([np.searchsorted(levels, item["number"]) for item in maps[::every]])
+    rows = range(len(held))
+    grounds = [grid_at(trace, run, row, settings, layers=["number"]) for row in rows[::every]]
+    levels = sorted({float(value) for item in grounds for value in np.unique(item["number"])})
+    number = packed([np.searchsorted(levels, item["number"]) for item in grounds])
     room = MOST - sum(len(text) for text in number)
-    codes = [occupancy(item) for item in maps]
+    codes = [
+        occupancy(grid_at(trace, run, row, settings, view=view, layers=MOVING)) for row in rows
+    ]
     for occupied_every in range(1, every + 1):
         occupied = packed(codes[::occupied_every])
         if sum(len(text) for text in occupied) <= room:
             break
-    first = maps[0]
+    first = grounds[0]
     return GridView(
         every=every,
         occupied_every=occupied_every,

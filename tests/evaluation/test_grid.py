@@ -13,7 +13,7 @@ from adeye.evaluation.grid import LAYERS, grid_at, grid_map
 from adeye.evaluation.safe_stop import ratings_of
 from adeye.kernel.stop_rating import RULE_NAMES, place_kind, rate_footprint
 from adeye.spec.channels import StopRatings
-from adeye.spec.grid import ADEYE_COSTS, CellCosts, CellRule, GridSettings
+from adeye.spec.grid import ADEYE_COSTS, CellCosts, CellRule, GridSettings, rating_costs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -218,6 +218,23 @@ def test_last_row_shows_what_was_decided_before_it(hand_made: Make) -> None:
     made.columns["tracks"][0, 9, 1, 0] = [14.0, 0.0, 0.0, 0.0, 4.0, 2.0]
     found = grid_at(made.trace(), 0, 10, view="safety")
     assert (found["time_to_occupancy"] == 0.0).sum() == 32
+
+
+RULE = CellRule(layer="sensors", above=0.0, add=7.0)
+
+
+@pytest.mark.parametrize("rules", [(), (RULE,)], ids=["no rule", "rule"])
+@pytest.mark.parametrize("name", list(LAYERS))
+def test_layer_alone_is_that_of_the_whole_map(
+    hand_made: Make, name: str, rules: tuple[CellRule, ...]
+) -> None:
+    trace = hand_made().trace()
+    costs = rating_costs(ratings_of(trace.layout.architectures[0]))
+    settings = GridSettings(costs=costs.model_copy(update={"rules": rules}))
+    whole = grid_at(trace, 0, 10, settings)
+    alone = grid_at(trace, 0, 10, settings, layers=[name])
+    assert list(alone.layers) == [name]
+    assert np.array_equal(alone[name], whole[name])
 
 
 @pytest.mark.parametrize("time", [-0.1, 2.1, math.nan])
