@@ -1,8 +1,8 @@
 """Execute the console blocks of pages in a scratch project; compare what they print, or renew it.
 
     PAGES='README.md docs/guide/*.md docs/cookbook.md'
-    python docs/walk.py $PAGES             compare
-    python docs/walk.py --update $PAGES    write what was printed into the pages
+    python -m docs.walk $PAGES             compare
+    python -m docs.walk --update $PAGES    write what was printed into the pages
 
 In a console block, a line that begins with ``$`` is a command, ``>`` continues it, and what follows
 is its output. A line ``…`` stands for lines left out. A Python block is executed, too, and a text
@@ -27,6 +27,8 @@ import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from docs.served import serving
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -154,10 +156,15 @@ class Walk:
             shutil.copytree(ROOT / name, self.project / name)
         self._bin = folder / "bin"
         self._bin.mkdir()
-        for name, started in (("adeye", " -m adeye"), ("python", "")):
-            program = self._bin / name
-            program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)}{started} "$@"\n')
-            program.chmod(0o755)
+        python = shlex.quote(sys.executable)
+        self.put("python", python)
+        self.put("adeye", f"{python} -m adeye")
+
+    def put(self, name: str, started: str) -> None:
+        """Put a program on the path that starts another one."""
+        program = self._bin / name
+        program.write_text(f'#!/bin/sh\nexec {started} "$@"\n')
+        program.chmod(0o755)
 
     @property
     def environment(self) -> dict[str, str]:
@@ -298,17 +305,20 @@ def walk(pages: Sequence[Path], folder: Path, *, beside: Sequence[Path] = ()) ->
     scratch = Walk(folder)
     for page in beside:
         scratch.write(files_of(page.read_text("utf-8")))
-    walked: list[Walked] = []
-    for page in pages:
-        text = page.read_text("utf-8")
-        scratch.write(files_of(text))
-        blocks = scratch.execute(commands_of(text))
-        scripts = [
-            replace(item, printed=tuple(scratch.python(item.text + "\n").splitlines()))
-            for item in scripts_of(text)
-        ]
-        walked.append(Walked(page, blocks, scripts))
-    return walked
+    with serving(folder) as command:
+        scratch.put("adeye", command)
+        return [_walked(scratch, page) for page in pages]
+
+
+def _walked(scratch: Walk, page: Path) -> Walked:
+    text = page.read_text("utf-8")
+    scratch.write(files_of(text))
+    blocks = scratch.execute(commands_of(text))
+    scripts = [
+        replace(item, printed=tuple(scratch.python(item.text + "\n").splitlines()))
+        for item in scripts_of(text)
+    ]
+    return Walked(page, blocks, scripts)
 
 
 def main(arguments: Sequence[str]) -> int:

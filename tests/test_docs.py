@@ -1,6 +1,7 @@
 """README, guide and references say what is true: blocks run, snippets plan, tables are fresh."""
 
 import re
+import shlex
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
@@ -19,7 +20,7 @@ from adeye.spec.load import load_scenario, merge
 from adeye.store.query import run_query
 from adeye.store.views import view_ddl
 from adeye.world.check import check_scenario
-from docs import generate, walk
+from docs import generate, served, walk
 from tests.postgres import Server
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -107,7 +108,7 @@ def require_as_shown(walks: Walks) -> None:
     assert not differences, "\n\n".join(
         [
             *differences,
-            "Renew them: python docs/walk.py --update README.md docs/guide/*.md docs/cookbook.md",
+            "Renew them: python -m docs.walk --update README.md docs/guide/*.md docs/cookbook.md",
         ]
     )
 
@@ -129,6 +130,30 @@ def test_blocks_print_what_the_pages_show_and_ready_queries_answer(walked: Walks
 @pytest.mark.slow
 def test_blocks_of_other_pages_print_what_they_show(walked_alone: Walks) -> None:
     require_as_shown(walked_alone)
+
+
+@pytest.mark.slow
+def test_served_verb_has_folder_environment_and_files_of_who_calls_it(tmp_path: Path) -> None:
+    scratch = walk.Walk(tmp_path)
+    with served.serving(tmp_path) as command:
+
+        def say(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+            return subprocess.run(
+                [*shlex.split(command), *words],
+                cwd=scratch.project,
+                env=scratch.environment | environment,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+
+        planned = say("plan", ODD)
+        assert (planned.returncode, planned.stderr) == (0, "")
+        assert "Test cases: " in planned.stdout
+        refused = say("query", "failing-fsrs", ADEYE_DB="elsewhere.db")
+        assert (refused.returncode, refused.stdout) == (2, "")
+        assert "elsewhere.db" in refused.stderr
+        assert "elsewhere.db" not in say("query", "failing-fsrs").stderr
 
 
 def test_readme_begins_with_the_two_commands_and_make_knows_them() -> None:
