@@ -41,7 +41,7 @@ STEP = 0.1
 HALF = 0.05
 """At a step of 0.1 s the guard is the look at the next tick, and changes nothing."""
 # Interpreted, the product is as slow as the second implementation, and a small sample has to do.
-SPARSE = 9 if os.environ.get("NUMBA_DISABLE_JIT") else 1
+SPARSE = 17 if os.environ.get("NUMBA_DISABLE_JIT") else 1
 NAMES = {second.CutIn: "cut_in", second.CutOut: "cut_out", second.Braking: "deceleration"}
 
 
@@ -160,7 +160,7 @@ def test_variant_is_that_of_the_second_implementation(name: str, model: str) -> 
                 unlike.append(scene)
         assert wrong == [], kind
         assert unlike == [], kind
-        assert changed >= least / SPARSE, (kind, changed)
+        assert changed >= least // SPARSE, (kind, changed)
 
 
 def bits(scenes: Sequence[Scene], model: str, names: tuple[str, ...]) -> bytes:
