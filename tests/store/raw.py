@@ -11,6 +11,7 @@ import pytest
 from adeye.store.postgres import SCHEMA, translated
 from adeye.store.tables import metadata
 from adeye.store.triggers import trigger_ddl
+from tests.tampering import unguard
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -95,10 +96,7 @@ def unguarded(raw: Any) -> None:
     if isinstance(raw, _Server):
         raw.unguarded()
         return
-    for (name,) in raw.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
-        raw.execute(f"DROP TRIGGER {name}")
-    raw.execute("PRAGMA foreign_keys = OFF")
-    raw.execute("PRAGMA ignore_check_constraints = ON")
+    unguard(raw)
 
 
 def guarded(raw: Any) -> None:
