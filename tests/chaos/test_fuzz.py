@@ -20,7 +20,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import pytest
 
+from adeye.campaign.choosing import Shard
+from adeye.campaign.keyword import Keyword
 from adeye.cli import main
+from adeye.cli.session import seconds
 from adeye.errors import AdeyeError
 from adeye.evaluation.stl.parser import parse_text
 from adeye.report.baseline import read_baseline
@@ -62,6 +65,14 @@ EXPRESSIONS: Final = (
     "not ( gap < 5 m and ttc > 2 s ) or x == 1",
 )
 
+OPTIONS: Final = (
+    "cut_in and not legacy",
+    '( gap=30 or "gap=30 m" ) and fault=none',
+    "12/345",
+    "1h30m 5 min",
+)
+"""What -k, --shard and --budget take."""
+
 
 class TooLongError(BaseException):
     """An input took more processor time than any may; a BaseException, so that nobody keeps it."""
@@ -97,6 +108,7 @@ class Kind:
         file: What is spoilt; empty for text that is handed over.
         spoil: Makes the input from the valid one and a draw.
         feed: Hands it over and returns the exit code.
+        valid: A text that is taken, if there is no file.
         has_place: Whether each refusal names a file and a line.
         writes: What it may leave in the folder.
     """
@@ -104,6 +116,7 @@ class Kind:
     file: str
     spoil: Callable[[bytes, Draw], Any]
     feed: Callable[[Any], int]
+    valid: str = ""
     has_place: bool = False
     writes: frozenset[str] = frozenset()
 
@@ -139,6 +152,16 @@ def spoilt_expression(_: bytes, draw: Draw) -> str:
     return mutation.formula(EXPRESSIONS, draw)
 
 
+def spoilt_option(_: bytes, draw: Draw) -> str:
+    return mutation.formula(OPTIONS, draw)
+
+
+def options(text: str) -> int:
+    """Hand one text to every option with a language of its own; return 0 if one takes it."""
+    read = (Keyword.parse, Shard.parse, lambda given: seconds(given, "--budget"))
+    return min(by_raising(one)(text) for one in read)
+
+
 def stl(text: str) -> int:
     return main(["stl", text, "table.csv", "--unit", "ttc=s", "--json"])
 
@@ -158,9 +181,10 @@ KINDS: Final[dict[str, Kind]] = {
     "cases": Kind("cases.csv", mutation.table,
                   lambda _: main(["reference", "cases.csv", "--models", "cc", "--json"])),
     "table": Kind("table.csv", mutation.table, lambda _: stl(FORMULAS[0])),
-    "formula": Kind("", spoilt_formula, stl),
-    "condition": Kind("", spoilt_formula, by_raising(parse_text)),
-    "expression": Kind("", spoilt_expression, by_raising(parse)),
+    "formula": Kind("", spoilt_formula, stl, valid=FORMULAS[0]),
+    "condition": Kind("", spoilt_formula, by_raising(parse_text), valid=FORMULAS[0]),
+    "expression": Kind("", spoilt_expression, by_raising(parse), valid=EXPRESSIONS[0]),
+    "option": Kind("", spoilt_option, options, valid=OPTIONS[0]),
 }  # fmt: skip
 
 
@@ -201,10 +225,7 @@ def fuzz(
     """Feed the inputs of some seeds; return how often each exit code came."""
     kind = KINDS[name]
     valid = (project / kind.file).read_bytes() if kind.file else b""
-    assert (
-        kind.feed(FORMULAS[0] if "formula" in name else EXPRESSIONS[0] if not kind.file else valid)
-        == 0
-    ), capfd.readouterr()
+    assert kind.feed(valid if kind.file else kind.valid) == 0, capfd.readouterr()
     before = listing(project.parent)
     peak_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     codes: dict[int, int] = {}
