@@ -9,7 +9,8 @@ memory.
 
     python benchmarks/store.py             the whole measurement
     python benchmarks/store.py --million   also with a million runs, needs 10 GB of disk
-    python benchmarks/store.py --db URL    in a database of its own on a server, one --size
+    python benchmarks/store.py --db URL    in a database of its own on a server, one --size,
+                                           after 'adeye db grant --db URL'
     python benchmarks/store.py --smoke     one short round, to see that it works
 """
 
@@ -157,6 +158,9 @@ def verify(db: str) -> float:
 
 def measure(db: str, runs: int, rounds: int) -> dict[str, Any]:
     """Fill a database and ask it, each in a process of its own for the peak of its memory."""
+    Repository.open(db).close()
+    # Who may not ask on a server hears it before it is filled.
+    run_query(db, "SELECT COUNT(*) FROM campaign")
     print(f"{runs:,} runs: filling", file=sys.stderr)
     (campaign, took), fill_mib = _alone(fill, db, runs)
     print(f"{runs:,} runs: asking", file=sys.stderr)

@@ -47,6 +47,8 @@ _BEGIN: Final = (
     f"SET LOCAL search_path TO pg_catalog, {SCHEMA}, pg_temp",
     "SET LOCAL lock_timeout TO '5s'",
     "SET LOCAL standard_conforming_strings TO on",
+    # A cursor is planned for a tenth of its rows otherwise; how many are read is said to it.
+    "SET LOCAL cursor_tuple_fraction TO 1",
 )
 
 
@@ -148,7 +150,7 @@ def _fetch(
     rows: list[tuple[Any, ...]] = []
     try:
         is_plan = command.lower().startswith("explain")
-        text = command if is_plan else f"DECLARE query NO SCROLL CURSOR FOR {command}"
+        text = command if is_plan else _declared(command, max_rows + 1)
         _limit(connection, deadline)
         # Prepared, a text of several statements is an error.
         cursor = connection.execute(text.encode(), dict(parameters), prepare=True)
@@ -166,6 +168,12 @@ def _fetch(
         raise _in_words(error, timeout_s) from None
     kept = tuple(tuple(map(_plain, row)) for row in rows[:max_rows])
     return QueryResult(columns, kept, is_cut=len(rows) > max_rows)
+
+
+def _declared(command: str, most: int) -> str:
+    """Declare a cursor over the first rows of a statement, planned for no more than these."""
+    asked = f"SELECT * FROM ({command}\n) AS asked LIMIT {most}"  # noqa: S608 - a role that only reads
+    return f"DECLARE query NO SCROLL CURSOR FOR {asked}"
 
 
 def _limit(connection: Any, deadline: float) -> None:

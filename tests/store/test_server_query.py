@@ -163,7 +163,7 @@ def test_role_and_transaction_hold_without_the_list_of_words(
         "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
         "SELECT i FROM n ORDER BY 1",
         "SELECT count(*) FROM event a, event b, event c, event d, event e, event f, event g",
-        grown(16, "count(*) FROM g a, g b, g c WHERE a.s || b.s || c.s LIKE '%b'"),
+        grown(16, "count(*) FROM g a, g b, g c, g d WHERE a.s || b.s || c.s || d.s LIKE '%b'"),
     ],
 )
 def test_endless_statement_is_stopped_at_its_deadline(alice: str, sql: str) -> None:
