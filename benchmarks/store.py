@@ -9,8 +9,7 @@ memory.
 
     python benchmarks/store.py             the whole measurement
     python benchmarks/store.py --million   also with a million runs, needs 10 GB of disk
-    python benchmarks/store.py --db URL    in a database of its own on a server, one --size,
-                                           after 'adeye db grant --db URL'
+    python benchmarks/store.py --db URL    in a database of its own on a server, one --size
     python benchmarks/store.py --smoke     one short round, to see that it works
 """
 
@@ -29,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 from support.made_up import ARCHITECTURES, PART, STRUCTURES, planned, record, results
 from support.results import machine, table, write_result
 
+from adeye.errors import InputError
 from adeye.store.query import run_query
 from adeye.store.repository import Repository
 
@@ -158,9 +158,6 @@ def verify(db: str) -> float:
 
 def measure(db: str, runs: int, rounds: int) -> dict[str, Any]:
     """Fill a database and ask it, each in a process of its own for the peak of its memory."""
-    Repository.open(db).close()
-    # Who may not ask on a server hears it before it is filled.
-    run_query(db, "SELECT COUNT(*) FROM campaign")
     print(f"{runs:,} runs: filling", file=sys.stderr)
     (campaign, took), fill_mib = _alone(fill, db, runs)
     print(f"{runs:,} runs: asking", file=sys.stderr)
@@ -229,6 +226,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.size or given.smoke:
         sizes = (given.size or FEW,)
     rounds = 1 if given.smoke else given.rounds
+    if given.db:
+        Repository.open(given.db).close()
+        try:
+            # Who may not ask on a server hears it before a million runs are there.
+            run_query(given.db, "SELECT COUNT(*) FROM campaign")
+        except InputError as error:
+            parser.error(str(error))
     found = []
     for runs in sizes:
         with tempfile.TemporaryDirectory() as folder:
