@@ -30,6 +30,8 @@ _PRAGMAS: Final = (
     # (64 MiB) and the later they go from the log into the file (32 MiB).
     "PRAGMA cache_size = -65536",
     "PRAGMA wal_autocheckpoint = 8192",
+    # The plan of a large campaign is one transaction; its log does not stay as large beside it.
+    f"PRAGMA journal_size_limit = {8192 * 4096}",
 )
 
 _READ_ONLY: Final = (

@@ -20,7 +20,8 @@ pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 RUNS: Final = size(2_000, 100_000)
 BLOCK: Final = 100
 LOG_BYTES: Final = 2 * 32 * 2**20
-"""The log goes into the file at 32 MiB, after the transaction that fills it."""
+"""The log goes into the file at 32 MiB, after the transaction that fills it; that of the plan is
+larger, and is cut after it."""
 SLOPE_BYTES: Final = 200
 """Most that a run may add to the memory in the second half [bytes]: 20 MB for 100,000 runs."""
 LEAST_SPEED: Final = 0.95

@@ -32,6 +32,18 @@ def test_connections_keep_the_rules(database: Database) -> None:
     }
 
 
+def test_log_of_a_large_transaction_does_not_stay(database: Database) -> None:
+    log = Path(f"{database.location.path}-wal")
+    with database.write() as connection:
+        connection.exec_driver_sql("CREATE TABLE large (content BLOB)")
+        connection.exec_driver_sql("INSERT INTO large VALUES (ZEROBLOB(80000000))")
+    assert log.stat().st_size > 80_000_000
+    for number in range(2):
+        with database.write() as connection:
+            connection.exec_driver_sql("INSERT INTO t VALUES (?)", (number,))
+    assert log.stat().st_size <= 32 * 2**20
+
+
 def test_locked_database_is_named_with_a_remedy(
     database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
