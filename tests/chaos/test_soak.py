@@ -69,11 +69,8 @@ def test_long_campaign_stays_as_it_begins(cradle: Cradle, tmp_path: Path) -> Non
     said = runner.wait()
     assert said.code == 0, said.text
     assert blocks == RUNS // BLOCK
-    assert max(item.log for item in looks) <= LOG_BYTES
     half = looks[len(looks) // 2 :]
-    # A connection more or less may be open at a look.
-    descriptors = {item.descriptors for item in half}
-    assert max(descriptors) - min(descriptors) <= 2
+    descriptors = [item.descriptors for item in half]
     slope = float(np.polyfit([i.done for i in half], [i.memory for i in half], 1)[0])
     first, last = speed(looks[:11]), speed(looks[-11:])
     record(
@@ -87,6 +84,10 @@ def test_long_campaign_stays_as_it_begins(cradle: Cradle, tmp_path: Path) -> Non
         last_thousand_per_s=round(last),
         last_by_first=round(last / first, 3),
     )
+    assert max(item.log for item in looks) <= LOG_BYTES
+    # A connection more or less may be open at a look: database, log and the index of the log.
+    assert max(descriptors) - min(descriptors) <= 3
+    assert np.median(descriptors[-100:]) == np.median(descriptors[:100])
     if IS_FULL:
         assert slope <= SLOPE_BYTES
         assert last >= LEAST_SPEED * first
