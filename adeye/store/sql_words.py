@@ -105,10 +105,22 @@ def checked(sql: str) -> list[Token]:
     first = next((token.text.lower() for token in tokens if token.text != "("), "")
     if first not in _FIRST:
         raise _refusal("only reading is allowed")
+    _require_closed(tokens)
     for place, token in enumerate(tokens):
         if token.text == "(" and place and tokens[place - 1].kind in ("word", "quoted"):
             _require_call(tokens, place - 1)
     return tokens
+
+
+def _require_closed(tokens: list[Token]) -> None:
+    """Refuse brackets that do not match: a statement may be put between others."""
+    depth = 0
+    for token in tokens:
+        depth += {"(": 1, ")": -1}.get(token.text, 0)
+        if depth < 0:
+            break
+    if depth:
+        raise _refusal("its brackets do not match")
 
 
 def _require_call(tokens: list[Token], place: int) -> None:

@@ -103,6 +103,32 @@ def test_rows_columns_and_cut_are_as_on_a_file(alice: str) -> None:
     assert run_query(alice, "EXPLAIN SELECT * FROM v_gate").rows
 
 
+def test_names_that_occur_twice_and_the_order_are_kept(alice: str) -> None:
+    found = run_query(
+        alice, "SELECT ordinal, ordinal FROM v_runs ORDER BY ordinal DESC", max_rows=2
+    )
+    assert found.columns == ("ordinal", "ordinal")
+    assert found.rows == ((7, 7), (6, 6))
+
+
+def test_server_plans_for_the_rows_that_are_read(alice: str) -> None:
+    # Without a word of ours a cursor is planned for a tenth of its rows.
+    sql = "SELECT statement, current_setting('cursor_tuple_fraction') FROM pg_cursors"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(server_query, "checked", tokens_of)
+        ((statement, fraction),) = run_query(alice, sql, max_rows=7).rows
+    assert str(statement).endswith("LIMIT 8")
+    assert fraction == "1"
+
+
+@pytest.mark.parametrize(
+    "sql", ["SELECT 1) AS one, (SELECT 2", "SELECT 1)", "(SELECT 1", "SELECT 1) AS x LIMIT 5 --"]
+)
+def test_brackets_of_a_statement_do_not_close_ours(alice: str, sql: str) -> None:
+    with pytest.raises(InputError, match="bracket"):
+        run_query(alice, sql)
+
+
 def test_reader_who_may_make_nothing_verifies_views_too(owned: str, alice: str) -> None:
     with Repository.open(alice, create=False) as repository:
         assert repository.verify() == ()

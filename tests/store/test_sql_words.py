@@ -54,6 +54,9 @@ REFUSED = [
     ";",
     "",
     "-- nothing",
+    "SELECT 1) AS one, (SELECT 2",
+    "SELECT 1)",
+    "(SELECT 1",
 ]
 
 
