@@ -10,7 +10,6 @@ from __future__ import annotations
 import atexit
 import contextlib
 import gc
-import importlib
 import json
 import os
 import shlex
@@ -26,18 +25,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 ROOT = Path(__file__).resolve().parent.parent
-IMPORTED: Final = (
-    "adeye.api",
-    "adeye.campaign.certificate",
-    "adeye.campaign.plan",
-    "adeye.campaign.runner",
-    "adeye.cli.entry",
-    "adeye.cli.progress",
-    "adeye.report.page",
-    "adeye.reporting",
-    "adeye.store.query",
-    "adeye.store.repository",
-)
 
 _CLIENT: Final = """\
 import array, json, os, signal, socket, sys
@@ -86,9 +73,7 @@ def serving(folder: Path) -> Iterator[str]:
 
 def serve(place: str) -> None:
     """Fork a child for each that asks, until the process is ended."""
-    for name in IMPORTED:
-        importlib.import_module(name)
-    _load_kernels(Path(place).parent)
+    _load(Path(place).parent)
     gc.freeze()
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     listening = socket.socket(socket.AF_UNIX)
@@ -104,11 +89,11 @@ def serve(place: str) -> None:
         end.close()
 
 
-def _load_kernels(folder: Path) -> None:
-    """Have the machine code in memory, so that every child has it."""
+def _load(folder: Path) -> None:
+    """Have in memory what verbs import and their machine code: run and report a campaign once."""
     from adeye.cli.entry import main
 
-    files = ["--db", str(folder / "kernels.db"), "--report", str(folder / "kernels.html")]
+    files = ["--db", str(folder / "once.db"), "--report", str(folder / "once.html")]
     arguments = ["run", str(ROOT / "odd" / "motorway_chauffeur.yaml"), "--quiet", *files]
     with (
         open(os.devnull, "w") as nothing,  # noqa: PTH123
@@ -117,7 +102,7 @@ def _load_kernels(folder: Path) -> None:
     ):
         code = main([*arguments, "--threads", "1"])
     if code:
-        msg = f"the kernels cannot be loaded: exit code {code}"
+        msg = f"a campaign cannot be run: exit code {code}"
         raise RuntimeError(msg)
 
 
@@ -162,6 +147,7 @@ def _verb(asked: dict[str, Any]) -> int:
     sys.path[0] = asked["folder"]
     sys.argv = ["adeye", *asked["arguments"]]
     code = main(asked["arguments"])
+    # ``os._exit`` leaves them out.
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError):

@@ -65,7 +65,10 @@ LAYERS: Final = {
 }
 """Layers of a grid map."""
 
-_OBJECTS: Final = frozenset({"static", "time_to_occupancy"})
+OBJECTS: Final = ("static", "time_to_occupancy")
+"""Layers of what occupies cells."""
+
+_OBJECTS: Final = frozenset(OBJECTS)
 _VEHICLE: Final = frozenset({"ego", "sensors"})
 _RATED: Final = frozenset({"number", "blocked"})
 
@@ -200,7 +203,7 @@ def grid_at(
         x=made.x,
         y=made.y,
         cell=wanted.cell,
-        layers={name: made.layers[name] for name in LAYERS if name in layers},
+        layers={name: made.layers[name] for name in layers},
         costs=costs,
     )
 

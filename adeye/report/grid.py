@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.evaluation.grid import TRUTH, GridMap, grid_at
+from adeye.evaluation.grid import OBJECTS, TRUTH, GridMap, grid_at
 from adeye.evaluation.safe_stop import ratings_of
 from adeye.report.replay import GridView
 from adeye.spec.channels import SafetyChannel
@@ -26,9 +26,6 @@ PERIOD: Final = 0.25
 
 MOST: Final = 60_000
 """Characters of all maps of a run, kept to by drawing fewer of those of what moves."""
-
-MOVING: Final = ("static", "time_to_occupancy")
-"""Layers of what occupies cells."""
 
 TIMES: Final = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Times to occupancy that are told apart [s]; up to the first the cell is occupied now."""
@@ -56,7 +53,7 @@ def grid_of(trace: Trace, run: int, held: Any) -> GridView:
     number = packed([np.searchsorted(levels, item["number"]) for item in grounds])
     room = MOST - sum(len(text) for text in number)
     codes = [
-        occupancy(grid_at(trace, run, row, settings, view=view, layers=MOVING)) for row in rows
+        occupancy(grid_at(trace, run, row, settings, view=view, layers=OBJECTS)) for row in rows
     ]
     for occupied_every in range(1, every + 1):
         occupied = packed(codes[::occupied_every])

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 BUSY_TIMEOUT_S: Final = 30.0
 
+_LOG_PAGES: Final = 8192
+
 _PRAGMAS: Final = (
     "PRAGMA foreign_keys = ON",
     "PRAGMA synchronous = NORMAL",
@@ -29,9 +31,9 @@ _PRAGMAS: Final = (
     # Digests as keys touch pages all over an index, so blocks come cheaper the more are at hand
     # (64 MiB) and the later they go from the log into the file (32 MiB).
     "PRAGMA cache_size = -65536",
-    "PRAGMA wal_autocheckpoint = 8192",
+    f"PRAGMA wal_autocheckpoint = {_LOG_PAGES}",
     # The plan of a large campaign is one transaction; its log does not stay as large beside it.
-    f"PRAGMA journal_size_limit = {8192 * 4096}",
+    f"PRAGMA journal_size_limit = {_LOG_PAGES * 4096}",
 )
 
 _READ_ONLY: Final = (
