@@ -7,6 +7,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -223,7 +224,8 @@ def validate_parameters(part: Part, values: Mapping[str, Any]) -> Validated:
             remedy="Derive it from adeye.ports.Parameters.",
         )
     try:
-        return Validated(model.model_validate(dict(values)), ())
+        # A validator of theirs may take apart what it is given.
+        return Validated(model.model_validate(deepcopy(dict(values))), ())
     except ValidationError as error:
         found = error.errors(include_url=False, include_context=False, include_input=False)
         return Validated(None, tuple((item["loc"], _said(item, model)) for item in found))

@@ -101,12 +101,13 @@ class GuardedChannel:
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer with a command that is finite and well formed in every run."""
-        running = self._running = observation.running
-        self._time = observation.time
+        # Whoever is shown an observation may alter it; when and where it counts is noted before.
+        running = observation.running if self._trusted else observation.running.copy()
+        self._running, self._time = running, observation.time
         answer = None
         if not self._dead:
-            answer = self._call(self._channel.act, observation, observation.time, running)
-        command = self._previous if self._dead else self._checked(answer, observation)
+            answer = self._call(self._channel.act, observation, self._time, running)
+        command = self._previous if self._dead else self._checked(answer)
         self._previous = self._failures.hold(command, self._previous)
         return self._previous
 
@@ -124,18 +125,18 @@ class GuardedChannel:
             self._dead = True
             return None
 
-    def _checked(self, answer: Any, observation: Observation) -> ControlCommand:
+    def _checked(self, answer: Any) -> ControlCommand:
         wrong = "" if self._trusted else self._form(answer)
         if wrong:
-            self._failures.add(observation.running, INVALID_OUTPUT, observation.time, wrong)
+            self._failures.add(self._running, INVALID_OUTPUT, self._time, wrong)
             self._dead = True
             return self._previous
         # What a built-in channel answers is its own and well formed.
         command: ControlCommand = answer if self._trusted else self._copied(answer)
         previous, wrongs = self._previous, np.zeros(len(command.status), dtype=np.int8)
         found = _settle(
-            observation.running.copy(),
-            observation.time,
+            self._running.copy(),
+            self._time,
             command.acceleration,
             command.steering_angle,
             command.stamp,
@@ -147,7 +148,7 @@ class GuardedChannel:
         )
         for kind, detail in _WRONG.items() if found else ():
             bad = (wrongs & kind) != 0
-            self._failures.add(bad, INVALID_OUTPUT, observation.time, detail)
+            self._failures.add(bad, INVALID_OUTPUT, self._time, detail)
         return command
 
     def _form(self, answer: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -65,24 +66,24 @@ class ChannelRack:
             if witness is not None and witness.channel == name:
                 inner = WitnessedChannel(inner, spec.kind, witness)
             clocked = ClockedChannel(inner, every, delay)
-            clocked.reset(
-                ChannelContext(
-                    channel_id=name,
-                    parameters=[case.architecture.channels[name].parameters for case in cases],
-                    links=spec.links,
-                    sensors={link: kinds[link] for link in spec.links if link in kinds},
-                    mounts={link: poses[link] for link in spec.links if link in poses},
-                    vehicles=[case.architecture.vehicle for case in cases],
-                    road=scene.road,
-                    desired_speed=desired,
-                    step=scene.step,
-                    period=every * scene.step,
-                    # A plug-in sees no difference, so it cannot make one.
-                    shows_candidates=drawn or spec.kind not in BUILT_IN,
-                    data_sheets={link: sheets[link] for link in spec.links if link in sheets},
-                    models={link: models[link] for link in spec.links if link in models},
-                )
+            context = ChannelContext(
+                channel_id=name,
+                parameters=[case.architecture.channels[name].parameters for case in cases],
+                links=spec.links,
+                sensors={link: kinds[link] for link in spec.links if link in kinds},
+                mounts={link: poses[link] for link in spec.links if link in poses},
+                vehicles=[case.architecture.vehicle for case in cases],
+                road=scene.road,
+                desired_speed=desired,
+                step=scene.step,
+                period=every * scene.step,
+                # A plug-in sees no difference, so it cannot make one.
+                shows_candidates=drawn or spec.kind not in BUILT_IN,
+                data_sheets={link: sheets[link] for link in spec.links if link in sheets},
+                models={link: models[link] for link in spec.links if link in models},
             )
+            # What is not ours shares no memory with the world, nor with other channels.
+            clocked.reset(deepcopy(context) if ":" in spec.kind else context)
             self._links[name] = spec.links
             self._clocked[name] = clocked
             self._is_plugin[name] = spec.kind not in BUILT_IN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,7 +19,7 @@ from adeye.sensors.lidar import LidarSensor
 from adeye.sensors.radar import RadarSensor
 from adeye.sensors.ranging import RangingSensor
 from adeye.sensors.ultrasonic import UltrasonicSensor
-from adeye.signals import spec_columns
+from adeye.signals import Measurement, spec_columns
 from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import model_name
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from adeye.signals import Floats, Measurement, Scene, SceneContext
+    from adeye.signals import Floats, Scene, SceneContext
     from adeye.spec.sensors import Sensor
     from adeye.sweep.case import TestCase
 
@@ -104,7 +105,8 @@ class Rig:
             if model in BUILT_IN:
                 self._sensors[name] = BUILT_IN[model](context)
             else:
-                self._sensors[name] = load_part(first.kind, base_dir).build(context)
+                part = load_part(first.kind, base_dir)
+                self._sensors[name] = _Guest(part.build(deepcopy(context)))
 
     def cover(self, name: str, patches: Sequence[Floats]) -> None:
         """Lay patches on the image of a physical camera, in place of those laid on before.
@@ -125,6 +127,19 @@ class Rig:
     def sense(self, scene: Scene) -> dict[str, Measurement]:
         """Return the newest delivered measurement of each sensor."""
         return {name: sensor.sense(scene) for name, sensor in self._sensors.items()}
+
+
+class _Guest:
+    """A sensor from outside the package: it shares no memory with the world, nor with its readers.
+
+    It may write into what it is shown and into what it has answered; both are copies.
+    """
+
+    def __init__(self, sensor: SensorModel) -> None:
+        self._sensor = sensor
+
+    def sense(self, scene: Scene) -> Measurement:
+        return Measurement.map(self._sensor.sense(scene.copy()), np.array)
 
 
 def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:

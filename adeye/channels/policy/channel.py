@@ -218,7 +218,7 @@ def _actions(answer: Any, shape: tuple[int, ...]) -> Floats:
 
 
 def _row(shown: Any, place: int) -> Any:
-    """Return the observation of one run out of those of several."""
+    """Copy the observation of one run out of those of several: a view would lead to the others."""
     if isinstance(shown, dict):
-        return {name: values[place] for name, values in shown.items()}
-    return shown[place]
+        return {name: values[place].copy() for name, values in shown.items()}
+    return shown[place].copy()
