@@ -171,6 +171,10 @@ class Trace:
             self._digests.extend(self._digest())
         return self._digests
 
+    def still_has(self, digests: Sequence[str]) -> bool:
+        """Tell whether the values of every run are those that once had these digests."""
+        return self._digest() == self.digests() == list(digests)
+
     def _digest(self) -> list[str]:
         lanes = np.zeros((self.runs, LANES), dtype=np.uint64)
         rows = self.length.astype(np.int64)

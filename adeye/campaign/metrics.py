@@ -46,7 +46,8 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
         register_metric(part.obj)
         for column in set(METRICS) - before:
             found = METRICS[column]
-            METRICS[column] = replace(found, uid=f"{found.uid}#{part.source_digest[:12]}")
+            uid = f"{found.uid}#{part.source_digest[:12]}"
+            METRICS[column] = replace(found, uid=uid, plugin=part.name)
             _REGISTERED[column] = owner
     return parts
 

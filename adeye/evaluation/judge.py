@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.errors import IntegrityError
 from adeye.evaluation.extremes import Extremes, find_extremes, measure_of
 from adeye.evaluation.extremes import joined as joined_extremes
 from adeye.evaluation.judgement import Judgement, JudgementColumns
@@ -28,7 +29,7 @@ from adeye.evaluation.stl.columns import StlColumns, evaluate_columns
 from adeye.evaluation.stl.columns import joined as joined_formulas
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from adeye.evaluation.requirements import CheckedRequirement
     from adeye.evaluation.uncertainty import NumericUncertainty
@@ -87,11 +88,17 @@ def evaluate_trace(
 ) -> Evaluation:
     """Compute the metrics of a trace and judge the FSRs on it.
 
+    Metrics from outside the package come last, when all is judged and hashed that does not hang on
+    them; each is shown a copy.
+
     Args:
         signals: The runs with what is known about the ODD.
         requirements: FSRs.
         uncertainty: Numeric uncertainty of the margins, by FSR id; default none.
         metrics: Which are computed; those of the bounds must be among them.
+
+    Raises:
+        IntegrityError: After a metric from outside the package the trace is another one.
     """
     trace = signals.trace
     frame = _frame(signals)
@@ -106,15 +113,54 @@ def evaluate_trace(
         else:
             concerned.append((item, _concerned(item, signals)))
     formulas = [(item, runs & ~frame.is_invalid) for item, runs in concerned if item.formula]
-    measured, evaluated, extremes = _measured(signals, formulas, ~frame.is_invalid, metrics)
-    judged: list[JudgementColumns] = []
-    for item, runs in concerned:
-        if not runs.any():
-            continue
-        found = evaluated.get(item.requirement.id)
-        least = uncertainty.get(item.requirement.id)
-        judged.append(frame.judge(item, np.flatnonzero(runs), found, measured, least))
-    return Evaluation(outcomes(trace), measured, tuple(judged), not_applicable, frame, extremes)
+    outside = {name: metric for name, metric in metrics.items() if metric.plugin}
+    own = {name: metric for name, metric in metrics.items() if not metric.plugin}
+    measured, evaluated, extremes = _measured(signals, formulas, ~frame.is_invalid, own)
+    happened = outcomes(trace)
+    judged: dict[int, JudgementColumns] = {}
+
+    def judge_all_but(unmeasured: Collection[str]) -> None:
+        """Judge the FSRs that are left, but for bounds on metrics that are not measured yet."""
+        for place, (item, runs) in enumerate(concerned):
+            waits = item.bound is not None and item.bound.column in unmeasured
+            if place not in judged and not waits and runs.any():
+                found = evaluated.get(item.requirement.id)
+                least = uncertainty.get(item.requirement.id)
+                judged[place] = frame.judge(item, np.flatnonzero(runs), found, measured, least)
+
+    judge_all_but(outside)
+    if outside:
+        measured |= _measured_outside(signals, outside)
+        judge_all_but(())
+    columns = tuple(judged[place] for place in sorted(judged))
+    return Evaluation(happened, measured, columns, not_applicable, frame, extremes)
+
+
+def _measured_outside(
+    signals: TraceSignals, metrics: Mapping[str, MetricDefinition]
+) -> dict[str, MetricColumn]:
+    """Compute the metrics from outside the package, with nothing left that they could move."""
+    trace = signals.trace
+    before = tuple(trace.digests())
+    measured: dict[str, MetricColumn] = {}
+    for name, metric in metrics.items():
+        alone = {name: metric}
+        parts = [compute_metrics(part.trace, None, alone)[name] for _, part in _parts(signals)]
+        measured[name] = joined(parts)
+        if not trace.still_has(before):
+            raise IntegrityError(
+                f"metric plug-in {metric.plugin} ({name}) altered the trace that is judged. "
+                "Nothing of the block is kept; a metric reads, correct it or leave it out."
+            )
+    return measured
+
+
+def _parts(signals: TraceSignals) -> Iterator[tuple[slice, TraceSignals]]:
+    """Cut the runs into what is measured together."""
+    runs = signals.trace.runs
+    for first in range(0, runs, PART_RUNS):
+        chosen = slice(first, min(first + PART_RUNS, runs))
+        yield chosen, signals if runs <= PART_RUNS else signals.part(chosen.start, chosen.stop)
 
 
 def _frame(signals: TraceSignals) -> Frame:
@@ -142,15 +188,12 @@ def _measured(
     definitions: Mapping[str, MetricDefinition],
 ) -> tuple[dict[str, MetricColumn], dict[str, StlColumns], dict[str, Extremes]]:
     """Compute metrics, formulas and what decides them part by part, and join the parts."""
-    runs = signals.trace.runs
     metrics: list[dict[str, MetricColumn]] = []
     evaluated: dict[str, list[StlColumns]] = {item.requirement.id: [] for item, _ in formulas}
     measures = {measure_of(item.formula) for item, _ in formulas} - {None}
     extremes: dict[str, list[Extremes]] = {}
     horizon = obligation_rows(signals.trace)
-    for first in range(0, runs, PART_RUNS):
-        chosen = slice(first, min(first + PART_RUNS, runs))
-        part = signals if runs <= PART_RUNS else signals.part(chosen.start, chosen.stop)
+    for chosen, part in _parts(signals):
         trace = part.trace
         metrics.append(compute_metrics(trace, part.measured, definitions))
         for item, wanted in formulas:
@@ -176,7 +219,9 @@ def _measured(
                 complete=trace.complete,
                 chosen=valid[chosen],
             )
-            extremes.setdefault(measure.text, []).append(replace(found, run=found.run + first))
+            extremes.setdefault(measure.text, []).append(
+                replace(found, run=found.run + chosen.start)
+            )
     whole = {name: joined([part[name] for part in metrics]) for name in metrics[0]}
     return (
         whole,

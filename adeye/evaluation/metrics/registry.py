@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
@@ -62,6 +63,7 @@ class MetricDefinition:
         settles: Whether a value is final once it is there; the others may get worse as long as the
             run lasts, so that a contact leaves a bound that still holds open.
         measure: Computes it from the series of a trace.
+        plugin: Class from outside the package that it is; empty for one of the package.
     """
 
     uid: str
@@ -74,6 +76,7 @@ class MetricDefinition:
     measure: Measure
     cap: float | None = None
     settles: bool = False
+    plugin: str = ""
 
     def compute(self, trace: Trace) -> MetricColumn:
         """Return one value per run, with the time and the actor of the worst case."""
@@ -140,9 +143,11 @@ def register_metric(metric: M) -> M:
             source=built.source,
             text=(metric.__doc__ or "").partition("\n")[0],
             scale=float(getattr(built, "scale", 1.0)),
-            measure=lambda series: built.compute(series.trace),
+            # It may write into the copy that it is shown, and into nobody else's.
+            measure=lambda series: built.compute(deepcopy(series.trace)),
             cap=getattr(built, "cap", None),
             settles=bool(getattr(built, "settles", False)),
+            plugin=f"{metric.__module__}:{metric.__qualname__}",
         )
     )
     return metric
