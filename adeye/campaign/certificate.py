@@ -220,7 +220,7 @@ def _execute(
     counter.add(len(runs) - len(cases))
     if not cases:
         return None
-    context = replace(plan.work, requirements=(), keep=None)
+    context = replace(plan.work, keep=None)
     tasks = [
         BatchTask(number, batch, (), context)
         for number, batch in enumerate(condition.batches(cases, fitting(plan.examples())))

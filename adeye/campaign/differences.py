@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.campaign.reproduce import same_ticks
+from adeye.evaluation.judgement import MARGIN, VERDICTS
 from adeye.evaluation.metrics.registry import STATUSES
 from adeye.evaluation.outcome import OUTCOMES
 from adeye.store.rows import MetricValue
@@ -35,7 +36,7 @@ class Finding:
         architecture: Id.
         fault_entry: ``none``, a fault's id, or ids joined by ``+``.
         conditions: Under which it differs.
-        differs: What differs: ``trace``, ``outcome``, and ids of metrics.
+        differs: What differs: ``trace``, ``outcome``, ids of metrics, and of FSRs by their verdict.
         first_tick: Ticks that are as stored before the first that is known to differ, in steps of
             ``LINK_TICKS``; None where the trace does not differ or no chain is stored.
         traces: Different traces that it had, the stored one among them.
@@ -113,6 +114,7 @@ class Compared:
         if OUTCOMES[int(block.outcome[place])].value != run.stored.row["outcome"]:
             differs.append("outcome")
         differs += _other_metrics(run.stored, block, place)
+        differs += _other_verdicts(run.stored, block, place)
         if not differs:
             return
         seen = self._found[run.case.digest]
@@ -141,6 +143,21 @@ def _other_metrics(stored: StoredRun, block: RunBlock, place: int) -> list[str]:
         if row < len(plugin.run) and plugin.run[row] == place:
             found |= _values(plugin.metrics, row)
     return [name for name, value in found.items() if known[name] and value not in known[name]]
+
+
+def _other_verdicts(stored: StoredRun, block: RunBlock, place: int) -> list[str]:
+    """Name the FSRs whose verdict or margin is not as stored, of those that are stored."""
+    known = {item.fsr_digest: (item.verdict, item.margin) for item in stored.verdicts}
+    found = block.verdicts.take(np.flatnonzero(block.verdicts.run == place))
+    margins = [_number(value) for value in found.numbers[:, MARGIN]]
+    now = zip((VERDICTS[code] for code in found.verdict), margins, strict=True)
+    return [
+        str(fsr)
+        for fsr, digest, item in zip(
+            found.fsr_id.values(), found.fsr_digest.values(), now, strict=True
+        )
+        if known.get(str(digest), item) != item
+    ]
 
 
 def _values(metrics: MetricBlock, row: int) -> dict[str, MetricValue]:
