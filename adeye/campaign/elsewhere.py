@@ -3,28 +3,38 @@
 A result names the code behind it by hashes that the plan took on this machine. So each block says
 what a worker must have, and a worker compares: the release and source of adeye, the libraries that
 compute, every plug-in and every file that one reads, before the block and after it.
+
+What carries blocks and results may be foreign, too. It is given bytes, so that it shares no object
+with the plan, and what it brings back must have the seal that was set where the block was executed.
 """
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 import platform
 import secrets
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from adeye.campaign.unchanged import Source, Unchanged, sources
 from adeye.campaign.work import BatchResult, BatchTask, execute
-from adeye.errors import PlatformError, SpecError
+from adeye.errors import IntegrityError, PlatformError, SpecError
 from adeye.ports import Done, ExecutorContext
 from adeye.registry import load_part, source_digest
+from adeye.store.columns import Dictionary
 from adeye.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from hashlib import _Hash
 
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.work import WorkContext
@@ -56,10 +66,23 @@ class Demand:
 
 @dataclass(frozen=True)
 class DemandingTask:
-    """A block, with what its worker must have."""
+    """A block with what its worker must have, as bytes: nobody on its way alters it by accident.
 
-    demand: Demand
-    task: BatchTask
+    Attributes:
+        packed: Both of them, pickled.
+    """
+
+    packed: bytes
+
+    @classmethod
+    def of(cls, demand: Demand, task: BatchTask) -> DemandingTask:
+        """Pack what a worker must have, and the block."""
+        return cls(pickle.dumps((demand, task)))
+
+    def open(self) -> tuple[Demand, BatchTask]:
+        """Return what a worker must have, and the block."""
+        opened: tuple[Demand, BatchTask] = pickle.loads(self.packed)  # noqa: S301 - packed here
+        return opened
 
 
 class Elsewhere:
@@ -76,6 +99,7 @@ class Elsewhere:
         ],
         context: ExecutorContext[DemandingTask, BatchResult],
         traces: Path | None = None,
+        name: str = "",
     ) -> None:
         """Note what workers must have and make the executor.
 
@@ -84,6 +108,7 @@ class Elsewhere:
             make: Makes the executor.
             context: What it is made with.
             traces: Folder that workers write traces to; None if they write none.
+            name: Of the executor, for people.
 
         Raises:
             PlatformError: The folder cannot be written to.
@@ -91,13 +116,37 @@ class Elsewhere:
         self._mark = None if traces is None else _mark(traces)
         self._demand = demand_of(plan, self._mark)
         self._contexts: dict[int, tuple[WorkContext, WorkContext]] = {}
+        self._given: dict[bytes, BatchTask] = {}
+        self._name = name
         self._executor = make(context)
 
     def run(self, tasks: Iterator[BatchTask]) -> Iterator[Done[BatchTask, BatchResult]]:
-        """Execute tasks as they come."""
+        """Execute tasks as they come.
+
+        Raises:
+            IntegrityError: What the executor brings is not what a worker made of a block.
+        """
         # A map asks again after its end, as executors do; a generator would have ended for good.
         for done in self._executor.run(map(self._demanding, tasks)):
-            yield Done(done.task.task, done.result, done.lost)
+            yield self._accepted(done)
+
+    def _accepted(self, done: Done[DemandingTask, BatchResult]) -> Done[BatchTask, BatchResult]:
+        """Take a block back if it was given and its result has the seal of its worker."""
+        task = self._given.pop(getattr(done.task, "packed", b""), None)
+        if task is None:
+            raise self._refused("a block that it was not given, or one twice")
+        result = done.result
+        if result is not None and (
+            not isinstance(result, BatchResult) or result.seal != seal_of(done.task, result)
+        ):
+            raise self._refused(f"a result of block {task.block} that is not what its worker made")
+        return Done(task, result, done.lost)
+
+    def _refused(self, what: str) -> IntegrityError:
+        return IntegrityError(
+            f"executor {self._name} brought {what}. Nothing of it is kept; correct the executor, "
+            "or run with another one to go on."
+        )
 
     def close(self) -> None:
         """End what was started."""
@@ -110,7 +159,9 @@ class Elsewhere:
         known = self._contexts.get(id(task.context))
         if known is None or known[0] is not task.context:
             known = self._contexts[id(task.context)] = (task.context, _absolute(task.context))
-        return DemandingTask(self._demand, replace(task, context=known[1]))
+        made = DemandingTask.of(self._demand, replace(task, context=known[1]))
+        self._given[made.packed] = task
+        return made
 
 
 def demand_of(plan: CampaignPlan, marked: tuple[Path, str] | None = None) -> Demand:
@@ -129,15 +180,49 @@ def execute_as_demanded(item: DemandingTask) -> BatchResult:
     Args:
         item: The block.
 
+    Returns:
+        The results under a seal.
+
     Raises:
         PlatformError: It has not; the message names what is missing or another one.
         IntegrityError: A plug-in or a file was changed while the block was executed.
     """
-    unchanged = _required(item.demand)
+    demand, task = item.open()
+    unchanged = _required(demand)
     unchanged.check()
-    result = execute(item.task)
+    result = execute(task)
     unchanged.check()
-    return result
+    return replace(result, seal=seal_of(item, result))
+
+
+def seal_of(item: DemandingTask, result: BatchResult) -> str:
+    """Hash a block and everything that came out of it, in hex.
+
+    It tells what was altered or exchanged on the way. It is no secret: who wants to forge a result
+    can make a seal for it.
+    """
+    digest = hashlib.sha256(item.packed)
+    _absorb(replace(result, seal=""), digest)
+    return digest.hexdigest()
+
+
+def _absorb(value: Any, digest: _Hash) -> None:
+    """Take a value into a hash: by what it says, not by how it lies in memory."""
+    if isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype.str} {value.shape} ".encode() + value.tobytes())
+        return
+    if isinstance(value, Dictionary):
+        value = value.words
+    if is_dataclass(value):
+        value = [getattr(value, item.name) for item in fields(value)]
+    if isinstance(value, Mapping):
+        value = list(value.items())
+    if isinstance(value, tuple | list):
+        digest.update(f"{len(value)} of ".encode())
+        for item in value:
+            _absorb(item, digest)
+        return
+    digest.update(f"{value!r} ".encode("utf-8", "surrogatepass"))
 
 
 @cache

@@ -62,7 +62,7 @@ class NamedExecutor:
             PlatformError: It cannot begin.
         """
         context = ExecutorContext(execute_as_demanded, self.workers, self.address)
-        return Elsewhere(plan, find_executor(self.name), context, traces)
+        return Elsewhere(plan, find_executor(self.name), context, traces, self.name)
 
 
 def find_executor(name: str) -> Callable[[ExecutorContext[Any, Any]], Any]:

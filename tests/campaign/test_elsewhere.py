@@ -10,9 +10,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.campaign import elsewhere
-from adeye.campaign.elsewhere import Elsewhere, demand_of, execute_as_demanded
+from adeye.campaign.elsewhere import (
+    DemandingTask,
+    Elsewhere,
+    demand_of,
+    execute_as_demanded,
+    seal_of,
+)
 from adeye.campaign.executors import InProcess
-from adeye.campaign.work import BatchTask, execute
+from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import IntegrityError, PlatformError
 from adeye.ports import ExecutorContext
 from tests.project import CANDIDATE, MINI
@@ -20,7 +26,7 @@ from tests.project import CANDIDATE, MINI
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from adeye.campaign.elsewhere import Demand, DemandingTask
+    from adeye.campaign.elsewhere import Demand
     from adeye.campaign.plan import CampaignPlan
     from tests.conftest import MakeProject
     from tests.project import Executed, Project
@@ -63,7 +69,7 @@ def a_task(plan: CampaignPlan) -> BatchTask:
 
 def test_worker_that_has_everything_executes_as_here(mini: Executed) -> None:
     task = a_task(mini.plan)
-    made = elsewhere.DemandingTask(demand_of(mini.plan), task)
+    made = DemandingTask.of(demand_of(mini.plan), task)
     there, here = execute_as_demanded(made).runs, execute(task).runs
     assert there is not None
     assert here is not None
@@ -140,7 +146,7 @@ def test_file_that_changes_during_a_block_makes_its_result_worthless(
     elsewhere._required.cache_clear()
     monkeypatch.setattr(elsewhere, "execute", edit_and_execute)
     with pytest.raises(IntegrityError, match=r"weights\.bin.*was changed"):
-        execute_as_demanded(elsewhere.DemandingTask(demand_of(plan), a_task(plan)))
+        execute_as_demanded(DemandingTask.of(demand_of(plan), a_task(plan)))
 
 
 class Again:
@@ -161,7 +167,8 @@ class Again:
 def make_elsewhere(plan: CampaignPlan, seen: list[DemandingTask], traces: Path | None) -> Elsewhere:
     def work(item: DemandingTask) -> Any:
         seen.append(item)
-        return item.task.block
+        made = BatchResult(failure=f"block {item.open()[1].block}")
+        return replace(made, seal=seal_of(item, made))
 
     context: ExecutorContext[Any, Any] = ExecutorContext(work)
     return Elsewhere(plan, lambda context: InProcess(context.work), context, traces)
@@ -179,24 +186,26 @@ def test_tasks_go_out_with_absolute_paths_and_come_back_as_they_were(
     executor = make_elsewhere(plan, seen, None)
     results: list[Any] = []
     for done in executor.run(tasks):
-        results.append((done.task.block, done.task.execute, done.result))
+        results.append((done.task is task, done.result.failure))
         if len(results) == 1:
             tasks.waiting.append(task)
-    assert results == [(1, task.execute, 1)] * 2
+    assert results == [(True, "block 1")] * 2
     for item in seen:
-        context = item.task.context
+        demand, opened = item.open()
+        context = opened.context
+        assert opened.execute == task.execute
         assert all(folder.is_absolute() for folder in context.folders.values())
         assert context.odd_folder == project.folder.resolve() / "odd"
-        assert all(source.folder.is_absolute() for source in item.demand.sources)
+        assert all(source.folder.is_absolute() for source in demand.sources)
     monkeypatch.chdir("/")
-    required(seen[0].demand)
+    required(seen[0].open()[0])
 
 
 def test_folder_of_traces_has_to_be_shared(mini: Executed, tmp_path: Path) -> None:
     seen: list[DemandingTask] = []
     executor = make_elsewhere(mini.plan, seen, tmp_path / "traces")
     list(executor.run(iter([a_task(mini.plan)])))
-    demand = seen[0].demand
+    demand, _ = seen[0].open()
     assert demand.marked is not None
     required(demand)
     elsewhere_mark = (tmp_path / "not_here" / demand.marked[0].name, demand.marked[1])
