@@ -60,8 +60,9 @@ def _handover(fault: str, silent: str = "onset: {at: 2 s}", *edits: Edit) -> Exa
     )
 
 
-def _front(flaw: str) -> Examine:
+def _front(flaw: str, car: str = "none") -> Examine:
     return running(
+        Edit(BARE, "flaw: none", f"flaw: {car}"),
         Edit(BARE, _OBJECT, _PLUGIN.format(flaw=flaw)),
         Edit(DRIVING, "use: closing", "use: closing_curve"),
     )
@@ -126,6 +127,13 @@ SENSORS: Final = (
         "bearings have the wrong sign, in a curve",
         "FSR-01: contact",
         _front("mirrored"),
+        _front("none"),
+    ),
+    _sensor(
+        "sensor_tampers",
+        "the sensor writes into the world: the steering of a car that oscillates is straight",
+        "FSR-04: bound on the steering; guests are shown copies",
+        _front("tampering", "oscillates"),
         _front("none"),
     ),
 )

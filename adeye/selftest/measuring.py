@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.selftest.bench import DB, Bench, Edit, Seen
 from adeye.selftest.masters import Examine, Master, running
-from adeye.selftest.project import DRIVING, DRIVING_CONCEPT
+from adeye.selftest.project import BARE, DRIVING, DRIVING_CONCEPT
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -56,6 +56,12 @@ class Gauge:
     def edits(self) -> tuple[Edit, ...]:
         """What makes FSR-02 depend on it."""
         return bounded(self.plugin, self.column, self.bound)
+
+
+def _tampering(plugin: str, flaw: str) -> Examine:
+    """List a metric that no FSR hangs on beside a car with a flaw."""
+    listed = Edit(DRIVING, "plugins: []", f"plugins: [./parts.py:{plugin}]")
+    return running(listed, Edit(BARE, "flaw: none", f"flaw: {flaw}"))
 
 
 def _wrong(name: str, wrong: str, metric: Gauge, twin: Gauge, own: str) -> Master:
@@ -149,5 +155,15 @@ METRICS: Final = (
         Gauge("FlippedBraking", "selftest_flipped_braking_mps2", "at_most: 2.0"),
         _BRAKING,
         "max_deceleration_mps2",
+    ),
+    Master(
+        "metric_tampers",
+        "metric",
+        "a metric writes into the trace: the steering of a car that oscillates is straight",
+        "FSR-04: bound on the steering; guests are shown copies",
+        1,
+        "FSR-04 FAIL",
+        _tampering("Tampering", "oscillates"),
+        _tampering("Whole", "none"),
     ),
 )

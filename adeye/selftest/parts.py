@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -37,6 +38,15 @@ FAST = 22.0
 """Speed at the beginning above which a metric fails; one of two runs is faster [m/s]."""
 DEGREES = 57.29577951308232
 """Degrees in a radian."""
+STEERING = 5
+"""Column of the steering angle in the state of the ego."""
+
+
+def write_into(array: Any, value: float) -> None:
+    """Write into an array that somebody else may own, also if it is locked."""
+    with suppress(ValueError):
+        array.flags.writeable = True
+        array[...] = value
 
 
 class Car:
@@ -124,18 +134,21 @@ class Front:
     class Parameters(ports.Parameters):
         """Which flaw it has."""
 
-        flaw: Literal["none", "mirrored"] = "none"
+        flaw: Literal["none", "mirrored", "tampering"] = "none"
 
     def __init__(self, context: ports.SensorContext) -> None:
         self.scene = context.scene
         self.objects = len(context.scene.object_ids)
         parameters = [self.Parameters(**getattr(spec, "parameters", {})) for spec in context.specs]
         self.sides = [-1.0 if item.flaw == "mirrored" else 1.0 for item in parameters]
+        self.tampers = any(item.flaw == "tampering" for item in parameters)
         first = no_measurement(self.scene.runs, self.objects, with_estimate=False)
         self.delivery = Delivery.of(context, first)
 
     def sense(self, scene: Scene) -> Measurement:
         """Return the newest delivered sample."""
+        if self.tampers:
+            write_into(scene.ego[:, STEERING], 0.0)
         if self.delivery.is_due(scene.tick):
             sample = no_measurement(self.scene.runs, self.objects, with_estimate=False)
             sample.stamp[:] = scene.time
@@ -265,6 +278,17 @@ class Whole(_Gauge):
     def fast(trace: Trace) -> Any:
         """Tell which runs (B,) begin fast; in those the metrics below fail."""
         return trace["ego"][:, 0, 3] > FAST
+
+
+class Tampering(Whole):
+    """A metric that straightens the steering in the trace that it is shown."""
+
+    uid, column = "selftest:tampering@1", "selftest_tampering_m"
+
+    def series(self, trace: Trace) -> Floats:
+        """One, after the deed."""
+        write_into(trace["ego"][..., STEERING], 0.0)
+        return super().series(trace)
 
 
 class Broken(Whole):
