@@ -11,6 +11,7 @@ import pytest
 from adeye.campaign.differences import Compared, Sampled
 from adeye.campaign.reproduce import recall
 from adeye.campaign.work import BatchTask, execute
+from adeye.evaluation.verdict import Verdict
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
@@ -84,3 +85,21 @@ def test_run_that_a_deadline_ended_counts_as_nothing(seen: tuple[Sampled, RunBlo
     compared = Compared([sampled])
     assert compared.add("some", ended) == 0
     assert compared.findings() == ()
+
+
+def test_verdict_that_differs_is_named_by_its_requirement(seen: tuple[Sampled, RunBlock]) -> None:
+    sampled, block = seen
+    first, *others = sampled.stored.verdicts
+    other = Verdict.FAIL if first.verdict is Verdict.PASS else Verdict.PASS
+    for forged in (replace(first, verdict=other), replace(first, margin=1234.5)):
+        stored = replace(sampled.stored, verdicts=(forged, *others))
+        (finding,) = compare(replace(sampled, stored=stored), block)
+        assert finding.differs == (first.fsr_id,)
+        assert finding.traces == 1
+
+
+def test_verdict_of_another_requirement_is_none_that_differs(
+    seen: tuple[Sampled, RunBlock],
+) -> None:
+    sampled, block = seen
+    assert compare(replace(sampled, stored=replace(sampled.stored, verdicts=())), block) == ()

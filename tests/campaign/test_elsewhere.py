@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from adeye.campaign.elsewhere import (
 from adeye.campaign.executors import InProcess
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import IntegrityError, PlatformError
-from adeye.ports import ExecutorContext
+from adeye.ports import Done, ExecutorContext
 from tests.project import CANDIDATE, MINI
 
 if TYPE_CHECKING:
@@ -220,3 +221,88 @@ def test_folder_of_traces_that_cannot_be_written_is_told(mini: Executed, tmp_pat
     tmp_path.chmod(0o500)
     with pytest.raises(PlatformError, match="cannot be written"):
         make_elsewhere(mini.plan, [], tmp_path / "traces")
+
+
+def _verdicts(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    done.result.runs.verdicts.verdict[:] = 0
+    yield done
+
+
+def _word(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    runs = replace(done.result.runs, trace_digests=("0" * 32,))
+    yield replace(done, result=replace(done.result, runs=runs))
+
+
+def _another_task(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    demand, task = done.task.open()
+    yield replace(done, task=DemandingTask.of(demand, replace(task, block=7)))
+
+
+def _twice(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    yield done
+    yield done
+
+
+def _something_else(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    yield replace(done, result="all is well")
+
+
+def _without_seal(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    yield replace(done, result=replace(done.result, seal=""))
+
+
+@pytest.mark.parametrize(
+    ("tampers", "message"),
+    [
+        (_verdicts, "a result of block 1 that is not what its worker made"),
+        (_word, "a result of block 1 that is not what its worker made"),
+        (_something_else, "a result of block 1 that is not what its worker made"),
+        (_without_seal, "a result of block 1 that is not what its worker made"),
+        (_another_task, "a block that it was not given, or one twice"),
+        (_twice, "a block that it was not given, or one twice"),
+    ],
+)
+def test_executor_that_alters_what_it_carries_is_named(
+    mini: Executed, tampers: Any, message: str
+) -> None:
+    class Altering(InProcess[Any, Any]):
+        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
+            for done in super().run(tasks):
+                yield from tampers(done)
+
+    context: ExecutorContext[Any, Any] = ExecutorContext(execute_as_demanded)
+    executor = Elsewhere(mini.plan, lambda it: Altering(it.work), context, name="own:Pool")
+    with pytest.raises(IntegrityError, match=rf"executor own:Pool brought {message}"):
+        list(executor.run(iter([a_task(mini.plan)])))
+
+
+def test_results_of_two_blocks_that_an_executor_exchanges_are_refused(mini: Executed) -> None:
+    first = a_task(mini.plan)
+    second = replace(first, block=2, execute=(mini.plan.cases[1],))
+
+    class Exchanging(InProcess[Any, Any]):
+        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
+            one, other = super().run(tasks)
+            yield replace(one, result=other.result)
+
+    context: ExecutorContext[Any, Any] = ExecutorContext(execute_as_demanded)
+    executor = Elsewhere(mini.plan, lambda it: Exchanging(it.work), context)
+    with pytest.raises(IntegrityError, match="not what its worker made"):
+        list(executor.run(iter([first, second])))
+
+
+def test_what_an_executor_carries_shares_nothing_with_the_plan(mini: Executed) -> None:
+    seen: list[DemandingTask] = []
+    executor = make_elsewhere(mini.plan, seen, None)
+    list(executor.run(iter([a_task(mini.plan)])))
+    _, task = seen[0].open()
+    task.context.requirements[0].__dict__.clear()
+    task.execute[0].architecture.sensors.clear()
+    assert mini.plan.work.requirements[0].id
+    assert mini.plan.cases[0].architecture.sensors
+
+
+def test_seal_stays_on_its_way_through_a_pipe(mini: Executed) -> None:
+    item = DemandingTask.of(demand_of(mini.plan), a_task(mini.plan))
+    sent = pickle.loads(pickle.dumps(execute_as_demanded(item)))  # noqa: S301 - made here
+    assert sent.seal == seal_of(item, sent) != ""

@@ -193,3 +193,18 @@ def test_exception_of_a_trusted_channel_is_not_mastered() -> None:
 
     with pytest.raises(RuntimeError, match="our own"):
         act(guarded(answer, trusted=True), 0)
+
+
+def test_channel_that_alters_its_observation_does_not_hide_its_failure() -> None:
+    class Hiding(Answering):
+        def act(self, observation: Observation) -> Any:
+            observation.running.flags.writeable = True
+            observation.running[:] = False
+            object.__setattr__(observation, "time", -7.0)
+            return super().act(observation)
+
+    channel = GuardedChannel(Hiding(repeat(good(acceleration=np.full(RUNS, np.nan)))))
+    channel.reset(channel_context(None, links=(), sensors={}, runs=RUNS))
+    command = act(channel, 3)
+    assert command.status.tolist() == [SILENT] * RUNS
+    assert [event and event.time for event in channel.events] == [pytest.approx(0.3)] * RUNS

@@ -1,0 +1,324 @@
+"""Guests may not change what is judged: whatever they write into, the rest is as it was."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye import api
+from adeye.errors import IntegrityError
+from adeye.selftest.bench import DB, Bench, Edit
+from adeye.selftest.measuring import bounded
+from adeye.selftest.project import BARE, DRIVING
+from adeye.sensors.rig import _Guest
+from adeye.store.query import run_query
+from adeye.trace import Trace
+from tests.sensors.scenes import CAR, scene, scene_context
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.evaluation.verdict import ExitCode
+    from adeye.signals import Measurement, Scene
+
+OSCILLATES = Edit(BARE, "flaw: none", "flaw: oscillates")
+"""A car whose steering fails FSR-04, so that there is something to hide."""
+
+GUEST = '''
+import sys
+
+import numpy as np
+
+from adeye.ports import MetricColumn
+from adeye.selftest.parts import Front, Whole
+from adeye.signals import OK, ControlCommand
+
+
+def force(array, value):
+    try:
+        array.setflags(write=True)
+    except ValueError:
+        return
+    array[...] = value
+
+
+class Metric(Whole):
+    uid, column = "guest:metric@1", "guest_m"
+
+    def compute(self, trace):
+        attack(trace)
+        return super().compute(trace)
+
+
+class After(Whole):
+    """Shows what it is shown after the other."""
+
+    uid, column = "guest:after@1", "guest_after_m"
+
+    def series(self, trace):
+        return np.abs(trace["ego"][:, :, 5]) + 0 * trace.time + trace.length[:, None]
+
+
+class Sensor(Front):
+    def __init__(self, context):
+        super().__init__(context)
+        self.context = context
+
+    def sense(self, scene):
+        found = super().sense(scene)
+        attack((self.context, scene))
+        return found
+
+
+class Channel:
+    monitor_ids = ()
+
+    def reset(self, context):
+        self.context, self.runs = context, context.runs
+
+    def act(self, observation):
+        attack((self.context, observation))
+        zero = np.zeros(self.runs)
+        return ControlCommand("", zero, zero, zero, np.full(self.runs, OK))
+
+
+def attack(shown):
+'''
+
+
+@dataclass(frozen=True)
+class Came:
+    """What came of a campaign: exit code, traces with built-in metrics, verdicts."""
+
+    code: ExitCode
+    results: Any
+    verdicts: Any
+    folder: Path
+
+
+def run(bench: Bench, attack: str, *edits: Edit) -> Came:
+    """Run the bench with a guest that does something to what it is shown."""
+    folder = bench.settle(edits)
+    text = GUEST + textwrap.indent(textwrap.dedent(attack), "    ")
+    for place in ("odd/guest.py", "odd/architectures/guest.py"):
+        (folder / place).write_text(text, "utf-8")
+    db = folder / DB
+    db.unlink(missing_ok=True)
+    summary = api.run(folder / DRIVING, db=db)
+    # Digests of results and rows name the guest; what was measured does not.
+    columns = ", ".join(
+        (
+            "r.trace_digest",
+            "r.outcome",
+            "r.trace_rows",
+            "m.min_distance_m",
+            "m.max_deceleration_mps2",
+            "m.max_jerk_mps3",
+            "m.min_ttc_s",
+        )
+    )
+    query = f"SELECT {columns} FROM run r JOIN metric m ON m.run_number = r.number ORDER BY 1"  # noqa: S608 - ours
+    numbers = run_query(db, query).rows
+    verdicts = "SELECT fsr_id, verdict, margin FROM verdict ORDER BY fsr_id, margin"
+    return Came(summary.exit_code, numbers, run_query(db, verdicts).rows, folder)
+
+
+def listed(*names: str) -> Edit:
+    return Edit(DRIVING, "plugins: []", f"plugins: [{', '.join(f'./guest.py:{n}' for n in names)}]")
+
+
+ON_TRACES = {
+    "in_place": "np.abs(shown['ego'], out=shown['ego']); shown['ego'][..., 5] = 0.0",
+    "by_force": "force(shown['ego'][..., 5], 0.0)",
+    "through_the_base": """
+        array = shown["ego"]
+        while array.base is not None and isinstance(array.base, np.ndarray):
+            array = array.base
+        force(array, 0)
+        """,
+    "by_strides": """
+        ego = shown["ego"]
+        np.lib.stride_tricks.as_strided(ego, ego.shape, ego.strides, writeable=True)[...] = 0.0
+        """,
+    "the_length": "shown.length[:] = 1",
+    "the_clock": "shown.time[:] = 0.0; shown.horizon_row[:] = 0; shown.complete[:] = False",
+    "the_columns": "shown.columns['ego'] = shown['ego'] * 0.0; shown.columns.pop('contact')",
+    "the_digests": "shown._digests[:] = ['0' * 32] * shown.runs; shown._chains.clear()",
+    "the_world": """
+        context = shown.layout.context
+        for array in (context.road.segments, context.object_sizes, context.ego_size):
+            force(array, 1.0)
+        """,
+    "the_vehicle": """
+        for item in (shown.layout.architecture, *shown.layout.architectures):
+            object.__setattr__(item.vehicle, "length", 0.1)
+            item.sensors.clear()
+        object.__setattr__(shown.layout, "horizon", 0.0)
+        """,
+}
+
+
+@pytest.mark.parametrize("attack", ON_TRACES)
+def test_what_a_metric_does_to_its_trace_changes_nothing_else(tmp_path: Path, attack: str) -> None:
+    bench = Bench(tmp_path)
+    honest = run(bench, "pass", OSCILLATES, listed("Metric"))
+    assert ("FSR-04", "FAIL") in {row[:2] for row in honest.verdicts}
+    came = run(bench, ON_TRACES[attack], OSCILLATES, listed("Metric"))
+    assert came.code == honest.code == 1
+    assert came.results == honest.results
+    assert came.verdicts == honest.verdicts
+
+
+def test_metric_does_not_change_what_another_is_shown(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bound = bounded("After", "guest_after_m", "at_most: 0.001")[1]
+    edits = (OSCILLATES, listed("Metric", "After"), bound)
+    attack = ON_TRACES["in_place"] + "; shown.length[:] = 1"
+    honest = run(bench, "pass", *edits)
+    assert ("FSR-02", "FAIL") in {row[:2] for row in honest.verdicts}
+    assert run(bench, attack, *edits).verdicts == honest.verdicts
+
+
+def test_requirement_on_a_guests_metric_is_judged_and_the_others_are_before_it(
+    tmp_path: Path,
+) -> None:
+    bound = bounded("Whole", "guest_m", "at_least: 0.5")
+    edits = (OSCILLATES, listed("Metric"), bound[1])
+    came = run(Bench(tmp_path), ON_TRACES["in_place"], *edits)
+    found = {row[:2] for row in came.verdicts}
+    assert {("FSR-02", "PASS"), ("FSR-04", "FAIL")} <= found
+    assert came.code == 1
+
+
+def test_metric_that_finds_its_way_to_the_trace_itself_is_named(tmp_path: Path) -> None:
+    attack = """
+        frame = sys._getframe()
+        while frame is not None:
+            trace = getattr(frame.f_locals.get("series"), "trace", None)
+            if trace is not None:
+                force(trace["ego"], 0.0)
+            frame = frame.f_back
+        """
+    with pytest.raises(IntegrityError, match=r"\./guest\.py:Metric \(guest_m\) altered the trace"):
+        run(Bench(tmp_path), attack, OSCILLATES, listed("Metric"))
+
+
+ON_SCENES = {
+    "the_objects": "force(shown[1].objects[:, :, 0], 900.0)",
+    "the_ego": "force(shown[1].ego[:, 5], 0.0)",
+    "the_contact": "force(shown[1].contact, -1); force(shown[1].foreign_contact, False)",
+    "the_end": "force(shown[1].running, False); shown[1].tick = 0; shown[1].ego = None",
+    "the_context": """
+        scene = shown[0].scene
+        for array in (scene.object_sizes, scene.ego_size, scene.road.segments, scene.stream_seeds):
+            force(array, 1)
+        force(scene.surroundings.friction, 0.1)
+        """,
+    "the_records": """
+        for vehicle in shown[0].vehicles:
+            object.__setattr__(vehicle, "max_deceleration", 99.0)
+        for spec in shown[0].specs:
+            spec.parameters["flaw"] = "mirrored"
+        shown[0].others.clear()
+        """,
+}
+_FRONT = Edit(
+    BARE,
+    "  localisation: {kind: localisation, rate: 20 Hz}\n",
+    "  localisation: {kind: localisation, rate: 20 Hz}\n"
+    "  spy: {kind: ./guest.py:Sensor, rate: 20 Hz}\n",
+)
+
+
+@pytest.mark.parametrize("attack", ON_SCENES)
+def test_what_a_sensor_does_to_the_world_changes_nothing(tmp_path: Path, attack: str) -> None:
+    bench = Bench(tmp_path)
+    honest = run(bench, "pass", OSCILLATES, _FRONT)
+    came = run(bench, ON_SCENES[attack], OSCILLATES, _FRONT)
+    assert came.code == honest.code == 1
+    assert came.results == honest.results
+    assert came.verdicts == honest.verdicts
+
+
+class Reusing:
+    """A sensor that answers with one array at every tick."""
+
+    def __init__(self, made: Measurement) -> None:
+        self.made = made
+
+    def sense(self, scene: Scene) -> Measurement:
+        self.made.stamp[:] = scene.time
+        return self.made
+
+
+def test_what_a_sensor_has_answered_stays_as_it_was() -> None:
+    from adeye.sensors.delivery import no_measurement
+
+    context = scene_context([CAR], step=0.1)
+    sensor = _Guest(Reusing(no_measurement(1, 1, with_estimate=False)))
+    first = sensor.sense(scene(context, [(40.0, 0.0)], tick=0))
+    sensor.sense(scene(context, [(40.0, 0.0)], tick=9))
+    assert first.stamp.tolist() == [0.0]
+
+
+ON_ROADS = {
+    "the_road": """
+        road = shown[0].road
+        for array in (road.segments, road.lane_width, road.shoulder, road.speed_limit):
+            force(array, 1.0)
+        """,
+    "the_speed": "force(shown[0].desired_speed, 1.0); shown[0].mounts.clear()",
+    "the_vehicle": """
+        for vehicle in shown[0].vehicles:
+            object.__setattr__(vehicle, "wheelbase", 9.0)
+        """,
+    "the_observation": """
+        seen = shown[1].measurements["localisation"]
+        force(seen.estimate, 0.0)
+        force(seen.stamp, -1.0)
+        force(shown[1].running, False)
+        object.__setattr__(shown[1], "time", -5.0)
+        """,
+    "the_command_of_another": "force(shown[1].commands['nominal'].steering_angle, 0.0)",
+}
+_SPY = Edit(
+    BARE,
+    "    parameters: {flaw: none}\n    realises: car\n",
+    "    parameters: {flaw: oscillates}\n    realises: car\n"
+    "  spy: {kind: ./guest.py:Channel, links: [localisation, channels.nominal], rate: 20 Hz}\n",
+)
+
+
+@pytest.mark.parametrize("attack", ON_ROADS)
+def test_what_a_channel_does_to_its_map_changes_nothing(tmp_path: Path, attack: str) -> None:
+    bench = Bench(tmp_path)
+    honest = run(bench, "pass", _SPY)
+    came = run(bench, ON_ROADS[attack], _SPY)
+    assert came.code == honest.code == 1
+    assert came.results == honest.results
+    assert came.verdicts == honest.verdicts
+
+
+def test_replay_of_a_tampered_run_is_of_the_truth(tmp_path: Path) -> None:
+    came = run(Bench(tmp_path), ON_SCENES["the_ego"], OSCILLATES, _FRONT)
+    db = came.folder / DB
+    digest = str(run_query(db, "SELECT result_digest FROM run ORDER BY number").rows[0][0])
+    again = api.replay(digest, db=db)
+    assert again.identical
+    assert again.verdicts["FSR-04"] == "FAIL"
+
+
+def test_built_in_parts_pay_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hashed = []
+    honest = Trace._digest
+
+    def count(self: Trace) -> list[str]:
+        hashed.append(1)
+        return honest(self)
+
+    monkeypatch.setattr(Trace, "_digest", count)
+    run(Bench(tmp_path), "pass")
+    assert len(hashed) == 1
