@@ -87,7 +87,7 @@ def _print(found: Certificate) -> None:
     emit("")
     emit_table(("Condition", "Compared"), found.conditions, right=("Compared",))
     if found.is_certified:
-        emit("\nCertified: every trace and metric of the sample is as stored under each condition.")
+        emit("\nCertified: every trace, metric and verdict of the sample is as stored.")
         return
     emit_table(
         ("Run", "Scenario", "Architecture", "Faults", "Differs", "From tick", "Conditions"),

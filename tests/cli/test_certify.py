@@ -35,7 +35,7 @@ def test_deterministic_campaign_is_certified(
     shown = capsys.readouterr().out
     assert "10 of 28 runs, from 8 combinations" in shown
     assert "batches of 7, reversed, in this process" in shown
-    assert "Certified: every trace and metric" in shown
+    assert "Certified: every trace, metric and verdict" in shown
 
 
 def test_run_that_differs_is_exit_code_4_and_named(
