@@ -48,6 +48,7 @@ from adeye.spec.concept import Concept, Requirement
 from adeye.spec.quantity import SI
 from adeye.store.check_views import RULES
 from adeye.store.checking import PLAN_RULES, check_campaign
+from adeye.store.blocking import channel_failures
 from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
 
@@ -173,6 +174,8 @@ class ReportBuilder:
             accounted=progress.accounted,
             outcomes=self._outcomes(),
             machine_dependent=int(self.figures.machine_dependent.sum()),
+            contacts=self.repository.contacts(self.campaign.id),
+            channel_failures=channel_failures(self.repository, self.campaign),
             command=self._command(f"adeye run {provenance.get('odd_path', self.campaign.odd)}"),
             architectures=tuple(architectures_of(content)),
             scenarios=tuple(scenarios_of(content)),
@@ -293,6 +296,7 @@ class ReportBuilder:
             counts=dict(total.counts) if total.verdict is not None else {},
             exercised=total.exercised if total.verdict is not None else 0,
             runs=total.runs if total.verdict is not None else 0,
+            min_exercised=total.min_exercised,
             note=total.note,
             **self._worst(run, record),
         )

@@ -179,8 +179,7 @@ class _Writer:
                 continue
             margin = f", worst margin {margin_text(cell)}" if margin_text(cell) else ""
             yield (
-                f"{verdict_word(cell.verdict)}, exercised in {cell.exercised:,} of "
-                f"{cell.runs:,} runs{margin}"
+                f"{verdict_word(cell.verdict)}, exercised in {cell.exercised_text} runs{margin}"
             )
 
     def _object(self, objects: ET.Element, item: _Object) -> None:

@@ -116,9 +116,7 @@ def _message(
     if cell is None:
         return f"{fsr.id} is NOT RUN for {architecture.id} in {place}: no result is recorded."
     text = f"{fsr.id} is {verdict_word(cell.verdict)} for {architecture.id} in {place}"
-    text += f", exercised in {cell.exercised:,} of {cell.runs:,} runs."
-    if cell.verdict is Verdict.VACUOUS and scenario is None:
-        text += f" At least {fsr.min_exercised:,} have to pass."
+    text += f", exercised in {cell.exercised_text} runs."
     if cell.binding is not None:
         text += f" {binding_sentence(cell.binding)}."
     if cell.note:
