@@ -235,6 +235,8 @@ class Report(Part):
     command: str
     """Reproduces the campaign."""
     commands: tuple[Command, ...] = ()
+    where: Place | None = None
+    """The ODD's file, also where it is not what was run any more."""
     architectures: tuple[Architecture, ...]
     scenarios: tuple[Scenario, ...]
     factors: tuple[Factors, ...] = ()

@@ -205,8 +205,8 @@ class Gate(Record):
     """Reference drivers: a contact that none of them avoids does not block. The verdict stays; what
     is not known to be unpreventable blocks."""
     channel_failures: Literal["refuse", "allow"] = "refuse"
-    """Whether a channel that raises, dies, hangs or answers nonsense blocks: ``allow`` lets the FSRs
-    alone decide. One that a mandatory FSR about its silence passes in does not block."""
+    """Whether a channel that raises, dies, hangs or answers nonsense blocks. It never does in a run
+    in which a mandatory FSR about its silence passes; with ``allow`` the FSRs alone decide."""
 
     @model_serializer(mode="wrap")
     def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:

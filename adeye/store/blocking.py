@@ -77,9 +77,7 @@ class ChannelFailure:
         return f"{text}{self.architecture}{detail}{self.why and f', {self.why}'}"
 
 
-def channel_policy(
-    repository: Repository, campaign: CampaignInfo
-) -> Literal["refuse", "allow"]:
+def channel_policy(repository: Repository, campaign: CampaignInfo) -> Literal["refuse", "allow"]:
     """Return what the gate of a campaign's ODD says to failures of channels."""
     says = _gate_of(repository, campaign).get("channel_failures")
     return "allow" if says == "allow" else "refuse"

@@ -223,17 +223,18 @@ _FAILURES: Final = """SELECT architecture, channel, told, mastered, COUNT(*) FRO
     WHERE r.outcome_channel IS NOT NULL AND c.campaign_id = ? AND e.kind = 'channel'
         AND e.subject <> r.outcome_channel AND SUBSTR(e.text, 1, 8) = 'channel_'
 ) AS failed GROUP BY 1, 2, 3, 4 ORDER BY 1, 2, 3, 4"""
-_MASTERED: Final = f"""CASE WHEN EXISTS (
+_MASTERED: Final = """CASE WHEN EXISTS (
     SELECT 1 FROM campaign_fsr f
     JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
-    WHERE {JUDGED} AND v.verdict = 'PASS' AND (%s)) THEN 1 ELSE 0 END"""
+    WHERE {judged} AND v.verdict = 'PASS' AND ({about})) THEN 1 ELSE 0 END"""
 
 
 def failed_channels(
     connection: Connection, campaign_id: str, about: Sequence[tuple[str, str]] = ()
 ) -> tuple[tuple[str, str, str, bool, int], ...]:
-    """Count the runs in which a channel failed, by architecture, channel, what happened, and
-    whether an FSR about the channel passes in them.
+    """Count the runs in which a channel failed, by architecture, channel and what happened.
+
+    Those in which an FSR about the channel passes are counted apart.
 
     Few of many runs have such an outcome, so the runs are read as they lie in the file, and only
     for those the cases are looked up. The outcome is that of the channel that failed first; those
@@ -246,7 +247,9 @@ def failed_channels(
     """
     named = [value for pair in about for value in pair]
     sides = {
-        name: _MASTERED % " OR ".join([f"(f.fsr_id = ? AND {column} = ?)"] * len(about))
+        name: _MASTERED.format(
+            judged=JUDGED, about=" OR ".join([f"(f.fsr_id = ? AND {column} = ?)"] * len(about))
+        )
         if about
         else "0"
         for name, column in (("first", "r.outcome_channel"), ("later", "e.subject"))

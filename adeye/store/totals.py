@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.verdict import ExitCode, Verdict, exercised_of, exit_code, fold_runs, gate_exit
+from adeye.evaluation.verdict import (
+    ExitCode,
+    Verdict,
+    exercised_of,
+    exit_code,
+    fold_runs,
+    gate_exit,
+)
 from adeye.store.blocking import (
     channel_failures,
     contacts_in_words,
