@@ -289,5 +289,6 @@ def json_schema() -> dict[str, Any]:
         **schema["properties"],
         "digest": digest_schema,
     }
-    schema["required"] = ["schema", *schema["required"], "digest"]
+    always = [name for name in schema["required"] if name != "channel_failures"]
+    schema["required"] = ["schema", *always, "digest"]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": SCHEMA, **schema}
