@@ -71,7 +71,7 @@ class ChannelFailure:
 
     def __str__(self) -> str:
         """Say it in one sentence without an end."""
-        more = f", and {self.others:,} others" if self.others else ""
+        more = f", and {self.others:,} more" if self.others else ""
         detail = f" ({self.detail}{more})" if self.detail else ""
         text = f"{self.outcome} of channel {self.channel} in {_runs(self.runs)} of "
         return f"{text}{self.architecture}{detail}{self.why and f', {self.why}'}"
@@ -112,7 +112,7 @@ def channel_failures(repository: Repository, campaign: CampaignInfo) -> tuple[Ch
             why = f"refused: in {_runs(refused)} no mandatory FSR about it passes ({_REMEDY})"
         else:
             why = "allowed by the ODD" if unmastered[key] else f"which {by} is about"
-        detail = min(sorted(counts), key=lambda text, counts=counts: -counts[text])
+        detail = max(sorted(counts), key=counts.__getitem__)
         found.append(
             ChannelFailure(
                 *key,

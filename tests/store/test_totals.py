@@ -261,7 +261,7 @@ def test_what_happened_most_often_is_told_and_the_rest_is_counted(
         events=[],
     )
     message = gate(repository, example.campaign(repository, 8))[1]
-    assert "channel a in 4 runs of new (one, and 1 others)" in message
+    assert "channel a in 4 runs of new (one, and 1 more)" in message
 
 
 def test_contact_is_said_beside_a_green_answer(repository: Repository, example: Any) -> None:
