@@ -121,6 +121,7 @@ class ChannelEvent:
         detail: What was wrong.
         is_machine_dependent: Whether a deadline on the wall clock, or another bound that depends on
             the machine's speed or load, was hit in the run.
+        later: First failures of other channels in the same run, in order of time.
     """
 
     outcome: str
@@ -128,6 +129,7 @@ class ChannelEvent:
     time: float
     detail: str
     is_machine_dependent: bool = False
+    later: tuple[ChannelEvent, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

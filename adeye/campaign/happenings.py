@@ -158,9 +158,9 @@ def _channels(trace: Trace, found: _Found, decided: Bools) -> None:
             chosen = codes == code
             found.add("channel", name, text, runs[chosen], trace.time[rows[chosen]])
     for run, event in enumerate(trace.channel_events):
-        if event is not None:
-            text = f"{event.outcome}: {event.detail}"
-            found.add("channel", event.channel, text, np.array([run]), np.array([event.time]))
+        for failure in () if event is None else (event, *event.later):
+            text = f"{failure.outcome}: {failure.detail}"
+            found.add("channel", failure.channel, text, np.array([run]), np.array([failure.time]))
 
 
 def _handovers(trace: Trace, found: _Found, decided: Bools) -> None:

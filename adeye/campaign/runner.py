@@ -15,7 +15,7 @@ from adeye.campaign.heartbeat import renewing
 from adeye.campaign.keeping import Keep
 from adeye.campaign.rejudging import VERDICT, Rejudged, rejudge
 from adeye.campaign.session import Session
-from adeye.campaign.summary import CampaignSummary, failed_channels, summarise
+from adeye.campaign.summary import CampaignSummary, summarise
 from adeye.campaign.tasks import LEASE_S, Tasks
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import ASKED_TO_END, InputError
@@ -249,15 +249,15 @@ class _Campaign:
             to_execute=stored.to_execute - now,
             twins=halved.twins,
         )
-        notes = [failed_channels(repository, stored.campaign)]
+        notes = []
         if halved.failures:
             notes.append(f"nothing is judged without the twins: {_first_line(halved.failures[-1])}")
         if tasks.failures and campaign.work.quarantined:
             last = _first_line(tasks.failures[-1])
             notes.append(f"{campaign.work.quarantined} blocks were given up: {last}")
         notes += tasks.notes(summary.to_execute)
-        if any(notes):
-            message = "; ".join((summary.message.rstrip("."), *filter(None, notes)))
+        if notes:
+            message = "; ".join((summary.message.rstrip("."), *notes))
             summary = replace(summary, message=message)
         if tasks.chosen == 0:
             # An empty selection is no success, whatever the verdict of the campaign is.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from adeye.evaluation.verdict import exercised_of
+from adeye.store.blocking import channel_failures
 from adeye.store.totals import gate_code, totals
 
 if TYPE_CHECKING:
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
 
     from adeye.campaign.plan import CampaignPlan
     from adeye.evaluation.verdict import ExitCode, Verdict
+    from adeye.store.blocking import ChannelFailure
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo, Plan
 
@@ -33,6 +36,7 @@ class VerdictLine:
         unit: Of the margin.
         worst_run: Result digest of the worst run.
         text: Text of the requirement.
+        min_exercised: Runs that must PASS.
     """
 
     architecture: str
@@ -47,6 +51,12 @@ class VerdictLine:
     unit: str
     worst_run: str
     text: str
+    min_exercised: int = 1
+
+    @property
+    def exercised_text(self) -> str:
+        """Of how many runs, or of how many that are needed, it was exercised."""
+        return exercised_of(self.verdict, self.exercised, self.runs, self.min_exercised)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +78,8 @@ class CampaignSummary:
         to_execute: Test cases without a result.
         twins: Twins with half the step that were executed now.
         selected: Test cases that were to be executed if they lacked a result; None for all.
+        channel_failures: How channels failed, also where that is mastered.
+        contacts: Runs that a contact ended, by architecture.
     """
 
     campaign: str
@@ -84,21 +96,8 @@ class CampaignSummary:
     to_execute: int = 0
     twins: int = 0
     selected: int | None = None
-
-
-def failed_channels(repository: Repository, campaign: str) -> str:
-    """Say in how many runs which channel failed; empty if none did.
-
-    A mastered failure of a channel can PASS, but it never goes unmentioned.
-
-    Args:
-        repository: The database.
-        campaign: Id of the campaign.
-    """
-    return "; ".join(
-        f"{outcome} of channel {channel} in {count:,} runs of {architecture}"
-        for architecture, channel, outcome, count in repository.failed_channels(campaign)
-    )
+    channel_failures: tuple[ChannelFailure, ...] = ()
+    contacts: Mapping[str, int] = field(default_factory=dict)
 
 
 def summarise(
@@ -121,6 +120,7 @@ def summarise(
             unit=(item.worst[1].unit or "") if item.worst else "",
             worst_run=item.worst[0].result_digest if item.worst else "",
             text=texts[item.fsr],
+            min_exercised=item.min_exercised,
         )
         for item in totals(repository, campaign)
     ]
@@ -133,4 +133,6 @@ def summarise(
         exit_code=code,
         message=message,
         verdicts=tuple(lines),
+        channel_failures=channel_failures(repository, campaign),
+        contacts=repository.contacts(campaign.id),
     )

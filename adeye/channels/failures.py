@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import traceback
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -16,6 +18,8 @@ KILLED: Final = "channel_killed"
 TIMEOUT: Final = "channel_timeout"
 MAX_DETAIL: Final = 500
 """Longest detail that is kept [characters]."""
+_LONGEST_NAME: Final = 100
+_ADEYE: Final = f"{Path(__file__).parents[1]}{os.sep}"
 
 
 class Failures:
@@ -96,15 +100,32 @@ def describe(error: BaseException) -> str:
 
     Paths are left out because the text is stored with results that must not depend on a machine.
     """
-    frames = traceback.extract_tb(error.__traceback__)
-    place = ""
-    if frames:
-        name = frames[-1].filename.replace("\\", "/").rpartition("/")[2]
-        place = f" ({name}:{frames[-1].lineno})"
+    frame = _own_frame(traceback.extract_tb(error.__traceback__))
+    place = "" if frame is None else f" ({_folder_and_name(frame)[1]}:{frame.lineno})"
+    kind = type(error).__name__[:_LONGEST_NAME]
     try:
         said = str(error)[:MAX_DETAIL]
     except Exception:  # noqa: BLE001 - it is described, not obeyed
         said = "it cannot say what it is"
     # A text that no encoding takes, or that ends early in the database, is shown escaped.
     said = said.encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
-    return f"{type(error).__name__}: {said}{place}"
+    # However much it says, the place is told.
+    return f"{kind}: {said[: MAX_DETAIL - len(kind) - len(place) - 2]}{place}"
+
+
+def _own_frame(frames: traceback.StackSummary) -> traceback.FrameSummary | None:
+    """Find the innermost frame of the guest's own files, not of a library that it calls."""
+    guest = [frame for frame in frames if not frame.filename.startswith(_ADEYE)]
+    home = _folder_and_name(guest[0])[0] if guest else ""
+    own = [
+        frame
+        for frame in guest
+        if _folder_and_name(frame)[0].startswith(home)
+        and "site-packages/" not in _folder_and_name(frame)[0][len(home) :]
+    ]
+    return own[-1] if own else frames[-1] if frames else None
+
+
+def _folder_and_name(frame: traceback.FrameSummary) -> tuple[str, str]:
+    folder, slash, name = frame.filename.replace("\\", "/").rpartition("/")
+    return folder + slash, name

@@ -107,7 +107,7 @@ class ChannelRack:
 
     @property
     def events(self) -> list[ChannelEvent | None]:
-        """First failure of any channel in each run."""
+        """First failure of any channel in each run, with those of the others after it."""
         merged: list[ChannelEvent | None] = [None] * self._runs
         for channel in self._inner.values():
             own = getattr(channel, "events", merged)
@@ -174,7 +174,12 @@ class ChannelRack:
 def _earlier(one: ChannelEvent | None, other: ChannelEvent | None) -> ChannelEvent | None:
     if one is None or other is None:
         return one or other
-    first = one if one.time <= other.time else other
+    first, later = (one, other) if one.time <= other.time else (other, one)
     # What the later failure depends on, the rest of the run does.
     is_dependent = one.is_machine_dependent or other.is_machine_dependent
-    return replace(first, is_machine_dependent=is_dependent)
+    others = sorted((*first.later, later, *later.later), key=lambda event: event.time)
+    return replace(
+        first,
+        is_machine_dependent=is_dependent,
+        later=tuple(replace(event, later=()) for event in others),
+    )

@@ -183,6 +183,8 @@ def _document(result: GateResult) -> dict[str, object]:
         "is_written": result.is_written,
         "exit_code": int(result.exit_code),
         "message": result.message,
+        "contacts": result.contacts,
+        "channel_failures": result.channel_failures,
         "findings": [
             {
                 "kind": str(item.kind),

@@ -65,5 +65,7 @@ def document(summary: CampaignSummary) -> dict[str, object]:
         "rejudged_from": dict(summary.ways),
         "exit_code": int(summary.exit_code),
         "message": summary.message,
+        "contacts": dict(summary.contacts),
+        "channel_failures": summary.channel_failures,
         "verdicts": ordered(summary.verdicts),
     }

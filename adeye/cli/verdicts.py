@@ -70,7 +70,7 @@ def _print_architecture(lines: Sequence[VerdictLine]) -> None:
             line.fsr + ("" if line.mandatory else " opt."),
             line.asil,
             verdict_cell(line.verdict),
-            f"{line.exercised:,} of {line.runs:,}",
+            line.exercised_text,
             margin_text(line),
             short(line.worst_run),
             *([_cut(line.text)] if has_texts else []),

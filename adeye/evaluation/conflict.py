@@ -155,7 +155,7 @@ def _fill_free(rows: int, run: int, values: Floats, actors: Shorts) -> None:
 
 
 @inlined
-def _measure_row(  # noqa: PLR0913, PLR0915, PLR0917 - a part of the kernel
+def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
     run: int,
     row: int,
     ego: Floats,

@@ -15,6 +15,7 @@ __all__ = [
     "ExitCode",
     "Outcome",
     "Verdict",
+    "exercised_of",
     "exit_code",
     "exit_of_verdict",
     "fold_fsrs",
@@ -125,6 +126,23 @@ def fold_runs(
         if remaining.get(verdict, 0) > 0:
             return verdict
     return Verdict.PASS if remaining.get(Verdict.PASS, 0) >= min_exercised else Verdict.VACUOUS
+
+
+def exercised_of(verdict: Verdict | None, exercised: int, runs: int, needed: int | None) -> str:
+    """Say of how many runs an FSR was exercised in so many: of all, or of those that it lacks.
+
+    Args:
+        verdict: Folded over the runs.
+        exercised: Runs that exercised it.
+        runs: Runs planned.
+        needed: ``min_exercised``; None where it is not asked for.
+
+    >>> exercised_of(Verdict.PASS, 2, 3, 2), exercised_of(Verdict.VACUOUS, 2, 2, 30)
+    ('2 of 3', '2 of 30 needed')
+    """
+    if verdict is Verdict.VACUOUS and (needed or 1) > 1:
+        return f"{exercised:,} of {needed:,} needed"
+    return f"{exercised:,} of {runs:,}"
 
 
 def fold_fsrs(verdicts: Iterable[Verdict]) -> Verdict:

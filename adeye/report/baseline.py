@@ -8,7 +8,7 @@ changed. The file ends with a digest of its content: what was edited by hand is 
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Annotated, Any, Final, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -123,6 +123,8 @@ class Baseline(Part):
     numerics: str
     """Backend, variant and numerics version."""
     gate: tuple[str, ...]
+    channel_failures: Literal["refuse", "allow"] = "refuse"
+    """What the gate says to channels that fail; not written where that is the default."""
     exit_code: ExitCode
     """Of the campaign; a baseline may hold failures that are known."""
     planned: Count
@@ -160,6 +162,8 @@ def baseline_text(baseline: Baseline) -> str:
     """
     document = baseline.model_dump(mode="json", exclude_defaults=False)
     document["exit_code"] = int(baseline.exit_code)
+    if baseline.channel_failures == "refuse":
+        del document["channel_failures"]
     head = {"schema": SCHEMA, **document, "digest": digest(document)}
     return "{\n" + ",\n".join(f' "{name}": {text}' for name, text in _members(head)) + "\n}\n"
 
@@ -285,5 +289,6 @@ def json_schema() -> dict[str, Any]:
         **schema["properties"],
         "digest": digest_schema,
     }
-    schema["required"] = ["schema", *schema["required"], "digest"]
+    always = [name for name in schema["required"] if name != "channel_failures"]
+    schema["required"] = ["schema", *always, "digest"]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": SCHEMA, **schema}

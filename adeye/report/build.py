@@ -46,6 +46,7 @@ from adeye.report.step import step_statements
 from adeye.report.verification import realisations_of, verification_of
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.quantity import SI
+from adeye.store.blocking import channel_failures
 from adeye.store.check_views import RULES
 from adeye.store.checking import PLAN_RULES, check_campaign
 from adeye.store.totals import Total, gate_code, totals
@@ -138,7 +139,7 @@ class ReportBuilder:
         provenance = self.campaign.provenance
         odd_path = str(provenance.get("odd_path", ""))
         # What the files say now has lines; what was stored has none.
-        places = places_of(odd_path, self.odd, self.concept)
+        places = places_of(odd_path, self.odd, self.concept, self.repository.location.beside.parent)
         rules = RULES if self.is_read_whole else PLAN_RULES
         checked = check_campaign(self.repository.location, self.campaign.id, rules=rules)
         assert checked is not None
@@ -173,7 +174,10 @@ class ReportBuilder:
             accounted=progress.accounted,
             outcomes=self._outcomes(),
             machine_dependent=int(self.figures.machine_dependent.sum()),
+            contacts=self.repository.contacts(self.campaign.id),
+            channel_failures=channel_failures(self.repository, self.campaign),
             command=self._command(f"adeye run {provenance.get('odd_path', self.campaign.odd)}"),
+            where=places.odd,
             architectures=tuple(architectures_of(content)),
             scenarios=tuple(scenarios_of(content)),
             factors=factors,
@@ -293,6 +297,7 @@ class ReportBuilder:
             counts=dict(total.counts) if total.verdict is not None else {},
             exercised=total.exercised if total.verdict is not None else 0,
             runs=total.runs if total.verdict is not None else 0,
+            min_exercised=total.min_exercised,
             note=total.note,
             **self._worst(run, record),
         )

@@ -115,6 +115,7 @@ PointKind = Literal[
     "waiver",
     "assumption",
     "finding",
+    "channel_failure",
 ]
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import UsageError
-from adeye.evaluation.verdict import Verdict
+from adeye.evaluation.verdict import Verdict, exercised_of
 from adeye.report.designs import is_sample
 from adeye.report.findings import Finding, Kind
 from adeye.report.margins import Column, Tolerances, compare_cells, compare_pairs
@@ -58,7 +58,7 @@ def state_of(now: Baseline) -> list[Finding]:
     return [
         Finding(
             Kind.FAILING if cell.verdict is Verdict.FAIL else Kind.UNDECIDED,
-            _verdict_text(cell),
+            _verdict_text(cell, now.fsrs[cell.fsr].min_exercised),
             fsr=cell.fsr,
             architecture=cell.architecture,
             runs=(cell.run,) if cell.run else (),
@@ -71,11 +71,15 @@ def state_of(now: Baseline) -> list[Finding]:
     ]
 
 
-def _verdict_text(cell: BaselineCell) -> str:
+def _verdict_text(cell: BaselineCell, needed: int) -> str:
     if cell.verdict is None:
         return "not applicable, and the architecture is in the gate"
     counts = ", ".join(f"{word} {counted(count)}" for word, count in cell.counts.items())
-    return f"{cell.verdict}; runs: {counts or 'none'}"
+    text = f"{cell.verdict}; runs: {counts or 'none'}"
+    if cell.verdict is Verdict.VACUOUS and needed > 1:
+        runs = sum(cell.counts.values())
+        text += f"; exercised in {exercised_of(cell.verdict, cell.exercised, runs, needed)}"
+    return text
 
 
 def changes(then: Baseline, now: Snapshot, tolerances: Tolerances) -> list[Finding]:
@@ -98,6 +102,8 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
         if name in now.architectures:
             text = "was in the gate and is not any more"
             yield Finding(Kind.RELAXED, text, architecture=name)
+    if now.channel_failures == "allow" != then.channel_failures:
+        yield Finding(Kind.RELAXED, "failures of channels were refused and are allowed now")
     for fsr, was in then.fsrs.items():
         has = now.fsrs.get(fsr)
         if has is None:

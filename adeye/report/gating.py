@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import IntegrityError
@@ -13,14 +13,15 @@ from adeye.report.findings import Finding, Kind, deciding, gate_code_of
 from adeye.report.gate import Snapshot, changes, check_same_odd, state_of
 from adeye.report.snapshot import MAX_CASES, case_keys, take_down
 from adeye.report.words import counted, unit_text
-from adeye.store.blocking import preventable_by, without_unpreventable
+from adeye.store.blocking import channel_failures, preventable_by, without_unpreventable
 from adeye.store.totals import gate_code, totals
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from adeye.report.margins import Tolerances
+    from adeye.store.blocking import ChannelFailure
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo
 
@@ -43,6 +44,8 @@ class GateResult:
         exit_code: The answer.
         message: Why, with every exit code that applies.
         is_written: Whether the baseline was written.
+        channel_failures: How channels failed, also where that is mastered.
+        contacts: Runs that a contact ended, by architecture.
     """
 
     campaign: str
@@ -55,6 +58,8 @@ class GateResult:
     exit_code: ExitCode
     message: str
     is_written: bool = False
+    channel_failures: tuple[ChannelFailure, ...] = ()
+    contacts: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -110,6 +115,16 @@ def judge_campaign(
         own.append(Finding(Kind.CHANGED, edits))
     set_aside = _set_aside(repository, campaign)
     own += map(set_aside, state_of(now))
+    failures = channel_failures(repository, campaign)
+    own += [
+        Finding(
+            Kind.UNDECIDED if item.refused else Kind.NOTE,
+            str(item),
+            decides=item.refused > 0,
+            architecture=item.architecture,
+        )
+        for item in failures
+    ]
     changed: list[Finding] = []
     if then is not None:
         check_same_odd(then, now, str(path))
@@ -128,6 +143,8 @@ def judge_campaign(
         changes=tuple(changed),
         exit_code=decided,
         message=_message(decided, code, message, [*own, *changed]),
+        channel_failures=failures,
+        contacts=repository.contacts(campaign.id),
     )
 
 

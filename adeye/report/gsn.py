@@ -247,12 +247,11 @@ class _Builder:
             text = "No result is recorded."
             node = GsnNode(f"E-{place}", "goal", f"{architecture} in {scenario}", text, state)
         elif state == "undeveloped":
-            text = f"{verdict_word(cell.verdict)}: exercised in {cell.exercised:,} of {cell.runs:,}"
+            text = f"{verdict_word(cell.verdict)}: exercised in {cell.exercised_text}"
             title = f"{architecture} in {scenario}"
             node = GsnNode(f"E-{place}", "goal", title, f"{text} runs.", state)
         else:
-            text = f"{verdict_word(cell.verdict)}, exercised in {cell.exercised:,} of "
-            text += f"{cell.runs:,} runs"
+            text = f"{verdict_word(cell.verdict)}, exercised in {cell.exercised_text} runs"
             text += f", worst margin {margin_text(cell)}" if margin_text(cell) else ""
             found = {
                 "evidence_digest": self._report.evidence_digest,

@@ -5,6 +5,8 @@
   also a cell that is missing or not applicable. Nothing is ever skipped.
 - VACUOUS in one scenario is neutral while the FSR passes over all scenarios: that is what a fold
   over runs means. The suite's output lists it as not exercised there.
+- One test case for each way in which a channel of the architecture failed: an error where the gate
+  refuses it.
 - One suite ``campaign``: every planned test case accounted for; the exit code.
 - FSRs that are not mandatory and architectures outside the gate decide nothing. They are no test
   cases, neither red nor green: the output and the properties of their suites list them.
@@ -149,7 +151,17 @@ def _gate_suite(report: Report, architecture: Architecture) -> _Suite:
                 suite.cases.append(_Case(fsr.id, f"{architecture.id}.{scenario}", None))
             else:
                 suite.cases.append(_case(architecture.id, fsr, scenario, cell))
+    for item in report.channel_failures:
+        if item.architecture == architecture.id:
+            name, place = f"channel {item.channel}", f"{architecture.id}.channels"
+            kind: Literal["error"] | None = "error" if item.refused else None
+            suite.cases.append(_Case(name, place, kind, item.outcome, str(item), item.detail))
+    suite.output += _failing(report, architecture)
     return suite
+
+
+def _failing(report: Report, architecture: Architecture) -> list[str]:
+    return [str(item) for item in report.channel_failures if item.architecture == architecture.id]
 
 
 def _compared_suite(report: Report, architecture: Architecture) -> _Suite:
@@ -162,6 +174,7 @@ def _compared_suite(report: Report, architecture: Architecture) -> _Suite:
         word = "mandatory" if fsr.mandatory else "not mandatory"
         suite.output.append(f"{fsr.id} ({word}): {_state(cell)}")
         suite.properties.append((f"verdict.{fsr.id}", _verdict_word(cell)))
+    suite.output += _failing(report, architecture)
     return suite
 
 
@@ -195,7 +208,7 @@ def _verdict_word(cell: Cell | None) -> str:
 def _state(cell: Cell | None) -> str:
     if cell is None:
         return "NOT_RUN, no result is recorded"
-    text = f"{_verdict_word(cell)}, exercised in {cell.exercised} of {cell.runs} runs"
+    text = f"{_verdict_word(cell)}, exercised in {cell.exercised_text} runs"
     if cell.margin is not None:
         text += f", worst margin {quantity(cell.margin.value, cell.margin.unit, signed=True)}"
     if cell.worst_run is not None:

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from adeye.evaluation.dependence import Dependencies
 from adeye.evaluation.suite.results import Suite
-from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_fsrs
+from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, exercised_of, fold_fsrs
 from adeye.report.assessment_parts import Assessment
 from adeye.report.claims import Claims
 from adeye.report.comparison import Comparison
@@ -35,6 +35,7 @@ from adeye.report.parts import Binding, Command, Count, Id, Label, Margin, Part,
 from adeye.report.replay import Replay
 from adeye.report.verification_parts import Realisation, VerificationRow
 from adeye.spec.asil import RequirementAsil
+from adeye.store.blocking import ChannelFailure
 
 SCHEMA = "adeye/report@1"
 
@@ -117,6 +118,8 @@ class Cell(Part):
     """Runs per verdict."""
     exercised: Count = 0
     runs: Count = 0
+    min_exercised: Annotated[int, Field(ge=1)] = 1
+    """Runs that must PASS here."""
     margin: Margin | None = None
     """Of the worst run."""
     binding: Binding | None = None
@@ -124,6 +127,11 @@ class Cell(Part):
     command: str
     """Reproduces the worst run, or lists the runs."""
     note: str = ""
+
+    @property
+    def exercised_text(self) -> str:
+        """Of how many runs, or of how many that are needed, it was exercised."""
+        return exercised_of(self.verdict, self.exercised, self.runs, self.min_exercised)
 
     @model_validator(mode="after")
     def _adds_up(self) -> Self:
@@ -220,9 +228,15 @@ class Report(Part):
     outcomes: dict[Outcome, Count] = {}
     machine_dependent: Count = 0
     """Runs that hit a wall-clock deadline: another machine may get other results."""
+    contacts: dict[str, Count] = {}
+    """Runs that a contact ended, by architecture."""
+    channel_failures: tuple[ChannelFailure, ...] = ()
+    """How channels failed, also where that is mastered; what is refused blocks the gate."""
     command: str
     """Reproduces the campaign."""
     commands: tuple[Command, ...] = ()
+    where: Place | None = None
+    """The ODD's file, also where it is not what was run any more."""
     architectures: tuple[Architecture, ...]
     scenarios: tuple[Scenario, ...]
     factors: tuple[Factors, ...] = ()
@@ -284,6 +298,8 @@ class Report(Part):
         _known("an FSR", [cell.fsr for cell in self.cells], fsrs)
         _known("an FSR", [case.fsr for case in self.worst_cases], fsrs)
         _known("an architecture", [cell.architecture for cell in self.cells], architectures)
+        failing = [item.architecture for item in self.channel_failures]
+        _known("an architecture", [*failing, *self.contacts], architectures)
         _known("a scenario", [cell.scenario for cell in self.cells if cell.scenario], scenarios)
         _known("a scenario", [axis.scenario for axis in self.dead_axes], scenarios)
         for places in (self.worst_cases, self.metrics, self.replays):
@@ -306,6 +322,10 @@ class Report(Part):
             msg = f"exit code 0, but {self.accounted} of {self.planned} test cases accounted for"
             raise ValueError(msg)
         gate = {item.id: self.verdict_of(item.id) for item in self.architectures if item.is_gate}
+        refused = [str(item) for item in self.channel_failures if item.refused]
+        if refused:
+            msg = f"exit code 0, but {'; '.join(refused)}"
+            raise ValueError(msg)
         if not gate or any(verdict is not Verdict.PASS for verdict in gate.values()):
             msg = f"exit code 0, but the gate is {gate}"
             raise ValueError(msg)

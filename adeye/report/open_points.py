@@ -28,6 +28,7 @@ KINDS: Final[Mapping[Verdict | None, PointKind]] = {
 }
 ORDER: Final[tuple[PointKind, ...]] = (
     *KINDS.values(),
+    "channel_failure",
     "finding",
     "waiver",
     "assumption",
@@ -37,7 +38,8 @@ ORDER: Final[tuple[PointKind, ...]] = (
 
 def open_points_of(report: Report) -> tuple[OpenPoint, ...]:
     """List the open points of a report: what the gate hangs on first, then by kind."""
-    found = [*_verdicts(report), *_findings(report), *_waivers(report), *_assumptions(report)]
+    found = [*_verdicts(report), *_failures(report), *_findings(report)]
+    found += [*_waivers(report), *_assumptions(report)]
     return tuple(sorted(found, key=lambda item: (not item.decides, ORDER.index(item.kind))))
 
 
@@ -67,6 +69,8 @@ def _verdict(fsr: Fsr, architecture: Architecture, cell: Cell | None, command: s
     if cell is not None:
         parts = [f"{count:,} {verdict_word(state)}" for state, count in cell.counts.items()]
         text += f": {', '.join(parts)}" if parts else ""
+        if verdict is Verdict.VACUOUS and cell.min_exercised > 1:
+            text += f", exercised in {cell.exercised_text}"
         text += f"; {binding_sentence(cell.binding)}" if cell.binding else ""
         text += f"; {cell.note}" if cell.note else ""
     return OpenPoint(
@@ -77,6 +81,18 @@ def _verdict(fsr: Fsr, architecture: Architecture, cell: Cell | None, command: s
         decides=fsr.mandatory and architecture.is_gate,
         command=command if cell is None else cell.command,
     )
+
+
+def _failures(report: Report) -> Iterator[OpenPoint]:
+    for item in report.channel_failures:
+        yield OpenPoint(
+            kind="channel_failure",
+            subject=item.channel,
+            architecture=item.architecture,
+            text=str(item),
+            decides=item.refused > 0,
+            command=report.command,
+        )
 
 
 def _findings(report: Report) -> Iterator[OpenPoint]:

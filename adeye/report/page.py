@@ -177,7 +177,7 @@ def _matrix_cell(
         margin=margin_text(cell)
         if cell is not None and cell.verdict in {Verdict.PASS, Verdict.FAIL}
         else "",
-        exercised="" if cell is None else f"{counted(cell.exercised)}/{counted(cell.runs)}",
+        exercised="" if cell is None else cell.exercised_text.replace(" of ", "/"),
         hint=hint,
         run="" if cell is None or cell.worst_run is None else cell.worst_run,
     )
@@ -194,7 +194,7 @@ def _detail(
             f"{counted(runs)} {verdict_word(verdict)}" for verdict, runs in cell.counts.items()
         ]
         lines.append(("Runs", f"{counted(cell.runs)}: " + (", ".join(counts) or "none")))
-        lines.append(("Exercised", f"{counted(cell.exercised)} of {counted(cell.runs)}"))
+        lines.append(("Exercised", cell.exercised_text))
         if cell.margin is not None:
             text = quantity(cell.margin.value, cell.margin.unit, signed=True)
             if cell.margin.robustness is not None:

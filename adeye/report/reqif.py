@@ -178,10 +178,7 @@ class _Writer:
                 yield verdict_word(Verdict.NOT_RUN)
                 continue
             margin = f", worst margin {margin_text(cell)}" if margin_text(cell) else ""
-            yield (
-                f"{verdict_word(cell.verdict)}, exercised in {cell.exercised:,} of "
-                f"{cell.runs:,} runs{margin}"
-            )
+            yield (f"{verdict_word(cell.verdict)}, exercised in {cell.exercised_text} runs{margin}")
 
     def _object(self, objects: ET.Element, item: _Object) -> None:
         made = ET.SubElement(objects, "SPEC-OBJECT", self._named(item.kind, item.id))

@@ -7,11 +7,10 @@ Source:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, Literal
-from urllib.parse import quote
 
 from adeye.identity import digest
+from adeye.report.places import uri_of
 from adeye.version import __version__
 
 if TYPE_CHECKING:
@@ -22,7 +21,11 @@ if TYPE_CHECKING:
 
 SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
 FINGERPRINT: Final = "adeye/v1"
-"""Name of the fingerprint by which a code host knows a result again."""
+"""Name of the fingerprint by which a result is known again."""
+HOSTS_FINGERPRINT: Final = "primaryLocationLineHash"
+"""Name of the one that code hosts look at; they would compute it from the line otherwise."""
+ROOT: Final = "%SRCROOT%"
+"""What places are relative to. Where it lies is left out: it differs from machine to machine."""
 
 Level = Literal["error", "warning", "note", "none"]
 Kind = Literal["fail", "notApplicable"]
@@ -55,7 +58,7 @@ class SarifResult:
         rule: Id of the rule.
         text: What is wrong.
         name: What it is about, as ``kind/id``.
-        where: Its place in a file, if that is known.
+        where: Its place in a file, if that is known; code hosts take no result without one.
         related: Other places with what they are.
         level: How bad it is.
         kind: ``fail``, or ``notApplicable`` where nothing could be evaluated.
@@ -85,6 +88,7 @@ def sarif_log(rules: Sequence[SarifRule], results: Sequence[SarifResult]) -> dic
     driver = {"name": "adeye", "version": __version__, "rules": [_rule(item) for item in rules]}
     run = {
         "tool": {"driver": driver},
+        "originalUriBaseIds": {ROOT: {"description": {"text": "The root of the repository."}}},
         "results": [_result(numbers[item.rule], item) for item in results],
     }
     return {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
@@ -101,16 +105,16 @@ def _rule(item: SarifRule) -> dict[str, Any]:
 
 
 def _result(number: int, item: SarifResult) -> dict[str, Any]:
-    place: dict[str, Any] = {"logicalLocations": [{"fullyQualifiedName": item.name}]}
-    if item.where is not None:
-        place["physicalLocation"] = _physical(item.where)
     made: dict[str, Any] = {
         "ruleId": item.rule,
         "ruleIndex": number,
         "level": item.level,
         "message": {"text": item.text},
-        "locations": [place],
     }
+    if item.where is not None:
+        name = [{"fullyQualifiedName": item.name}]
+        place = {"logicalLocations": name, "physicalLocation": _physical(item.where)}
+        made["locations"] = [place]
     if item.kind != "fail":
         made["kind"] = item.kind
     if item.related:
@@ -119,13 +123,14 @@ def _result(number: int, item: SarifResult) -> dict[str, Any]:
             for at, (where, text) in enumerate(item.related)
         ]
     if item.key:
-        made["partialFingerprints"] = {FINGERPRINT: digest(list(item.key))}
+        known = digest(list(item.key))
+        made["partialFingerprints"] = {FINGERPRINT: known, HOSTS_FINGERPRINT: f"{known[:16]}:1"}
     return made | _properties(item.properties)
 
 
 def _physical(where: SourceLocation | Place) -> dict[str, Any]:
     return {
-        "artifactLocation": {"uri": quote(PurePath(where.path).as_posix())},
+        "artifactLocation": {"uri": uri_of(where.path), "uriBaseId": ROOT},
         "region": {"startLine": where.line, "startColumn": where.column},
     }
 

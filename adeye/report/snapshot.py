@@ -24,6 +24,7 @@ from adeye.report.baseline import (
 )
 from adeye.report.designs import designs_of
 from adeye.report.parts import Asil, Margin
+from adeye.store.blocking import channel_policy
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -78,6 +79,7 @@ def take_down(
             str(made.get(name, "unknown")) for name in ("backend", "variant", "numerics_version")
         ),
         gate=tuple(sorted(campaign.gate)),
+        channel_failures=channel_policy(repository, campaign),
         exit_code=code,
         planned=progress.planned,
         accounted=progress.accounted,

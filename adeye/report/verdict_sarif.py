@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from adeye.report.model import Architecture, Cell, Fsr, Report, Scenario
+    from adeye.store.blocking import ChannelFailure
 
 
 def render_sarif(report: Report) -> bytes:
@@ -28,7 +29,9 @@ def render_sarif(report: Report) -> bytes:
 
 def verdict_sarif(report: Report) -> dict[str, Any]:
     """Make the log: all FSRs, and each that does not pass, by architecture and scenario."""
-    return sarif_log([_rule(item) for item in report.fsrs], tuple(_results(report)))
+    rules, failures = [_rule(item) for item in report.fsrs], report.channel_failures
+    rules += [_failure_rule(name) for name in sorted({item.outcome for item in failures})]
+    return sarif_log(rules, (*_results(report), *(_failure(report, item) for item in failures)))
 
 
 def judged_in(report: Report, fsr: Fsr) -> Iterable[Scenario]:
@@ -51,6 +54,32 @@ def _rule(fsr: Fsr) -> SarifRule:
         help=f"{fsr.formula} (threshold: {fsr.threshold_source})",
         level="error" if fsr.mandatory else "warning",
         properties=properties,
+    )
+
+
+def _failure_rule(outcome: str) -> SarifRule:
+    return SarifRule(
+        id=outcome,
+        text="No channel of an architecture in the gate fails without an FSR that is about it.",
+        help="Mend the channel, or allow it in the ODD: gate: {channel_failures: allow}",
+    )
+
+
+def _failure(report: Report, item: ChannelFailure) -> SarifResult:
+    return SarifResult(
+        rule=item.outcome,
+        text=f"{item}.",
+        name=f"{item.architecture}/{item.channel}",
+        where=report.where,
+        level="error" if item.refused else "note",
+        key=(report.odd, item.outcome, item.architecture, item.channel),
+        properties=(
+            ("architecture", item.architecture),
+            ("channel", item.channel),
+            ("runs", item.runs),
+            ("refused", item.refused),
+            ("detail", item.detail),
+        ),
     )
 
 
@@ -86,7 +115,7 @@ def _result(
     fsr, architecture, scenario = of
     name = "/".join((fsr.id, architecture.id, scenario.id if scenario else "all scenarios"))
     decides = fsr.mandatory and architecture.is_gate
-    where = scenario.where if scenario is not None else fsr.where
+    where = (scenario.where if scenario is not None else fsr.where) or fsr.where or report.where
     related = ((fsr.where, f"{fsr.id} in the concept"),) if fsr.where and scenario else ()
     verdict = Verdict.NOT_RUN if cell is None else cell.verdict
     return SarifResult(
@@ -116,9 +145,7 @@ def _message(
     if cell is None:
         return f"{fsr.id} is NOT RUN for {architecture.id} in {place}: no result is recorded."
     text = f"{fsr.id} is {verdict_word(cell.verdict)} for {architecture.id} in {place}"
-    text += f", exercised in {cell.exercised:,} of {cell.runs:,} runs."
-    if cell.verdict is Verdict.VACUOUS and scenario is None:
-        text += f" At least {fsr.min_exercised:,} have to pass."
+    text += f", exercised in {cell.exercised_text} runs."
     if cell.binding is not None:
         text += f" {binding_sentence(cell.binding)}."
     if cell.note:

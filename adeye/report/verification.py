@@ -59,6 +59,7 @@ def verification_of(
                 verdict=None if cell is None else cell.verdict,
                 runs=0 if cell is None else cell.runs,
                 exercised=0 if cell is None else cell.exercised,
+                min_exercised=1 if cell is None else cell.min_exercised,
                 design=_design(report, fsr, designs),
                 run=None if cell is None else cell.worst_run,
                 command=report.command if cell is None else cell.command,

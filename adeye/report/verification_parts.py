@@ -1,6 +1,10 @@
 """The rows of the verification table and of what was realised of a plan."""
 
-from adeye.evaluation.verdict import Outcome, Verdict
+from typing import Annotated
+
+from pydantic import Field
+
+from adeye.evaluation.verdict import Outcome, Verdict, exercised_of
 from adeye.report.parts import Count, Id, Margin, Part
 from adeye.spec.asil import RequirementAsil
 
@@ -27,11 +31,17 @@ class VerificationRow(Part):
     """None where the FSR is not applicable."""
     runs: Count
     exercised: Count
+    min_exercised: Annotated[int, Field(ge=1)] = 1
     design: str
     """How the points of the scenarios were chosen."""
     run: str | None = None
     """Result digest of the worst run."""
     command: str
+
+    @property
+    def exercised_text(self) -> str:
+        """Of how many runs, or of how many that are needed, it was exercised."""
+        return exercised_of(self.verdict, self.exercised, self.runs, self.min_exercised)
 
 
 class Realisation(Part):

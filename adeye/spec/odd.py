@@ -204,6 +204,9 @@ class Gate(Record):
     preventable_by: Many[Literal["cc", "fsm", "rss", "reg157"]] = ()
     """Reference drivers: a contact that none of them avoids does not block. The verdict stays; what
     is not known to be unpreventable blocks."""
+    channel_failures: Literal["refuse", "allow"] = "refuse"
+    """Whether a channel that raises, dies, hangs or answers nonsense blocks. It never does in a run
+    in which a mandatory FSR about its silence passes; with ``allow`` the FSRs alone decide."""
 
     @model_serializer(mode="wrap")
     def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -211,6 +214,8 @@ class Gate(Record):
         content: dict[str, Any] = write(self)
         if not self.preventable_by:
             del content["preventable_by"]
+        if self.channel_failures == "refuse":
+            del content["channel_failures"]
         return content
 
 

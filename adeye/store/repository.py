@@ -310,10 +310,17 @@ class Repository:
         with self._database.read() as connection:
             return summaries.gate(connection, campaign, on or datetime.now(UTC).date())
 
-    def failed_channels(self, campaign: str) -> tuple[tuple[str, str, str, int], ...]:
-        """Count the runs in which a channel failed, by architecture, channel and outcome."""
+    def failed_channels(
+        self, campaign: str, about: Sequence[tuple[str, str]] = ()
+    ) -> tuple[tuple[str, str, str, bool, int], ...]:
+        """Count the runs in which a channel failed, apart where an FSR about the channel passes."""
         with self._database.read() as connection:
-            return summaries.failed_channels(connection, campaign)
+            return summaries.failed_channels(connection, campaign, about)
+
+    def contacts(self, campaign: str) -> dict[str, int]:
+        """Count the runs that a contact ended, by architecture."""
+        with self._database.read() as connection:
+            return summaries.contacts(connection, campaign)
 
     def find_run(self, name: str, *, campaign: str | None = None) -> RunRef:
         """Find a run by the beginning of its result digest, or its ordinal in a campaign."""

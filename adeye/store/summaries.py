@@ -10,7 +10,7 @@ from sqlalchemy import and_, between, case, func, or_, select, text
 
 from adeye.evaluation.verdict import Verdict
 from adeye.store import catalog, schema, tables
-from adeye.store.pending import is_judged
+from adeye.store.pending import JUDGED, is_judged
 from adeye.store.reading import run_ref, verdict_record
 from adeye.store.stored import DatabaseInfo, FsrStatus, Progress, ResultTable, RunRef
 from adeye.store.views import COUNTED
@@ -211,22 +211,64 @@ def failed_among(
     return frozenset(connection.execute(query).scalars())
 
 
+_FAILURES: Final = """SELECT architecture, channel, told, mastered, COUNT(*) FROM (
+    SELECT c.architecture AS architecture, r.outcome_channel AS channel,
+        r.outcome || ': ' || COALESCE(r.outcome_detail, '') AS told, {first} AS mastered
+    FROM run r CROSS JOIN campaign_case c ON c.result_digest = r.result_digest
+    WHERE r.outcome_channel IS NOT NULL AND c.campaign_id = ?
+    UNION ALL
+    SELECT c.architecture, e.subject, e.text, {later}
+    FROM run r CROSS JOIN campaign_case c ON c.result_digest = r.result_digest
+    JOIN event e ON e.run_number = r.number
+    WHERE r.outcome_channel IS NOT NULL AND c.campaign_id = ? AND e.kind = 'channel'
+        AND e.subject <> r.outcome_channel AND SUBSTR(e.text, 1, 8) = 'channel_'
+) AS failed GROUP BY 1, 2, 3, 4 ORDER BY 1, 2, 3, 4"""
+_MASTERED: Final = """CASE WHEN EXISTS (
+    SELECT 1 FROM campaign_fsr f
+    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+    WHERE {judged} AND v.verdict = 'PASS' AND ({about})) THEN 1 ELSE 0 END"""
+
+
 def failed_channels(
-    connection: Connection, campaign_id: str
-) -> tuple[tuple[str, str, str, int], ...]:
-    """Count the runs in which a channel failed, by architecture, channel and outcome.
+    connection: Connection, campaign_id: str, about: Sequence[tuple[str, str]] = ()
+) -> tuple[tuple[str, str, str, bool, int], ...]:
+    """Count the runs in which a channel failed, by architecture, channel and what happened.
+
+    Those in which an FSR about the channel passes are counted apart.
 
     Few of many runs have such an outcome, so the runs are read as they lie in the file, and only
-    for those the cases are looked up.
+    for those the cases are looked up. The outcome is that of the channel that failed first; those
+    that failed after it are among the events.
+
+    Args:
+        connection: In a transaction.
+        campaign_id: The campaign.
+        about: Pairs of an FSR and the channel that it is about.
     """
+    named = [value for pair in about for value in pair]
+    sides = {
+        name: _MASTERED.format(
+            judged=JUDGED, about=" OR ".join([f"(f.fsr_id = ? AND {column} = ?)"] * len(about))
+        )
+        if about
+        else "0"
+        for name, column in (("first", "r.outcome_channel"), ("later", "e.subject"))
+    }
     found = connection.exec_driver_sql(
-        "SELECT c.architecture, r.outcome_channel, r.outcome, COUNT(*) "
+        _FAILURES.format(**sides), (*named, campaign_id, *named, campaign_id)
+    )
+    return tuple((item[0], item[1], item[2], bool(item[3]), int(item[4])) for item in found)
+
+
+def contacts(connection: Connection, campaign_id: str) -> dict[str, int]:
+    """Count the runs that a contact ended, by architecture."""
+    found = connection.exec_driver_sql(
+        "SELECT c.architecture, COUNT(*) "
         "FROM run r CROSS JOIN campaign_case c ON c.result_digest = r.result_digest "
-        "WHERE r.outcome_channel IS NOT NULL AND c.campaign_id = ? "
-        "GROUP BY 1, 2, 3 ORDER BY 1, 2, 3",
+        "WHERE r.end_reason = 'contact' AND c.campaign_id = ? GROUP BY 1 ORDER BY 1",
         (campaign_id,),
     )
-    return tuple((item[0], item[1], item[2], int(item[3])) for item in found)
+    return {item[0]: int(item[1]) for item in found}
 
 
 def results(connection: Connection, campaign_id: str) -> ResultTable:

@@ -7,8 +7,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.verdict import ExitCode, Verdict, fold_runs, gate_exit
-from adeye.store.blocking import preventable_by, without_unpreventable
+from adeye.evaluation.verdict import (
+    ExitCode,
+    Verdict,
+    exercised_of,
+    exit_code,
+    fold_runs,
+    gate_exit,
+)
+from adeye.store.blocking import (
+    channel_failures,
+    contacts_in_words,
+    preventable_by,
+    without_unpreventable,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -42,6 +54,7 @@ class Total:
         exercised: Runs in which its precondition held.
         worst: The run that it holds in least, if any was judged.
         note: Why it is not applicable.
+        min_exercised: Runs that must PASS.
     """
 
     fsr: str
@@ -54,6 +67,7 @@ class Total:
     exercised: int
     worst: tuple[RunRef, VerdictRecord] | None
     note: str
+    min_exercised: int
 
     @property
     def runs(self) -> int:
@@ -105,6 +119,7 @@ def _total(
         exercised=sum(item.exercised for item in items),
         worst=worst[0] if worst else None,
         note="" if first.is_applicable else first.reason or "not applicable",
+        min_exercised=first.min_exercised,
     )
 
 
@@ -122,6 +137,9 @@ def _why(repository: Repository, campaign: CampaignInfo, item: Total) -> str:
     """Say why a run has no verdict; a violation is explained by its margin."""
     if item.verdict is None:
         return f" ({item.note})"
+    if item.verdict is Verdict.VACUOUS and item.min_exercised > 1:
+        told = exercised_of(item.verdict, item.exercised, item.runs, item.min_exercised)
+        return f" (exercised in {told})"
     if item.verdict not in _EXPLAINED:
         return ""
     found = repository.worst_runs(
@@ -194,9 +212,16 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
     planned, accounted, lost = _accounted(repository, campaign)
     code = gate_exit(verdicts, planned=planned, accounted=accounted)
     reasons += lost
-    if code is ExitCode.OK and aside:
-        passed = f"Nothing else of what is mandatory fails for {', '.join(campaign.gate)}."
-        return code, f"{'; '.join(aside)}. {passed}"
-    if code is ExitCode.OK:
-        return code, f"Every mandatory requirement passes for {', '.join(campaign.gate)}."
-    return code, "; ".join([*reasons, *aside]) or code.meaning
+    failures = channel_failures(repository, campaign)
+    if any(item.refused for item in failures):
+        code = exit_code([code, ExitCode.INCOMPLETE])
+    told = sorted(failures, key=lambda item: not item.refused)
+    if code is not ExitCode.OK:
+        return code, "; ".join([*reasons, *aside, *map(str, told)]) or code.meaning
+    gate = ", ".join(campaign.gate)
+    passed = f"Every mandatory requirement passes for {gate}"
+    if aside:
+        passed = f"{'; '.join(aside)}. Nothing else of what is mandatory fails for {gate}"
+    # A contact that no FSR forbids and a failure that is mastered are green, and are said.
+    also = [*contacts_in_words(repository, campaign), *map(str, told)]
+    return code, "; ".join([passed, *also]) + ("" if also else ".")

@@ -97,6 +97,9 @@ def test_fault_that_is_there_from_the_start_begins_at_zero(trace: Trace) -> None
     assert found == [EventRecord(0.0, "fault", "nominal_silent", "fault nominal_silent begins")]
 
 
+LATER = ChannelEvent("channel_killed", "safety", 0.6, "by SIGKILL")
+
+
 def test_failure_of_a_channel_is_an_event_with_its_reason(trace: Trace) -> None:
     one = trace.select([0])
     failed = Trace(
@@ -106,11 +109,14 @@ def test_failure_of_a_channel_is_an_event_with_its_reason(trace: Trace) -> None:
         one.horizon_row,
         one.complete,
         one.columns,
-        (ChannelEvent("channel_error", "nominal", 0.4, "RuntimeError: lost"),),
+        (ChannelEvent("channel_error", "nominal", 0.4, "RuntimeError: lost", later=(LATER,)),),
         one.case_digests,
     )
     added = set(events_of(failed, 0)) - set(events_of(one, 0))
-    assert added == {EventRecord(0.4, "channel", "nominal", "channel_error: RuntimeError: lost")}
+    assert added == {
+        EventRecord(0.4, "channel", "nominal", "channel_error: RuntimeError: lost"),
+        EventRecord(0.6, "channel", "safety", "channel_killed: by SIGKILL"),
+    }
 
 
 def test_authority_of_nobody_is_named(trace: Trace) -> None:

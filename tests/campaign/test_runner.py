@@ -330,11 +330,30 @@ def test_mastered_failure_of_a_channel_is_mentioned(make_project: MakeProject) -
         "    def __init__(self, parameters, context):\n"
         "        pass\n\n"
         "    def act(self, observation):\n"
-        "        raise RuntimeError('dead')\n",
+        "        if observation.time > 1.0:\n"
+        "            raise RuntimeError('dead')\n"
+        "        return 0.0, 0.0\n",
         "utf-8",
     )
     with project.edited("odd/architectures/camera_radar.yaml") as candidate:
         nominal = candidate["channels"]["nominal"]
         candidate["channels"]["nominal"] = {"kind": "./broken.py:Broken", "links": nominal["links"]}
     summary = project.run()
-    assert "channel_error of channel nominal in 2 runs of camera_radar" in summary.message
+    told = "channel_error of channel nominal in 2 runs of camera_radar (RuntimeError: dead (broken"
+    assert told in summary.message
+    # The shipped concept has an FSR about it.
+    assert "refused" not in summary.message
+    with project.edited("odd/concepts/motorway_chauffeur.yaml") as concept:
+        concept["requirements"] = [
+            item for item in concept["requirements"] if "silent" not in item.get("formula", "")
+        ]
+    without = project.run()
+    assert without.executed == 0
+    assert without.exit_code is ExitCode.INCOMPLETE
+    assert {item.verdict for item in without.verdicts if item.is_gate} == {Verdict.PASS}
+    assert f"{told}.py:7)), refused: in 2 runs" in without.message
+    (failure,) = (item for item in without.channel_failures if item.refused)
+    assert (failure.channel, failure.runs, failure.refused) == ("nominal", 2, 2)
+    with project.edited_odd() as odd:
+        odd["gate"]["channel_failures"] = "allow"
+    assert project.run().exit_code is ExitCode.OK

@@ -71,3 +71,17 @@ def test_failure_says_whether_it_may_be_the_machines() -> None:
     failures.add(np.array([True, False]), ERROR, 1.0, "one", is_machine_dependent=True)
     failures.add(np.array([False, True]), ERROR, 1.0, "two")
     assert [event and event.is_machine_dependent for event in failures.events] == [True, False]
+
+
+def test_however_much_an_exception_says_its_place_is_told() -> None:
+    with pytest.raises(ValueError, match="x") as caught:
+        raise ValueError("x" * 10_000)
+    text = describe(caught.value)
+    assert len(text) == MAX_DETAIL
+    assert "(test_failures.py:" in text
+
+
+def test_exception_in_a_library_is_told_at_the_line_that_called_it() -> None:
+    with pytest.raises(np.linalg.LinAlgError) as caught:
+        np.linalg.inv(np.zeros((2, 2)))
+    assert "(test_failures.py:" in describe(caught.value)

@@ -258,6 +258,8 @@ def test_earliest_failure_of_any_channel_is_the_runs_event(tmp_path: Path, base:
     assert [event and (event.channel, round(event.time, 9)) for event in events] == [
         ("early", 0.1)
     ] * 2
+    # The gate asks for every channel that failed, not for the first alone.
+    assert [[item.channel for item in event.later] for event in events if event] == [["late"]] * 2
 
 
 def test_run_depends_on_the_machine_if_any_failure_in_it_does(

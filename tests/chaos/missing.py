@@ -110,6 +110,17 @@ def broken_channel(body: str) -> Callable[[Bench], Said]:
     return spoil
 
 
+def mastered_channel(bench: Bench) -> Said:
+    bench.channel("raise RuntimeError('no track')")
+    with bench.architecture() as content:
+        content["switch"]["policy"] = "fixed_priority"
+    with bench.edited(CONCEPT) as concept:
+        concept["requirements"] = [
+            item for item in concept["requirements"] if "silent" not in item.get("formula", "")
+        ]
+    return bench.run("--workers", "1")
+
+
 def hanging_channel(bench: Bench) -> Said:
     zoo.settle(bench.folder / "odd" / "architectures")
     with bench.architecture() as content:
@@ -242,6 +253,8 @@ WAYS: Final = [
     Way("worker that is killed", 3, "blocks were given up", killed_worker, is_slow=True),
     Way("channel that raises", 1, "channel_error of channel nominal",
         broken_channel("raise RuntimeError('no track')")),
+    Way("channel that raises and is mastered", 3, "(RuntimeError: no track (guest.py:",
+        mastered_channel),
     Way("channel that answers NaN", 1, "channel_invalid_output of channel nominal",
         broken_channel("return float('nan'), 0.0")),
     Way("channel that hangs", 1, "channel_timeout of channel nominal", hanging_channel,

@@ -119,3 +119,9 @@ def test_texts_are_harmless_and_short(
     assert "[red]a[2J" in text
     assert "\x1b" not in text
     assert "…" in text
+
+
+def test_vacuous_line_says_how_many_runs_are_needed(capsys: pytest.CaptureFixture[str]) -> None:
+    few = replace(LINE, verdict=Verdict.VACUOUS, exercised=2, runs=2, min_exercised=30)
+    print_verdicts(summary(few))
+    assert "2 of 30 needed" in capsys.readouterr().out

@@ -49,7 +49,14 @@ def test_one_result_that_changes_is_one_line_of_its_test_case() -> None:
 def test_document_follows_its_schema(path: Path) -> None:
     document, schema = json.loads(path.read_text("utf-8")), json_schema()
     assert document["schema"] == SCHEMA == schema["properties"]["schema"]["const"]
-    assert set(document) == set(schema["properties"]) == set(schema["required"])
+    assert set(document) == set(schema["required"])
+    assert set(schema["properties"]) - set(document) == {"channel_failures"}
+
+
+def test_only_a_gate_that_allows_failures_of_channels_is_written_so(tmp_path: Path) -> None:
+    written = baseline(channel_failures="allow")
+    write_baseline(written, tmp_path / "b.json")
+    assert read_baseline(tmp_path / "b.json") == written
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 from adeye.errors import SourceLocation
 from adeye.report.check_sarif import check_sarif
@@ -28,19 +30,30 @@ def test_finding_points_at_its_line() -> None:
         {
             "logicalLocations": [{"fullyQualifiedName": "fsr/FSR-1"}],
             "physicalLocation": {
-                "artifactLocation": {"uri": "odd/concepts/a.yaml"},
+                "artifactLocation": {"uri": "odd/concepts/a.yaml", "uriBaseId": "%SRCROOT%"},
                 "region": {"startLine": 12, "startColumn": 5},
             },
         }
     ]
 
 
-def test_finding_of_a_stored_campaign_has_a_name_and_no_line() -> None:
+def test_finding_without_a_line_stands_at_the_odds_file() -> None:
     log = check_sarif(checked(CheckFinding("not_run", "scenario", "cut_in", "x", None)))
     (result,) = log["runs"][0]["results"]
-    assert result["locations"] == [
-        {"logicalLocations": [{"fullyQualifiedName": "scenario/cut_in"}]}
-    ]
+    (place,) = result["locations"]
+    assert place["logicalLocations"] == [{"fullyQualifiedName": "scenario/cut_in"}]
+    assert place["physicalLocation"]["artifactLocation"]["uri"] == "odd/a.yaml"
+    assert place["physicalLocation"]["region"]["startLine"] == 1
+
+
+def test_finding_of_a_stored_campaign_stands_at_the_file_that_it_was_planned_from() -> None:
+    campaign: Any = SimpleNamespace(provenance={"odd_path": "../odd/gone.yaml"})
+    found = CheckFinding("not_run", "scenario", "cut_in", "x", None)
+    log = check_sarif(Checked("a", None, campaign, RULES, (found,)))
+    (result,) = log["runs"][0]["results"]
+    uri = result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]
+    assert not uri.startswith(("/", ".."))
+    assert uri.endswith("odd/gone.yaml")
 
 
 def test_nothing_found_is_a_log_with_every_rule_and_no_result() -> None:

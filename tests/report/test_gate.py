@@ -77,6 +77,7 @@ def test_scenario_that_is_not_exercised_any_more_is_missing() -> None:
         ({"scenarios": (CUT_IN,)}, Kind.MISSING, f"{BRAKING}: the scenario is gone"),
         ({"numbers": range(3)}, Kind.MISSING, "1 of 4 test cases are gone"),
         ({"gate": (OTHER,)}, Kind.RELAXED, f"{GATE}: was in the gate"),
+        ({"channel_failures": "allow"}, Kind.RELAXED, "were refused and are allowed"),
     ],
 )
 def test_evidence_that_went_is_named(changed: dict[str, Any], kind: Kind, said: str) -> None:
@@ -146,7 +147,10 @@ def test_every_fsr_of_the_gate_that_does_not_pass_is_a_finding() -> None:
     assert (finding.kind, finding.fsr) == (Kind.FAILING, "FSR-1")
     idle = {("FSR-1", GATE, name, at): "V" for name in (CUT_IN, BRAKING) for at in range(4)}
     (finding,) = state_of(baseline(verdicts=idle))
-    assert (finding.kind, finding.text) == (Kind.UNDECIDED, "VACUOUS; runs: VACUOUS 8")
+    assert (finding.kind, finding.text) == (
+        Kind.UNDECIDED,
+        "VACUOUS; runs: VACUOUS 8; exercised in 0 of 2 needed",
+    )
 
 
 def test_baseline_of_another_odd_is_refused() -> None:

@@ -7,6 +7,7 @@ from lxml import etree
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.report.junit import render_junit
 from adeye.report.model import Cell, Report
+from adeye.store.blocking import ChannelFailure
 from tests.report.fake import build_report
 
 SCHEMA = etree.XMLSchema(etree.parse(Path(__file__).with_name("JUnit.xsd")))
@@ -178,3 +179,28 @@ def test_failure_names_the_line_of_its_fsr(report: Report) -> None:
     changed = report.model_copy(update={"architectures": (gate, *report.architectures[1:])})
     text = render_junit(changed).decode()
     assert "requirement: odd/concepts/motorway.yaml:60" in text
+
+
+@pytest.mark.parametrize("architecture", ["camera_radar", "legacy_camera"])
+@pytest.mark.parametrize("refused", [0, 2])
+def test_channel_that_failed_is_a_case_of_its_architecture(
+    report: Report, architecture: str, refused: int
+) -> None:
+    detail = "KeyError: 1 (own.py:7)"
+    failure = ChannelFailure(architecture, "nominal", "channel_error", 2, refused, detail, 0, "")
+    code = ExitCode.INCOMPLETE if refused else ExitCode.OK
+    document = parse(report.model_copy(update={"channel_failures": (failure,), "exit_code": code}))
+    case = results(document).get((f"{architecture}.channels", "channel nominal"))
+    is_gate = architecture == "camera_radar"
+    assert case == (("error" if refused else "passed") if is_gate else None)
+    suite = document.xpath(f"testsuite[@name='{architecture}']")[0]
+    assert f"nominal in 2 runs of {architecture} ({detail})" in suite.findtext("system-out")
+
+
+def test_vacuous_case_says_how_many_runs_are_needed(report: Report) -> None:
+    cell = report.cell("FSR-01", "camera_radar")
+    assert cell is not None
+    few = {"verdict": Verdict.VACUOUS, "exercised": 2, "min_exercised": 30}
+    changed = with_cell(report, ("FSR-01", "camera_radar", None), cell.model_copy(update=few))
+    document = parse(changed.model_copy(update={"exit_code": ExitCode.INCOMPLETE}))
+    assert document.xpath("//error[contains(@message, 'exercised in 2 of 30 needed runs')]")

@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.report.model import Architecture, Cell, Report
+from adeye.store.blocking import ChannelFailure
 from tests.report.fake_evidence import claim, claims, line, step
 
 
@@ -69,6 +70,12 @@ def test_green_exit_code_beside_a_red_gate_is_refused(report: Report) -> None:
     gate = tuple(item.model_copy(update={"is_gate": True}) for item in report.architectures)
     with pytest.raises(ValidationError, match="exit code 0, but the gate is"):
         rebuilt(report, architectures=gate)
+
+
+def test_green_exit_code_beside_a_refused_failure_of_a_channel_is_refused(report: Report) -> None:
+    failure = ChannelFailure("camera_radar", "nominal", "channel_error", 2, 1, "KeyError", 0, "")
+    with pytest.raises(ValidationError, match="exit code 0, but channel_error of channel nominal"):
+        rebuilt(report, channel_failures=(failure,))
 
 
 def test_green_exit_code_without_a_gate_is_refused(report: Report) -> None:

@@ -97,6 +97,7 @@ def test_log_without_a_required_field_is_invalid(sarif_schema: Any, log: Any) ->
     required = {
         ("version",),
         ("runs",),
+        ("runs", "originalUriBaseIds", "%SRCROOT%", "description", "text"),
         ("runs", "tool"),
         ("runs", "tool", "driver"),
         ("runs", "tool", "driver", "name"),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from adeye.evaluation.verdict import Verdict
 from adeye.report.open_points import KINDS, ORDER, open_points_of
+from adeye.store.blocking import ChannelFailure
 
 if TYPE_CHECKING:
     from adeye.report.model import Report
@@ -65,3 +66,16 @@ def test_assumptions_waivers_and_findings_are_listed_with_what_rests_on_them(
     assert points["assumption"].text.endswith("FSR-01 rest on it.")
     assert "3 runs" in points["waiver"].text
     assert points["finding"].subject == "SG-09"
+
+
+def test_failure_of_a_channel_is_an_open_point_that_the_gate_hangs_on_if_it_is_refused(
+    report: Report,
+) -> None:
+    failures = tuple(
+        ChannelFailure("camera_radar", name, "channel_error", 2, refused, "KeyError: 1", 0, "")
+        for name, refused in (("nominal", 2), ("safety", 0))
+    )
+    points = open_points_of(report.model_copy(update={"channel_failures": failures}))
+    found = {item.subject: item for item in points if item.kind == "channel_failure"}
+    assert [found[name].decides for name in ("nominal", "safety")] == [True, False]
+    assert "KeyError: 1" in found["nominal"].text

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from adeye.report.places import Places, places_of
+from adeye.report.parts import Place
+from adeye.report.places import Places, find_odd, places_of, uri_of
 from adeye.spec.load import OddFiles, load_odd, shipped
 
 
@@ -52,10 +54,53 @@ def test_what_was_changed_since_has_no_line(path: Path) -> None:
 def test_file_that_is_not_there_has_no_lines(path: Path, broken: str) -> None:
     files = load_odd(path)
     name = str(path.with_name(broken)) if broken else ""
-    assert places_of(name, content(files), files.concept.spec) == Places()
+    places = places_of(name, content(files), files.concept.spec)
+    assert (places.fsrs, places.scenarios) == ({}, {})
+    assert (places.odd is None) is (not broken)
 
 
 def test_file_that_cannot_be_read_has_no_lines(path: Path) -> None:
     files = load_odd(path)
     path.write_text("odd: [", "utf-8")
-    assert found(path, files) == Places()
+    assert found(path, files) == Places(Place(path=str(path), line=1, column=1))
+
+
+@pytest.mark.parametrize("git", ["folder", "file", ""])
+@pytest.mark.parametrize("place", ["", "odd", "sub/deep"])
+def test_uri_is_the_same_from_every_folder_and_for_every_spelling(
+    path: Path, monkeypatch: pytest.MonkeyPatch, git: str, place: str
+) -> None:
+    root = path.parents[1]
+    here = root / place
+    here.mkdir(parents=True, exist_ok=True)
+    monkeypatch.chdir(here)
+    if git == "folder":
+        (root / ".git").mkdir()
+    elif git == "file":  # of a worktree
+        (root / ".git").write_text("gitdir: elsewhere")
+    elif place == "odd":
+        pytest.skip("nothing says where the root is")
+    spellings = (str(path), os.path.relpath(path), f"./{os.path.relpath(path)}")
+    assert {uri_of(name) for name in spellings} == {"odd/motorway_chauffeur.yaml"}
+
+
+def test_uri_is_percent_encoded_and_never_leads_upwards(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "sub").mkdir()
+    monkeypatch.chdir(tmp_path / "sub")
+    assert uri_of("../my odd/ä#1:%.yaml") == "my%20odd/%C3%A4%231%3A%25.yaml"
+    assert not uri_of("../../../../../../../../../../x.yaml").startswith(".")
+
+
+def test_odd_is_found_from_the_folder_of_the_database(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    root = path.parents[1]
+    (root / "sub").mkdir()
+    monkeypatch.chdir(root / "sub")
+    found = find_odd("odd/motorway_chauffeur.yaml", root / ".adeye")
+    assert found == Path("../odd/motorway_chauffeur.yaml")
+    assert find_odd("odd/gone.yaml", root / ".adeye") == Path("odd/gone.yaml")
+    (root / ".git").mkdir()
+    assert find_odd("odd/gone.yaml", root / ".adeye") == Path("../odd/gone.yaml")

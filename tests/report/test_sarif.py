@@ -143,6 +143,24 @@ def test_same_key_has_the_same_fingerprint_and_another_another() -> None:
     assert first == second != third
 
 
+def test_fingerprint_that_hosts_look_at_follows_our_own() -> None:
+    log = sarif_log([RULE], [result(key=("a",)), result(key=("b",))])
+    own, other = (item["partialFingerprints"] for item in log["runs"][0]["results"])
+    assert own["primaryLocationLineHash"] == f"{own[FINGERPRINT][:16]}:1"
+    assert own["primaryLocationLineHash"] != other["primaryLocationLineHash"]
+
+
+def test_places_are_relative_to_a_root_that_is_declared() -> None:
+    (run,) = sarif_log([RULE], [result()])["runs"]
+    place = run["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
+    assert place["uriBaseId"] in run["originalUriBaseIds"]
+
+
+def test_result_without_a_place_has_no_location_that_a_host_would_refuse() -> None:
+    (only,) = sarif_log([RULE], [result(where=None)])["runs"][0]["results"]
+    assert "locations" not in only
+
+
 def test_result_without_a_key_has_no_fingerprint() -> None:
     (only,) = sarif_log([RULE], [result()])["runs"][0]["results"]
     assert "partialFingerprints" not in only

@@ -5,8 +5,12 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 from adeye.evaluation.verdict import Verdict
+from adeye.report.parts import Place
 from adeye.report.verdict_sarif import judged_in, render_sarif, verdict_sarif
+from adeye.store.blocking import ChannelFailure
 from tests.report.test_sarif import require_sarif
 
 if TYPE_CHECKING:
@@ -82,7 +86,14 @@ def test_fsr_without_any_red_scenario_that_does_not_pass_is_told_at_its_own_line
     report: Report,
 ) -> None:
     cells = tuple(
-        cell.model_copy(update={"verdict": Verdict.VACUOUS, "counts": {Verdict.VACUOUS: cell.runs}})
+        cell.model_copy(
+            update={
+                "verdict": Verdict.VACUOUS,
+                "counts": {Verdict.VACUOUS: cell.runs},
+                "exercised": 2,
+                "min_exercised": 30,
+            }
+        )
         if (cell.fsr, cell.architecture, cell.scenario) == ("FSR-01", "camera_radar", None)
         else cell
         for cell in report.cells
@@ -92,7 +103,7 @@ def test_fsr_without_any_red_scenario_that_does_not_pass_is_told_at_its_own_line
     )
     assert item["level"] == "error"
     assert item["locations"][0]["physicalLocation"]["region"]["startLine"] == 60
-    assert "At least 30 have to pass." in item["message"]["text"]
+    assert "exercised in 2 of 30 needed runs." in item["message"]["text"]
 
 
 def test_fingerprint_does_not_change_with_campaign_run_or_verdict(report: Report) -> None:
@@ -104,3 +115,31 @@ def test_fingerprint_does_not_change_with_campaign_run_or_verdict(report: Report
     prints = [[item["partialFingerprints"] for item in results(each)] for each in (report, other)]
     assert prints[0] == prints[1]
     assert len({str(item) for item in prints[0]}) == len(prints[0])
+
+
+def test_result_without_a_line_stands_at_the_odds_file(report: Report) -> None:
+    gone = report.model_copy(
+        update={
+            "where": Place(path="odd/motorway.yaml", line=1, column=1),
+            "scenarios": tuple(
+                item.model_copy(update={"where": None}) for item in report.scenarios
+            ),
+            "fsrs": tuple(item.model_copy(update={"where": None}) for item in report.fsrs),
+        }
+    )
+    places = [item["locations"][0]["physicalLocation"] for item in results(gone)]
+    assert {place["artifactLocation"]["uri"] for place in places} == {"odd/motorway.yaml"}
+    assert {place["region"]["startLine"] for place in places} == {1}
+
+
+@pytest.mark.parametrize(("refused", "level"), [(2, "error"), (0, "note")])
+def test_channel_that_failed_is_a_result(report: Report, refused: int, level: str) -> None:
+    failure = ChannelFailure(
+        "camera_radar", "nominal", "channel_error", 2, refused, "KeyError: 1 (own.py:7)", 0, "why"
+    )
+    log = verdict_sarif(report.model_copy(update={"channel_failures": (failure,)}))
+    assert log["runs"][0]["tool"]["driver"]["rules"][-1]["id"] == "channel_error"
+    item = log["runs"][0]["results"][-1]
+    assert (item["ruleId"], item["level"]) == ("channel_error", level)
+    for word in ("nominal in 2 runs of camera_radar", "KeyError: 1 (own.py:7)"):
+        assert word in item["message"]["text"]

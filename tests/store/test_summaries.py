@@ -211,6 +211,7 @@ def test_failed_channels_are_counted_from_the_runs(
     raw.execute("UPDATE run SET outcome = 'CRASH', outcome_channel = 'nominal' WHERE number <= 3")
     raw.execute("UPDATE run SET outcome = 'TIMEOUT', outcome_channel = 'safety' WHERE number = 4")
     found = repository.failed_channels(campaign)
-    assert sum(item[3] for item in found) == 4
-    assert {item[1:3] for item in found} == {("nominal", "CRASH"), ("safety", "TIMEOUT")}
+    assert sum(item[4] for item in found) == 4
+    assert {item[1:3] for item in found} == {("nominal", "CRASH: "), ("safety", "TIMEOUT: ")}
+    assert not any(item[3] for item in found)
     assert repository.failed_channels("f" * 32) == ()

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.evaluation.verdict import ExitCode, Outcome, Verdict
+from adeye.store.rows import ContentRecord, EventRecord
 from adeye.store.totals import Total, gate_code, totals
 
 if TYPE_CHECKING:
@@ -133,6 +134,146 @@ def test_fsr_that_another_architecture_cannot_have_is_only_noted(
     assert gate(repository, campaign)[0] is ExitCode.OK
 
 
+def break_channels(example: Any, **changes: Any) -> None:
+    """Let channel a fail in every run, and channel b after it."""
+    fields = {
+        "outcome": Outcome.CHANNEL_ERROR,
+        "outcome_channel": "a",
+        "outcome_detail": "at 1 s: KeyError: 1 (own.py:7)",
+        "events": [
+            EventRecord(1.0, "channel", "a", "channel_error: KeyError: 1 (own.py:7)"),
+            EventRecord(1.0, "channel", "a", "channel a: silent"),
+            EventRecord(2.0, "channel", "b", "channel_killed: by SIGKILL"),
+        ],
+    }
+    fields.update(changes)
+    run = example.run
+    example.run = lambda case: run(case, **fields)
+
+
+def about(example: Any, *channels: str, **changes: Any) -> None:
+    """Make FSR1 an FSR about the silence of channels."""
+    asked = " and ".join(f"channel.{name}.status != silent" for name in channels)
+    formula = f"always({asked} or x > 1)" if channels else "always(x > 1)"
+    example.requirements = tuple(
+        item.model_copy(update={"formula": formula, **changes}) if item.id == "FSR1" else item
+        for item in example.requirements
+    )
+
+
+def allow(example: Any) -> None:
+    gate = {"architectures": ["new"], "channel_failures": "allow"}
+    content = {"odd": {"odd": "motorway", "gate": gate}}
+    example.odd = ContentRecord("motorway", "1", content)
+
+
+def test_channel_that_fails_is_no_success_though_everything_passes(
+    repository: Repository, example: Any
+) -> None:
+    break_channels(example)
+    campaign = example.campaign(repository, 8)
+    code, message = gate(repository, campaign)
+    assert code is ExitCode.INCOMPLETE
+    told = "channel_error of channel a in 4 runs of new (KeyError: 1 (own.py:7)), refused"
+    assert told in message
+    # What failed after it in the same run hides behind nothing.
+    assert "channel_killed of channel b in 4 runs of new (by SIGKILL), refused" in message
+    # The legacy architecture is not in the gate.
+    assert "channel_error of channel a in 4 runs of legacy (KeyError: 1 (own.py:7));" in message
+
+
+def test_every_channel_that_failed_needs_an_fsr_that_is_about_it(
+    repository: Repository, example: Any
+) -> None:
+    break_channels(example)
+    about(example, "a")
+    campaign = example.campaign(repository, 8)
+    code, message = gate(repository, campaign)
+    assert code is ExitCode.INCOMPLETE
+    assert "channel a in 4 runs of new (KeyError: 1 (own.py:7)), which FSR1 is about" in message
+    assert "channel b in 4 runs of new (by SIGKILL), refused: in 4 runs" in message
+
+
+def test_failure_that_a_passing_fsr_is_about_is_green_and_said(
+    repository: Repository, example: Any
+) -> None:
+    break_channels(example)
+    about(example, "a", "b")
+    code, message = gate(repository, example.campaign(repository, 8))
+    assert code is ExitCode.OK
+    assert "channel_killed of channel b in 4 runs of new (by SIGKILL), which FSR1" in message
+
+
+def test_fsr_excuses_a_failure_only_in_the_runs_that_it_passes_in(
+    repository: Repository, example: Any
+) -> None:
+    break_channels(example)
+    about(example, "a", "b")
+    example.verdict_of = lambda case, _: Verdict.PASS if case.ordinal > 1 else Verdict.VACUOUS
+    code, message = gate(repository, example.campaign(repository, 8))
+    assert code is ExitCode.INCOMPLETE
+    assert "channel a in 4 runs of new (KeyError: 1 (own.py:7)), refused: in 1 run " in message
+
+
+def test_fsr_that_is_not_mandatory_excuses_no_failure(repository: Repository, example: Any) -> None:
+    break_channels(example)
+    about(example, "a", "b", mandatory=False)
+    assert gate(repository, example.campaign(repository, 8))[0] is ExitCode.INCOMPLETE
+
+
+def test_failures_that_the_odd_allows_are_green_and_said(
+    repository: Repository, example: Any
+) -> None:
+    break_channels(example)
+    allow(example)
+    code, message = gate(repository, example.campaign(repository, 8))
+    assert code is ExitCode.OK
+    assert "channel a in 4 runs of new (KeyError: 1 (own.py:7)), allowed by the ODD" in message
+
+
+@pytest.mark.parametrize("outcome", [item for item in Outcome if item.value[:8] == "channel_"])
+def test_however_a_channel_fails_it_is_refused(
+    repository: Repository, example: Any, outcome: Outcome
+) -> None:
+    break_channels(example, outcome=outcome, events=[])
+    code, message = gate(repository, example.campaign(repository, 8))
+    assert code is ExitCode.INCOMPLETE
+    assert f"{outcome} of channel a in 4 runs of new" in message
+
+
+def test_failing_fsr_is_worse_than_a_failing_channel(repository: Repository, example: Any) -> None:
+    break_channels(example)
+    example.verdict_of = failing("FSR1", 1)
+    code, message = gate(repository, example.campaign(repository, 8))
+    assert code is ExitCode.FAILED
+    assert "channel_error of channel a" in message
+
+
+def test_what_happened_most_often_is_told_and_the_rest_is_counted(
+    repository: Repository, example: Any
+) -> None:
+    run = example.run
+    example.run = lambda case: run(
+        case,
+        outcome=Outcome.CHANNEL_ERROR,
+        outcome_channel="a",
+        outcome_detail=f"at {case.ordinal} s: " + ("one" if case.ordinal > 1 else "two"),
+        events=[],
+    )
+    message = gate(repository, example.campaign(repository, 8))[1]
+    assert "channel a in 4 runs of new (one, and 1 more)" in message
+
+
+def test_contact_is_said_beside_a_green_answer(repository: Repository, example: Any) -> None:
+    run = example.run
+    example.run = lambda case: run(case, end_reason="contact" if case.ordinal < 3 else "horizon")
+    campaign = example.campaign(repository, 8)
+    code, message = gate(repository, campaign)
+    assert code is ExitCode.OK
+    assert message == "Every mandatory requirement passes for new; contact in 1 run of new"
+    assert repository.contacts(campaign) == {"legacy": 2, "new": 1}
+
+
 def test_too_few_exercised_runs_are_vacuous(repository: Repository, example: Any) -> None:
     example.requirements = tuple(
         item.model_copy(update={"min_exercised": 5}) for item in example.requirements
@@ -141,7 +282,9 @@ def test_too_few_exercised_runs_are_vacuous(repository: Repository, example: Any
     found = folded(repository, campaign)
     assert found["FSR1", "new"].verdict is Verdict.VACUOUS
     assert found["FSR2", "legacy"].verdict is Verdict.VACUOUS
-    assert gate(repository, campaign)[0] is ExitCode.INCOMPLETE
+    code, message = gate(repository, campaign)
+    assert code is ExitCode.INCOMPLETE
+    assert "FSR1 VACUOUS for new (exercised in 4 of 5 needed)" in message
 
 
 def test_run_without_a_verdict_says_why(repository: Repository, example: Any) -> None:

@@ -138,7 +138,7 @@ def _keep(  # noqa: PLR0913, PLR0917 - where it is kept
 
 
 @inlined
-def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a part of the kernel
+def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kernel
     run: int,
     row: int,
     ego: Floats,

@@ -39,7 +39,7 @@ _ERROR: Final = CODES["error"]
 
 
 @allocating
-def worst_followers(  # noqa: C901, PLR0913, PLR0915, PLR0917 - a kernel over the whole scene
+def worst_followers(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole scene
     length: Ints,
     ego: Floats,
     ego_place: Floats,

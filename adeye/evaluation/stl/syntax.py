@@ -215,6 +215,24 @@ def names_in(node: Node) -> tuple[str, ...]:
             return tuple(dict.fromkeys(found))
 
 
+def silence_of(node: Node) -> tuple[str, ...]:
+    """List the channels whose failure a node is about: it asks for their silence or their age.
+
+    What asks only whether a channel is ``ok``, ``degraded`` or wants authority looks away from it.
+    """
+    match node:
+        case Equality(left=Signal(name=name)):
+            label, part = label_of(node), "status"
+            asks = label in {"silent", "fault"} or (label == "ok" and node.is_negated)
+        case Comparison():
+            name, part, asks = next(iter(names_in(node)), ""), "age", True
+        case _:
+            found = (name for child in children(node) for name in silence_of(child))
+            return tuple(dict.fromkeys(found))
+    names = name.split(".")
+    return (names[1],) if asks and len(names) == 3 and names[::2] == ["channel", part] else ()
+
+
 def future_reach(node: Node, *, is_outermost: bool = True) -> float:
     """Give the time after an obligation's start that its truth may depend on [s].
 

@@ -15,6 +15,7 @@ from adeye.evaluation.stl.syntax import (
     future_reach,
     names_in,
     needed_time,
+    silence_of,
     window_rows,
 )
 
@@ -106,3 +107,21 @@ def test_implications_count_at_the_top_and_under_one_always_only() -> None:
     assert found == [(2, True), (1, True), (1, False)]
     nested = parse_text("always (eventually (p implies q) or (r implies s))")
     assert list(find_implications(nested)) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "channels"),
+    [
+        ("always(rise(channel.a.status == silent) implies eventually[0, 1] x)", ("a",)),
+        ("always(channel.a.status == fault or channel.b.status != ok implies x)", ("a", "b")),
+        ("always(channel.a.age > 0.3 s implies x)", ("a",)),
+        ("always(channel.a.status == ok implies x)", ()),
+        ("always(channel.a.status == degraded implies x)", ()),
+        ("always(channel.a.acceleration > 1 implies authority.a)", ()),
+        ("always(sensor.a.age > 0.3 s implies x)", ()),
+    ],
+)
+def test_formula_is_about_the_channels_whose_silence_or_age_it_asks_for(
+    text: str, channels: tuple[str, ...]
+) -> None:
+    assert silence_of(parse_text(text)) == channels
