@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError
 from adeye.identity import digest_bytes
+from adeye.outputs import reads
 from adeye.store.kept_files import SUFFIX, content_name, folder_of, kept_path
 from adeye.units import shown
 from adeye.version import __version__
@@ -100,6 +101,7 @@ def _file(path: Path, folder: Path) -> dict[str, Any]:
 
 
 def _sha256(path: Path) -> str:
+    reads(path)
     try:
         return content_name(path)
     except OSError as error:

@@ -16,6 +16,7 @@ import numpy as np
 from adeye.errors import InputError, SourceLocation, suggest
 from adeye.evaluation.stl.check import TRUTH_LABELS
 from adeye.evaluation.stl.series import Series
+from adeye.outputs import reads
 from adeye.spec.document import require_plain
 from adeye.units import UNITS, convert, shown, si_unit
 
@@ -141,6 +142,7 @@ def _rows_of(path: Path, reader: Any) -> Table:
 def _read_parquet(path: Path) -> Table:
     import pandas as pd
 
+    reads(path)
     try:
         frame = pd.read_parquet(path)
     except ImportError as error:
