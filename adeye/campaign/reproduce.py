@@ -91,6 +91,10 @@ class Replayed:
     note: str
     same_ticks: int | None = None
 
+    def __bool__(self) -> bool:
+        """Be true if the trace is the stored one."""
+        return self.identical
+
 
 @dataclass(frozen=True)
 class Recalled:

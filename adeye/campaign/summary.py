@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from adeye.evaluation.verdict import ExitCode
 from adeye.store.totals import gate_code, totals
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from adeye.campaign.plan import CampaignPlan
-    from adeye.evaluation.verdict import ExitCode, Verdict
+    from adeye.evaluation.verdict import Verdict
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo, Plan
 
@@ -84,6 +85,10 @@ class CampaignSummary:
     to_execute: int = 0
     twins: int = 0
     selected: int | None = None
+
+    def __bool__(self) -> bool:
+        """Be as true as the gate, so that asserting what a run came to asserts something."""
+        return self.exit_code == ExitCode.OK
 
 
 def failed_channels(repository: Repository, campaign: str) -> str:

@@ -56,6 +56,10 @@ class GateResult:
     message: str
     is_written: bool = False
 
+    def __bool__(self) -> bool:
+        """Be as true as the gate."""
+        return self.exit_code == ExitCode.OK
+
     @property
     def findings(self) -> tuple[Finding, ...]:
         """All of them."""

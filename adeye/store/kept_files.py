@@ -34,8 +34,8 @@ def folders_of(database: Path) -> tuple[Path, ...]:
     """List the folders that traces of a database may be in, its own first.
 
     A file is named after its content, so that it is the right one wherever it is found: in the
-    folder without the ending of the database, as the first releases called it, and in those of other
-    databases beside it, where it was renamed, copied or merged since.
+    folder without the ending of the database, as the first releases called it, and in those of
+    other databases beside it, where it was renamed, copied or merged since.
     """
     own = folder_of(database)
     beside = (own.parent, database.parent)

@@ -99,6 +99,8 @@ def locate(place: Place = None) -> Location:
         return place
     if place is None:
         return Location.of_file(DEFAULT_PATH)
+    if not isinstance(place, str | Path):
+        raise InputError(f"database: {shown(place)} is neither text nor a path", remedy=_FORMS)
     text = str(place)
     scheme, separator, rest = text.partition("://")
     if isinstance(place, Path) or not separator:
