@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.executor_names import asked_executor
 from adeye.campaign.lookup import find_called
@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 __all__ = ["CompareOptions", "compare", "plan", "replay", "results", "run", "stl"]
 
 
+_MOST_BITS: Final = 63
+"""Of whole numbers: more fit neither into the database nor, exactly, into a computation."""
+
+
 def plan(
     odd: str | Path, *, backend: str = DEFAULT_BACKEND, variant: str | None = None
 ) -> CampaignPlan:
@@ -44,6 +48,9 @@ def plan(
     Raises:
         adeye.errors.InputError: Anything is wrong; the message has file, line and column.
     """
+    if not isinstance(odd, str | Path):
+        raise UsageError(f"{shown(odd)} is no ODD", remedy="Give its file, as text or as a path.")
+    _require_texts(backend=backend, variant=variant)
     return make_plan(odd, backend=backend, variant=variant)
 
 
@@ -72,6 +79,7 @@ def run(  # noqa: PLR0913 - as the verb
     Raises:
         adeye.errors.AdeyeError: Its ``exit_code`` tells of what kind.
     """
+    _require_texts(executor=executor, scheduler=scheduler)
     checked = odd if isinstance(odd, CampaignPlan) else plan(odd)
     asked = asked_executor(
         executor,
@@ -99,11 +107,23 @@ def replay(run: str, *, db: str | Path | None = None) -> Replayed:
     return replay_run(db, run)
 
 
+def _require_texts(**given: object) -> None:
+    """Refuse what is neither text nor None.
+
+    Raises:
+        UsageError: Names the argument.
+    """
+    for name, value in given.items():
+        if value is not None and not isinstance(value, str):
+            raise UsageError(f"{name} is {shown(value)}", remedy="Give text.")
+
+
 def _name_of(campaign: str | int | None) -> str | None:
     """Write a campaign's number as the text that every verb takes."""
     if campaign is None or isinstance(campaign, str):
         return campaign
-    if isinstance(campaign, bool) or not isinstance(campaign, int):
+    is_number = isinstance(campaign, int) and not isinstance(campaign, bool)
+    if not is_number or campaign.bit_length() > _MOST_BITS:
         raise UsageError(
             f"{shown(campaign)} is no campaign",
             remedy="Give its number, or its id or the beginning of it as text.",
@@ -178,5 +198,14 @@ def stl(  # noqa: PLR0913 - as the verb
     Raises:
         adeye.errors.InputError: The formula, the table or what is told of it cannot be used.
     """
+    if not isinstance(formula, str):
+        raise UsageError(f"{shown(formula)} is no formula", remedy="Give it as text.")
+    _require_texts(time=time, **{f"unit of {shown(name)}": units[name] for name in units})
+    for name, value in parameters.items():
+        if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+            raise UsageError(f"parameter {shown(name)} is {shown(value)}", remedy="Give another.")
+    for name in words:
+        for word in words[name]:
+            _require_texts(**{f"a word of {shown(name)}": word})
     read = read_table(Path(table)) if isinstance(table, str | Path) else table_of(table)
     return judge_table(formula, read, Reading(time, units, words, parameters, horizon))

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import BaseModel, ValidationError
 
 from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.outputs import reads
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -155,6 +156,7 @@ def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
         SpecError: There is no such file, it lies elsewhere, is too large or cannot be read.
     """
     path = locate_file(name, base_dir)
+    reads(path)
     try:
         size = path.stat().st_size
         if size > LARGEST_FILE:
@@ -282,6 +284,7 @@ def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str
 def _from_file(name: str, path: Path, attribute: str, is_nameable: Nameable) -> Part:
     if not path.is_file():
         raise SpecError(f"{name}: there is no file {path}", remedy=_FORM)
+    reads(path)
     content = path.read_bytes()
     digest = hashlib.sha256(content).hexdigest()
     known = _CACHE.get((str(path), attribute, digest))
@@ -356,6 +359,7 @@ def files_digest(files: Iterable[tuple[str, Path]]) -> str:
     """Hash files with their labels."""
     digest = hashlib.sha256()
     for label, path in files:
+        reads(path)
         digest.update(f"{label} {len(content := path.read_bytes())}\n".encode() + content)
     return digest.hexdigest()
 

@@ -14,12 +14,13 @@ from adeye.campaign.lookup import (
 from adeye.campaign.reproduce import Execution, rerun
 from adeye.campaign.runner import Progress
 from adeye.change import change_since
+from adeye.outputs import write_atomically
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder
 from adeye.report.claims import claims_of
 from adeye.report.compare import compare
 from adeye.report.drive import replay_of
 from adeye.report.exports import check_exports, render_export
-from adeye.report.files import write_atomically
+from adeye.report.files import guarding
 from adeye.report.gating import GateResult, judge_campaign, update_baseline
 from adeye.report.html import render_comparison, write_html
 from adeye.report.json_report import render_json
@@ -78,27 +79,29 @@ def write_reports(  # noqa: PLR0913 - one parameter a file
         PlatformError: A file cannot be written.
     """
     check_exports(exports or {})
-    with Repository.open(db, create=False) as repository:
-        found = repository.find_campaign(campaign)
-        builder = ReportBuilder(
-            repository,
-            found,
-            database=str(db) if db is not None else "",
-            created=found.created_at[:SECOND],
-        )
-        # A baseline that cannot be read is said before a minute of drawing.
-        impact = None if baseline is None else change_since(repository, found, baseline, db)
-        pen = _Pen(repository, builder, progress)
-        report = builder.build(pen.draw, replays=MAX_REPLAYS if html else 0)
-        report = report.model_copy(update={"impact": impact})
-    if html is not None:
-        write_html(report, html)
-    if junit is not None:
-        write_atomically(render_junit(report), junit)
-    if json is not None:
-        write_atomically(render_json(report).encode(), json)
-    for form, path in (exports or {}).items():
-        write_atomically(render_export(report, form, path), path)
+    files = {"html": html, "junit": junit, "json": json, **(exports or {})}
+    with guarding(db, files):
+        with Repository.open(db, create=False) as repository:
+            found = repository.find_campaign(campaign)
+            builder = ReportBuilder(
+                repository,
+                found,
+                database=str(db) if db is not None else "",
+                created=found.created_at[:SECOND],
+            )
+            # A baseline that cannot be read is said before a minute of drawing.
+            impact = None if baseline is None else change_since(repository, found, baseline, db)
+            pen = _Pen(repository, builder, progress)
+            report = builder.build(pen.draw, replays=MAX_REPLAYS if html else 0)
+            report = report.model_copy(update={"impact": impact})
+        if html is not None:
+            write_html(report, html)
+        if junit is not None:
+            write_atomically(render_junit(report), junit)
+        if json is not None:
+            write_atomically(render_json(report).encode(), json)
+        for form, path in (exports or {}).items():
+            write_atomically(render_export(report, form, path), path)
     return report
 
 
@@ -126,19 +129,20 @@ def write_replay(db: str | Path | None, run: str, path: Path) -> None:
         run: Beginning of its result digest.
         path: Where to.
     """
-    with Repository.open(db, create=False) as repository:
-        ref = repository.find_run(run)
-        campaign = repository.find_campaign(ref.campaign)
-        builder = ReportBuilder(
-            repository,
-            campaign,
-            database=str(db) if db is not None else "",
-            created=campaign.created_at[:SECOND],
-        )
-        pen = _Pen(repository, builder, None)
-        report = builder.build(pen.draw, replays=0)
-        drawn = pen.draw([ReplayRequest(ref, "asked for")])
-    write_html(report.model_copy(update={"replays": drawn}), path)
+    with guarding(db, {"path": path}):
+        with Repository.open(db, create=False) as repository:
+            ref = repository.find_run(run)
+            campaign = repository.find_campaign(ref.campaign)
+            builder = ReportBuilder(
+                repository,
+                campaign,
+                database=str(db) if db is not None else "",
+                created=campaign.created_at[:SECOND],
+            )
+            pen = _Pen(repository, builder, None)
+            report = builder.build(pen.draw, replays=0)
+            drawn = pen.draw([ReplayRequest(ref, "asked for")])
+        write_html(report.model_copy(update={"replays": drawn}), path)
 
 
 def compare_campaign(
@@ -161,11 +165,13 @@ def compare_campaign(
         InputError: There is no such campaign or architecture.
         PlatformError: The file cannot be written.
     """
-    with Repository.open(db, create=False) as repository:
-        campaign, architectures = _campaign_among(repository, names)
-        comparison = compare(repository, campaign, replace(options, architectures=architectures))
-    if html is not None:
-        write_atomically(render_comparison(comparison).encode(), html)
+    with guarding(db, {"html": html}):
+        with Repository.open(db, create=False) as repository:
+            campaign, architectures = _campaign_among(repository, names)
+            options = replace(options, architectures=architectures)
+            comparison = compare(repository, campaign, options)
+        if html is not None:
+            write_atomically(render_comparison(comparison).encode(), html)
     return comparison
 
 
@@ -230,29 +236,32 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
         IntegrityError: The baseline was edited.
         PlatformError: A file cannot be written.
     """
-    with Repository.open(db, create=False) as repository:
-        campaign, edits = _gated(repository, name)
-        result = judge_campaign(
-            repository,
-            campaign,
-            options.baseline,
-            options.tolerances,
-            may_lack=options.is_update,
-            edits=edits,
-        )
-        if options.junit is not None:
-            builder = ReportBuilder(
+    updated = options.baseline if options.is_update else None
+    files = {"junit": options.junit, "--baseline": updated}
+    with guarding(db, files, also_read="--baseline"):
+        with Repository.open(db, create=False) as repository:
+            campaign, edits = _gated(repository, name)
+            result = judge_campaign(
                 repository,
                 campaign,
-                database=str(db) if db is not None else "",
-                created=campaign.created_at[:SECOND],
+                options.baseline,
+                options.tolerances,
+                may_lack=options.is_update,
+                edits=edits,
             )
-            report = builder.build(lambda _: (), replays=0)
-            write_atomically(render_gate(report, result), options.junit)
-    if options.is_update and options.baseline is not None:
-        return update_baseline(
-            result, options.baseline, accepts_incomplete=options.accepts_incomplete
-        )
+            if options.junit is not None:
+                builder = ReportBuilder(
+                    repository,
+                    campaign,
+                    database=str(db) if db is not None else "",
+                    created=campaign.created_at[:SECOND],
+                )
+                report = builder.build(lambda _: (), replays=0)
+                write_atomically(render_gate(report, result), options.junit)
+        if options.is_update and options.baseline is not None:
+            return update_baseline(
+                result, options.baseline, accepts_incomplete=options.accepts_incomplete
+            )
     return result
 
 

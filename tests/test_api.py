@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -13,6 +15,7 @@ import adeye
 from adeye.cli.entry import main
 from adeye.errors import InputError
 from adeye.evaluation.verdict import ExitCode
+from adeye.reporting import GateOptions, gate_campaign
 
 if TYPE_CHECKING:
     from tests.project import Executed
@@ -96,3 +99,65 @@ def test_a_campaign_may_be_a_number(mini: Executed) -> None:
         adeye.compare(True, db=mini.db)  # noqa: FBT003 - what is refused
     with pytest.raises(InputError, match="1 is no run"):
         adeye.replay(1, db=mini.db)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("count", [0, -1, 1.5, 1.0, True, "2", None, 10**400])
+@pytest.mark.parametrize("name", ["threads", "workers"])
+def test_what_counts_no_threads_is_refused_before_anything_is_made(
+    mini: Executed, tmp_path: Path, name: str, count: Any
+) -> None:
+    with pytest.raises(InputError, match=f"{name} is "):
+        adeye.run(mini.plan, db=tmp_path / "new.db", **{name: count})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_result_is_as_true_as_its_gate(mini: Executed) -> None:
+    assert mini.summary.exit_code == ExitCode.OK
+    assert mini.summary
+    for code in set(ExitCode) - {ExitCode.OK}:
+        assert not replace(mini.summary, exit_code=code)
+    result = gate_campaign(mini.db, None, GateOptions())
+    assert result
+    assert not replace(result, exit_code=ExitCode.INCOMPLETE)
+    replayed = adeye.replay(mini.project.rows()[0]["run"], db=mini.db)
+    assert replayed
+    assert not replace(replayed, identical=False)
+
+
+@pytest.mark.parametrize(("gap", "verdict"), [(9.0, "PASS"), (1.0, "FAIL"), (math.nan, "ERROR")])
+def test_judged_table_is_true_if_the_formula_holds(gap: float, verdict: str) -> None:
+    found = adeye.stl("always(gap > 2)", {"time": [0.0, 1.0], "gap": [9.0, gap]})
+    assert (found.verdict.value, bool(found)) == (verdict, verdict == "PASS")
+
+
+HUGE = [10**400, 10**5000]
+TABLE = {"time": [0.0, 1.0], "gap": [9.0, 9.0]}
+
+
+@pytest.mark.parametrize("number", HUGE, ids=["400 digits", "5000 digits"])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda number, _: adeye.plan(number),
+        lambda number, mini: adeye.plan(mini.plan.path, backend=number),
+        lambda number, mini: adeye.plan(mini.plan.path, variant=number),
+        lambda number, mini: adeye.run(mini.plan, db=number),
+        lambda number, mini: adeye.run(mini.plan, executor=number),
+        lambda number, mini: adeye.replay(number, db=mini.db),
+        lambda number, _: adeye.replay("00000", db=number),
+        lambda number, mini: adeye.results(number, db=mini.db),
+        lambda number, mini: adeye.compare(number, db=mini.db),
+        lambda number, _: adeye.stl(number, TABLE),
+        lambda number, _: adeye.stl("always(gap > 2)", number),
+        lambda number, _: adeye.stl("always(gap > 2)", {**TABLE, "gap": [9.0, number]}),
+        lambda number, _: adeye.stl("always(gap > 2)", {**TABLE, "time": [0, number]}),
+        lambda number, _: adeye.stl("always(gap > a)", TABLE, parameters={"a": number}),
+        lambda number, _: adeye.stl("always(gap > 2)", TABLE, units={"gap": number}),
+        lambda number, _: adeye.stl("always(gap > 2)", TABLE, words={"gap": [number]}),
+        lambda number, _: adeye.stl("always(gap > 2)", TABLE, time=number),
+        lambda number, _: adeye.stl("always(gap > 2)", TABLE, horizon=number),
+    ],
+)
+def test_number_beyond_all_bounds_is_an_input_error(mini: Executed, call: Any, number: int) -> None:
+    with pytest.raises(InputError):
+        call(number, mini)

@@ -149,5 +149,5 @@ def test_what_a_stored_run_showed_is_saved_and_fed(project: Project, tmp_path: P
     with pytest.raises(UsageError, match="has no channel 'gest'") as caught:
         replay_run(project.db, run, ("gest", file))
     assert "guest" in caught.value.remedy
-    with pytest.raises(UsageError, match="cannot be written"):
-        replay_run(project.db, run, ("guest", tmp_path / "missing" / "shown.jsonl"))
+    with pytest.raises(UsageError, match="is a database"):
+        replay_run(project.db, run, ("guest", project.db))

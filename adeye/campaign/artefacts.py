@@ -6,7 +6,7 @@ import hashlib
 from typing import TYPE_CHECKING
 
 from adeye.campaign.keeping import read_kept
-from adeye.store.kept_files import SUFFIX, content_name, folder_of, kept_path
+from adeye.store.kept_files import SUFFIX, content_name, find_kept, folder_of, folders_of, kept_path
 from adeye.store.stored import Finding
 
 if TYPE_CHECKING:
@@ -24,12 +24,13 @@ def altered_files(repository: Repository) -> Iterator[Finding]:
     A file is named after its content. One of no run that has its name is left over from a block
     that was interrupted, see ``left_files``.
     """
-    folder = folder_of(repository.location.beside)
+    folders = folders_of(repository.location.beside)
     known = repository.evidence.kept_files()
-    present = _present(folder)
+    present = _present(folders[0])
+    missing = f"is missing (bring it to {folders[0]} from where the database was, or from a copy)"
     for name, runs in known.items():
-        path = present.pop(f"{name}{SUFFIX}", None)
-        problem = "is missing" if path is None else _problem(path, name)
+        path = present.pop(f"{name}{SUFFIX}", None) or find_kept(folders[1:], name)
+        problem = missing if path is None else _problem(path, name)
         if path is not None and problem and _is_named_after_traces(path, runs):
             problem = ""
         if problem:
@@ -42,7 +43,10 @@ def altered_files(repository: Repository) -> Iterator[Finding]:
 
 
 def left_files(repository: Repository) -> tuple[str, ...]:
-    """Name whole files of traces that no run refers to; they may be removed."""
+    """Name whole files of traces that no run of the database refers to.
+
+    A run of another one may, which was copied from it or had its name before.
+    """
     folder = folder_of(repository.location.beside)
     known = repository.evidence.kept_files()
     return tuple(

@@ -25,7 +25,7 @@ from adeye.evaluation.judgement import ERROR as JUDGED_ERROR
 from adeye.evaluation.judgement import FAIL, INCONCLUSIVE
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import TraceSignals
-from adeye.store.kept_files import SUFFIX, content_name, folder_of, kept_path
+from adeye.store.kept_files import SUFFIX, content_name, find_kept, folders_of, kept_path
 from adeye.trace import COLUMNS, DRAWN, Trace
 
 if TYPE_CHECKING:
@@ -277,7 +277,7 @@ def judge_kept(
     for number, name, where in again.files(list(by_number)):
         files.setdefault(name, []).append((by_number[number], where))
     done: set[int] = set()
-    for name, kept in _read_ahead(folder_of(database), list(files)):
+    for name, kept in _read_ahead(folders_of(database), list(files)):
         wanted = [(place, where) for place, where in files[name] if place not in done]
         if kept is None or not wanted:
             continue
@@ -292,19 +292,25 @@ def judge_kept(
             if digest != gaps[place].trace_digest:
                 raise IntegrityError(
                     f"the kept trace of run {gaps[place].result[:12]} in {name[:12]}{SUFFIX} is "
-                    "not the one that was recorded. Remove the file to have the run replayed."
+                    "not the one that was recorded. Restore the file from a copy; without it the "
+                    "run is replayed, and 'adeye db verify' names it as missing."
                 )
         yield FromTraces(places, _judge(plan, [gaps[place] for place in places], trace, cases),
                          tuple(trace.digests()))  # fmt: skip
 
 
-def _read_ahead(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Kept | None]]:
+def _read_ahead(folders: Sequence[Path], names: Sequence[str]) -> Iterator[tuple[str, Kept | None]]:
     """Read files one after the other, the next one while one is judged."""
+
+    def read(name: str) -> Kept | None:
+        path = find_kept(folders, name)
+        return None if path is None else read_kept(path.parent, name)
+
     with ThreadPoolExecutor(1) as reader:
-        ahead = [reader.submit(read_kept, folder, name) for name in names[:1]]
+        ahead = [reader.submit(read, name) for name in names[:1]]
         for place, name in enumerate(names):
             kept = ahead.pop().result()
-            ahead += [reader.submit(read_kept, folder, item) for item in names[place + 1 :][:1]]
+            ahead += [reader.submit(read, item) for item in names[place + 1 :][:1]]
             yield name, kept
 
 

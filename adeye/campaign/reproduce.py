@@ -14,6 +14,7 @@ from adeye.engine import identity
 from adeye.engine import run as run_batch
 from adeye.errors import InputError, UsageError, suggest
 from adeye.evaluation.requirements import requirement_digest
+from adeye.outputs import replacing
 from adeye.spec.concept import Concept
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
@@ -89,6 +90,10 @@ class Replayed:
     verdicts: Mapping[str, str]
     note: str
     same_ticks: int | None = None
+
+    def __bool__(self) -> bool:
+        """Be true if the trace is the stored one."""
+        return self.identical
 
 
 @dataclass(frozen=True)
@@ -177,7 +182,8 @@ def _witness(dump: tuple[str, Path] | None, case: TestCase) -> Iterator[Witness 
     """Open the file that gets what a channel is shown.
 
     Raises:
-        UsageError: There is no such channel, or the file cannot be written.
+        UsageError: There is no such channel, or the file is not to be written over.
+        PlatformError: The file cannot be written.
     """
     if dump is None:
         yield None
@@ -189,14 +195,7 @@ def _witness(dump: tuple[str, Path] | None, case: TestCase) -> Iterator[Witness 
             f"architecture {case.architecture.architecture} has no channel {shown(channel)}",
             remedy=suggest(channel, channels),
         )
-    try:
-        stream = path.open("wb")
-    except OSError as error:
-        raise UsageError(
-            f"{shown(str(path))} cannot be written: {error.strerror}",
-            remedy="Name a file in a folder that is there.",
-        ) from error
-    with stream:
+    with replacing(path) as place, place.open("wb") as stream:
         yield Witness(channel, stream)
 
 

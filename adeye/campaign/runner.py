@@ -6,6 +6,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
+from numbers import Integral
 from typing import TYPE_CHECKING, Final
 
 from adeye.campaign.blocks import block_size, fitting
@@ -18,11 +19,12 @@ from adeye.campaign.session import Session
 from adeye.campaign.summary import CampaignSummary, summarise
 from adeye.campaign.tasks import LEASE_S, Tasks
 from adeye.campaign.work import BatchResult, BatchTask, execute
-from adeye.errors import ASKED_TO_END, InputError
+from adeye.errors import ASKED_TO_END, InputError, UsageError
 from adeye.evaluation.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
 from adeye.store.kept_files import folder_of
 from adeye.store.repository import Repository
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     from adeye.ports import Executor
     from adeye.store.stored import Plan
 
+MOST_LANES: Final = 4096
+"""Threads or processes that can be asked for; more are a slip."""
 POLL_S: Final = 1.0
 """Between two looks at what other runners have leased [s]."""
 
@@ -88,9 +92,11 @@ def run_campaign(  # noqa: PLR0913 - all but the plan has a default
         session: Which part is executed and what ends it; None for all of it.
 
     Raises:
+        UsageError: Workers or threads are no number of them.
         IntegrityError: A result contradicts one that exists, or a plug-in was changed meanwhile.
         PlatformError: The database cannot be written, or the executor cannot go on.
     """
+    _require_counts(workers, threads)
     with Repository.open(db) as repository:
         campaign = _Campaign(repository, plan, progress, traces, session)
         return campaign.finish((workers, threads), executor)
@@ -122,9 +128,19 @@ def judge_campaign(
         IntegrityError: A run does not come out as it was recorded.
         PlatformError: The database cannot be written.
     """
+    _require_counts(workers, threads)
     with Repository.open(db, create=False) as repository:
         campaign = _Campaign(repository, plan, progress, "none")
         return campaign.finish((workers, threads), executes=False, replays=replay)
+
+
+def _require_counts(workers: int, threads: int) -> None:
+    for name, count in (("workers", workers), ("threads", threads)):
+        is_count = isinstance(count, Integral) and not isinstance(count, bool)
+        if not is_count or not 1 <= count <= MOST_LANES:
+            raise UsageError(
+                f"{name} is {shown(count)}", remedy=f"Give a whole number from 1 to {MOST_LANES:,}."
+            )
 
 
 class _Campaign:

@@ -26,7 +26,7 @@ from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.store.basis import CHUNK
 from adeye.store.encoding import json_text
-from adeye.store.kept_files import folder_of, kept_path
+from adeye.store.kept_files import find_kept, folders_of
 from adeye.sweep.case import content_digest
 
 if TYPE_CHECKING:
@@ -371,10 +371,9 @@ def _judgeable(
         for item in asked
         if (measure := measure_of(item.formula)) is not None
     }
+    folders = folders_of(database)
     kept = {
-        number
-        for number, name, _ in again.files(lacking)
-        if kept_path(folder_of(database), name) is not None
+        number for number, name, _ in again.files(lacking) if find_kept(folders, name) is not None
     }
 
     def is_known(number: int, item: CheckedRequirement) -> bool:

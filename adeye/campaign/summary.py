@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from adeye.evaluation.verdict import exercised_of
+from adeye.evaluation.verdict import ExitCode, exercised_of
 from adeye.store.blocking import channel_failures
 from adeye.store.totals import gate_code, totals
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from adeye.campaign.plan import CampaignPlan
-    from adeye.evaluation.verdict import ExitCode, Verdict
+    from adeye.evaluation.verdict import Verdict
     from adeye.store.blocking import ChannelFailure
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo, Plan
@@ -98,6 +98,10 @@ class CampaignSummary:
     selected: int | None = None
     channel_failures: tuple[ChannelFailure, ...] = ()
     contacts: Mapping[str, int] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        """Be as true as the gate, so that asserting what a run came to asserts something."""
+        return self.exit_code == ExitCode.OK
 
 
 def summarise(

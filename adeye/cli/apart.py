@@ -7,6 +7,8 @@ import sys
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, TextIO
 
+from adeye.outputs import laid
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -43,9 +45,11 @@ def results_apart() -> Iterator[None]:
         _apart.append(stream)
         for output in outputs:
             os.dup2(error, output)
+        laid.update(dict.fromkeys(outputs, own))
         try:
             yield
         finally:
+            laid.clear()
             _apart.pop()
             # One that was closed meanwhile may be somebody else's by now.
             with suppress(OSError, ValueError):

@@ -10,7 +10,7 @@ import typer
 from adeye.cli.completion import complete_campaigns
 from adeye.cli.options import Db, Json
 from adeye.cli.output import clean, emit, emit_json, short, talk, wrote
-from adeye.cli.writing import keep_apart, named
+from adeye.cli.writing import named
 
 if TYPE_CHECKING:
     from adeye.store.checking import Checked, CheckFinding
@@ -54,8 +54,6 @@ def check(
     """
     from adeye.campaign.integrity import check_odd, check_stored
 
-    if sarif is not None and subject is not None:
-        keep_apart(sarif, Path(subject))
     if subject is not None and _is_file(subject):
         checked: Checked | None = check_odd(subject, db)
     else:
@@ -82,8 +80,8 @@ def _is_file(subject: str) -> bool:
 def _write_sarif(checked: Checked, path: Path) -> None:
     from json import dumps
 
+    from adeye.outputs import write_atomically
     from adeye.report.check_sarif import check_sarif
-    from adeye.report.files import write_atomically
 
     write_atomically((dumps(check_sarif(checked), indent=1) + "\n").encode(), path)
 

@@ -118,7 +118,13 @@ def verify(db: Db = None, json: Json = False) -> None:
         if not findings:
             emit(f"Intact: {rows} rows are as they were written.")
     if left:
-        talk(clean(f"{len(left)} files of traces belong to no run; they may go: {left[0]}"))
+        talk(
+            clean(
+                f"{len(left)} files of traces belong to no run of this database, as an interrupted "
+                "block leaves them, or belong to one that was copied or renamed; nothing is wrong "
+                f"with it: {left[0]}"
+            )
+        )
     if findings:
         talk(f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy.")
         raise typer.Exit(_INTEGRITY)

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Final
 import typer
 
 from adeye.cli.options import Db
-from adeye.cli.output import emit, wrote
-from adeye.cli.writing import keep_apart, named
+from adeye.cli.output import emit_document, wrote
+from adeye.cli.writing import named
 
 Output = Annotated[
     Path | None,
@@ -53,14 +53,12 @@ def metadata(db: Db = None, *, output: Output = None) -> None:
 
     Then 'datasette adeye.db --metadata metadata.json' shows the database in a browser.
     """
-    from adeye.report.files import write_atomically
-    from adeye.store.location import locate
+    from adeye.outputs import write_atomically
 
     text = json.dumps(document(db), indent=1, ensure_ascii=False)
     if output is None:
-        emit(text)
+        emit_document(text)
         return
-    keep_apart(output, locate(db).path)
     write_atomically(f"{text}\n".encode(), output)
     wrote(output)
 

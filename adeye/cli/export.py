@@ -10,7 +10,7 @@ import typer
 
 from adeye.cli.options import CampaignId, Db
 from adeye.cli.output import clean, talk, wrote
-from adeye.cli.writing import named
+from adeye.cli.writing import named_place
 
 if TYPE_CHECKING:
     from adeye.report.exporting import Written
@@ -40,7 +40,7 @@ Output = Annotated[
         "-o",
         metavar="FOLDER|FILE",
         envvar="ADEYE_OUTPUT",
-        callback=named,
+        callback=named_place,
         help="Folder for a file per table, or one file in .parquet, .csv or .jsonl.",
     ),
 ]

@@ -10,7 +10,7 @@ import typer
 from adeye.cli.completion import complete_campaigns
 from adeye.cli.options import Db, Json, JunitFile
 from adeye.cli.output import clean, emit, emit_json, short, wrote
-from adeye.cli.writing import keep_apart, named
+from adeye.cli.writing import given
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +32,7 @@ BaselineFile = Annotated[
         "--baseline",
         metavar="FILE",
         envvar="ADEYE_GATE_BASELINE",
-        callback=named,
+        callback=given,
         help="Compare with this file, such as reports/baselines/motorway_chauffeur.json.",
     ),
 ]
@@ -94,8 +94,6 @@ def gate(
         )
     if accept_incomplete and not update:
         raise UsageError("--accept-incomplete is about writing a baseline", remedy="Add --update.")
-    if junit is not None:
-        keep_apart(junit, baseline)
     options = GateOptions(
         baseline=baseline,
         tolerances=Tolerances.given(_sizes(tolerance or ())),

@@ -57,7 +57,7 @@ def write(
     json: Json = False,
 ) -> None:
     """Write the manifest of a complete campaign: its Merkle root, and hashes of rows and files."""
-    from adeye.report.files import write_atomically
+    from adeye.outputs import write_atomically
     from adeye.report.manifest import fingerprint, make_manifest
     from adeye.report.signing import sign as signed
     from adeye.store.repository import Repository

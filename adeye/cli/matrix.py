@@ -8,7 +8,7 @@ import typer
 
 from adeye.cli.completion import complete_campaigns
 from adeye.cli.options import Db, Json
-from adeye.cli.output import clean, emit, emit_json, emit_table, listed
+from adeye.cli.output import clean, emit, emit_document, emit_json, emit_table, listed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,7 +69,7 @@ def matrix(
     report = read_report(db, campaign)
     rows = matrix_of(report, column)
     if csv:
-        emit(clean(render_csv(rows, column), lines=True))
+        emit_document(clean(render_csv(rows, column), lines=True))
     elif json:
         emit_json("matrix", _document(report.campaign, column, rows))
     else:

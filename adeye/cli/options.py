@@ -13,7 +13,7 @@ import typer
 
 from adeye.cli.apart import results_apart
 from adeye.cli.completion import complete_campaigns, complete_runs
-from adeye.cli.writing import named, named_page
+from adeye.cli.writing import guarding, named, named_page
 from adeye.errors import AdeyeError, InputError, IntegrityError, PlatformError
 
 OddFile = Annotated[
@@ -222,7 +222,8 @@ def _apart(verb: Callable[..., None]) -> Callable[..., None]:
     def run(*arguments: Any, **options: Any) -> None:
         with results_apart():
             try:
-                verb(*arguments, **options)
+                with guarding(verb, options):
+                    verb(*arguments, **options)
             except SystemExit as error:
                 msg = f"code from outside adeye asked to end the process with {error.code!r}"
                 raise IntegrityError(msg) from error

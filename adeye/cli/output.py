@@ -31,7 +31,9 @@ SHORT: Final = 10
 """Characters of a digest that people see; any unique beginning names it."""
 _UNBOUNDED: Final = 100_000
 
-_ESCAPED_IN_JSON: Final = re.compile("[\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+_ESCAPED_IN_JSON: Final = re.compile(
+    "[\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
 
 
 def emit(text: str) -> None:
@@ -39,16 +41,28 @@ def emit(text: str) -> None:
     _write(results(), text)
 
 
+def emit_document(text: str) -> None:
+    """Write what programs read, JSON or CSV: UTF-8 whatever the encoding of the terminal is."""
+    _write(results(), text, is_utf8=True)
+
+
 def talk(text: str) -> None:
     """Tell the person something on standard error."""
     _write(sys.stderr, text)
 
 
-def _write(stream: TextIO | None, text: str) -> None:
+def _write(stream: TextIO | None, text: str, *, is_utf8: bool = False) -> None:
     if stream is None:
         return
+    line = text if text.endswith("\n") else f"{text}\n"
+    # A stream that only keeps its text, as in a notebook, has no encoding to differ.
+    binary = getattr(stream, "buffer", None) if is_utf8 else None
     try:
-        stream.write(text if text.endswith("\n") else f"{text}\n")
+        if binary is None:
+            stream.write(line)
+        else:
+            stream.flush()
+            binary.write(line.encode("utf-8", "backslashreplace"))
         stream.flush()
     except BrokenPipeError:
         _silence(stream)
@@ -72,7 +86,7 @@ def _silence(stream: TextIO) -> None:
 
 def emit_json(verb: str, content: Mapping[str, Any]) -> None:
     """Write one JSON document with its schema, ``adeye/<verb>@1``."""
-    emit(json_text(verb, content))
+    emit_document(json_text(verb, content))
 
 
 def json_text(verb: str, content: Mapping[str, Any]) -> str:
@@ -104,7 +118,7 @@ def plain(value: Any) -> Any:
 
 def emit_csv(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """Write comma-separated values with a line of headers."""
-    emit(csv_text(headers, rows))
+    emit_document(csv_text(headers, rows))
 
 
 def csv_text(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:

@@ -18,13 +18,14 @@ from adeye.cli.output import (
     csv_text,
     emit,
     emit_csv,
+    emit_document,
     emit_json,
     emit_table,
     json_text,
     talk,
     wrote,
 )
-from adeye.cli.writing import keep_apart, named
+from adeye.cli.writing import named
 
 if TYPE_CHECKING:
     from adeye.store.query import QueryResult
@@ -134,7 +135,7 @@ def query(
     if output is None:
         _print(result, wanted)
     else:
-        _save(result, wanted, output, db)
+        _save(result, wanted, output)
     if not result.rows:
         talk(f"note: no rows{_reason(db, sql, about)}")
     if result.is_cut:
@@ -237,7 +238,7 @@ def _print(result: QueryResult, wanted: Format) -> None:
     if wanted is Format.csv:
         emit_csv(result.columns, result.rows)
     elif wanted is Format.json:
-        emit(json_text("query", _document(result)))
+        emit_document(json_text("query", _document(result)))
     else:
         numeric = {
             clean(name)
@@ -253,13 +254,11 @@ def _document(result: QueryResult) -> dict[str, Any]:
     return {"columns": names, "rows": rows, "is_cut": result.is_cut}
 
 
-def _save(result: QueryResult, wanted: Format, output: Path, db: str | None) -> None:
+def _save(result: QueryResult, wanted: Format, output: Path) -> None:
     """Write rows to a file, as a whole or not at all."""
-    from adeye.report.files import replacing, write_atomically
+    from adeye.outputs import replacing, write_atomically
     from adeye.report.table_files import open_table, typed_columns
-    from adeye.store.location import locate
 
-    keep_apart(output, locate(db).path)
     if wanted is Format.json:
         text = json_text("query", _document(result))
         write_atomically(f"{text}\n".encode(), output)

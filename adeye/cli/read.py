@@ -158,7 +158,7 @@ def _grid_saver(
 ) -> Callable[[Trace], None]:
     """Give what saves the grid map of a trace; everything that was given is checked before."""
     from adeye.evaluation.grid import TRUTH, grid_map
-    from adeye.report.files import write_atomically
+    from adeye.outputs import write_atomically
     from adeye.spec.grid import ADEYE_COSTS, GridSettings
     from adeye.spec.load import load_grid
     from adeye.units import Dimension, parse_quantity

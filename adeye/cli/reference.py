@@ -12,7 +12,7 @@ import typer
 from adeye.cli.options import Json
 from adeye.cli.output import emit, emit_json, emit_table, talk, wrote
 from adeye.cli.progress import watching
-from adeye.cli.writing import keep_apart, named, write_rows
+from adeye.cli.writing import named, write_rows
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -125,8 +125,6 @@ def reference(
         integrator=integrator,
     )
     check_question(question)
-    if output is not None:
-        keep_apart(output, cases)
     rows, scenes = read(cases, scene)
     progress = _Progress(len(scenes) * len(question.models))
     results: dict[str, Floats] = {}

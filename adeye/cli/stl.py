@@ -10,7 +10,7 @@ import typer
 
 from adeye.cli.options import Json
 from adeye.cli.output import emit_fields, emit_json, verdict_cell, wrote
-from adeye.cli.writing import keep_apart, named, write_rows
+from adeye.cli.writing import named, write_rows
 from adeye.errors import UsageError
 
 if TYPE_CHECKING:
@@ -114,8 +114,6 @@ def stl(  # noqa: PLR0917 - options
     from adeye.evaluation.stl.table import read_table
     from adeye.evaluation.verdict import exit_of_verdict
 
-    if output is not None:
-        keep_apart(output, table)
     declared = _pairs("--words", words)
     reading = Reading(
         time=time,

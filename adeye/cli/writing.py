@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import io
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, get_type_hints
 
 from adeye.errors import UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 PAGES: Final = (".html", ".htm")
 
 
-def named(path: Path | None) -> Path | None:
+def given(path: Path | None) -> Path | None:
     """Refuse a name that is rather an option whose file was forgotten; a callback of options.
 
     Raises:
@@ -27,6 +26,22 @@ def named(path: Path | None) -> Path | None:
             remedy=f"Name the file first; for a file of this name write ./{path}.",
         )
     return path
+
+
+def named(path: Path | None) -> Path | None:
+    """Do as ``given``, and refuse a folder; the callback of options that name a file to write.
+
+    Raises:
+        UsageError: The name begins with a dash, or is that of a folder.
+    """
+    if named_place(path) is not None and path is not None and path.is_dir():
+        raise UsageError(f"{str(path)!r} is a folder", remedy="Name a file to write.")
+    return path
+
+
+def named_place(path: Path | None) -> Path | None:
+    """Do as ``given``; the callback of options that name a file or a folder to write."""
+    return given(path)
 
 
 def named_page(path: Path | None) -> Path | None:
@@ -43,18 +58,44 @@ def named_page(path: Path | None) -> Path | None:
     return path
 
 
-def keep_apart(output: Path, *inputs: Path | None) -> None:
-    """Refuse to write over what is read, also by another path or a link to it.
+_WRITTEN: Final = (named, named_page, named_place)
+
+
+@contextmanager
+def guarding(verb: Callable[..., None], options: Mapping[str, Any]) -> Iterator[None]:
+    """Let a verb run while none of the files that it writes is its database, or what it reads.
+
+    Args:
+        verb: A function whose options for what it writes have one of ``_WRITTEN``.
+        options: What it is called with.
 
     Raises:
-        UsageError: The file to write is one of the files to read.
+        UsageError: A file to write is one of the others; see ``outputs.guarded``.
     """
-    for path in inputs:
-        if path is not None and output.exists() and path.exists() and output.samefile(path):
-            raise UsageError(
-                f"{str(output)!r} is what is read, and would be overwritten",
-                remedy="Name another file to write.",
-            )
+    outputs = {
+        name: options[name]
+        for name, hint in get_type_hints(verb, include_extras=True).items()
+        if options.get(name) is not None
+        and any(
+            getattr(item, "callback", None) in _WRITTEN
+            for item in getattr(hint, "__metadata__", ())
+        )
+    }
+    if not outputs:
+        yield
+        return
+    from adeye.outputs import reads
+    from adeye.report.files import guarding as guarding_files
+
+    files = {f"--{name.replace('_', '-')}": path for name, path in outputs.items()}
+    with guarding_files(options.get("db"), files):
+        for name in options.keys() - outputs.keys() - {"db"}:
+            value = options[name]
+            for item in value if isinstance(value, list) else [value]:
+                # Whatever text an option has, it may name a file.
+                if isinstance(item, str | Path):
+                    reads(item)
+        yield
 
 
 def write_rows(header: Sequence[str], rows: Iterable[Sequence[Any]], path: Path) -> None:
@@ -63,10 +104,7 @@ def write_rows(header: Sequence[str], rows: Iterable[Sequence[Any]], path: Path)
     Raises:
         PlatformError: The file system refused; what was there before still is.
     """
-    from adeye.report.files import write_atomically
+    from adeye.cli.output import csv_text
+    from adeye.outputs import write_atomically
 
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    write_atomically(text.getvalue().encode(), path)
+    write_atomically(csv_text(header, rows).encode(), path)

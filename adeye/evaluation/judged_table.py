@@ -81,6 +81,10 @@ class JudgedTable:
         """PASS, FAIL, INCONCLUSIVE, VACUOUS or ERROR."""
         return self.judgement.verdict
 
+    def __bool__(self) -> bool:
+        """Be true if the formula holds, and nothing less."""
+        return self.verdict is Verdict.PASS
+
 
 def judge_table(text: str, table: Table, reading: Reading) -> JudgedTable:
     """Evaluate a formula on a table.

@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError, model_validator
 from adeye.errors import IntegrityError, SourceLocation, SpecError
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.identity import digest
-from adeye.report.files import write_atomically
+from adeye.outputs import write_atomically
 from adeye.report.parts import Asil, Count, Id, Margin, Part
 from adeye.spec.document import require_plain
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
-from adeye.report.files import write_atomically
+from adeye.outputs import write_atomically
 from adeye.report.parts import Count, Part
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import UsageError
-from adeye.report.files import replacing, replacing_folder
+from adeye.outputs import replacing, replacing_folder
+from adeye.report.files import guarding
 from adeye.report.table_files import FORMATS, FileFormat, open_table
 from adeye.store.export import CampaignExport, open_export
 from adeye.store.export_columns import TABLES
@@ -70,7 +71,7 @@ def export_campaign(
     Raises:
         InputError: Something asked for is not there, or Parquet cannot be written.
         UsageError: A file is asked for more than one table or for another form than it promises,
-            or a folder holds something that is not an export.
+            a name ends in an unknown form, or a folder holds something that is not an export.
         PlatformError: The database cannot be read, or the file system refused.
     """
     promised = output.suffix.lower().removeprefix(".")
@@ -78,7 +79,10 @@ def export_campaign(
     chosen = file_format or (_format(promised) if is_file else "parquet")
     names = list(dict.fromkeys(tables)) or (["runs"] if is_file else list(TABLES))
     _require_place(output, names, chosen if is_file else None)
-    with open_export(place, campaign, names, with_provenance=with_provenance) as source:
+    with (
+        guarding(place, {"output": output}),
+        open_export(place, campaign, names, with_provenance=with_provenance) as source,
+    ):
         about = _about(source, with_provenance=with_provenance)
         if is_file:
             with replacing(output) as file:
@@ -111,6 +115,12 @@ def _require_place(output: Path, names: Sequence[str], chosen: FileFormat | None
                 remedy=f"Let its name end in .{chosen}.",
             )
         return
+    # A number is no form: results.2 or nightly-1.4 are folders.
+    if output.suffix and not output.suffix[1:].isdigit() and not output.is_dir():
+        raise UsageError(
+            f"{str(output)!r} ends in {output.suffix}, which is no form of tables",
+            remedy=f"End a file in .{', .'.join(FORMATS)}; make the folder first if it is one.",
+        )
     if output.is_dir():
         known = {CONTENTS, *(f"{name}.{form}" for name in TABLES for form in FORMATS)}
         found = {item.name for item in output.iterdir()}

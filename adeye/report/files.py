@@ -1,102 +1,63 @@
-"""Write a file so that a reader sees the old content or the new one, never a part."""
+"""Guard the files that belong to a database, and those that its campaigns were planned from."""
 
 from __future__ import annotations
 
 import contextlib
-import os
-import shutil
 from typing import TYPE_CHECKING
 
-from adeye.errors import PlatformError
+from adeye.errors import AdeyeError, InputError
+from adeye.outputs import BESIDE_DATABASE, are_guarded, guarded, reads, require_unread
+from adeye.report.credibility import RESULT
+from adeye.spec.load import load_odd
+from adeye.store.location import Place, locate
+from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
 
-def write_atomically(content: bytes, path: Path) -> None:
-    """Write a file beside its place and move it there; missing folders are made.
+@contextlib.contextmanager
+def guarding(
+    place: Place, files: Mapping[str, Path | None], *, also_read: str = ""
+) -> Iterator[None]:
+    """Refuse files that would be written over a database, or over what it was made of.
 
     Args:
-        content: Everything that the file holds.
-        path: Where to.
+        place: The database.
+        files: What is about to be written, by the name of its option.
+        also_read: Option whose file is brought up to date: it is read before it is written.
 
     Raises:
-        PlatformError: The file system refused; what was there before still is.
+        UsageError: See ``outputs.guarded``.
     """
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        file.write(content)
-
-
-@contextlib.contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Give a place beside a file to write to; what stands there at the end becomes the file.
-
-    Args:
-        path: Of the file; missing folders are made.
-
-    Raises:
-        PlatformError: The file system refused; what was there before still is.
-    """
-    temporary = _beside(path)
-    try:
-        with _refusals_in_words(path):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            yield temporary
-            _sync(temporary)
-            temporary.replace(path)
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def replacing_folder(path: Path) -> Iterator[Path]:
-    """Give an empty folder beside a folder; with what it holds at the end it takes its place.
-
-    Args:
-        path: Of the folder; missing ones above it are made.
-
-    Raises:
-        PlatformError: The file system refused; what was there before still is.
-    """
-    temporary, former = _beside(path), _beside(path, "former")
-    try:
-        with _refusals_in_words(path):
-            temporary.mkdir(parents=True)
-            yield temporary
-            for file in sorted(temporary.iterdir()):
-                _sync(file)
-            if path.exists():
-                path.replace(former)
-            try:
-                temporary.replace(path)
-            except OSError:
-                if former.exists():
-                    former.replace(path)
-                raise
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
-        # If it could neither be replaced nor put back, it is all that there is.
-        if path.exists():
-            shutil.rmtree(former, ignore_errors=True)
-
-
-def _beside(path: Path, end: str = "part") -> Path:
-    # One process writes one file of a name at a time, so its number keeps writers apart.
-    return path.with_name(f".{path.name}.{os.getpid()}.{end}")
-
-
-def _sync(path: Path) -> None:
-    """Wait until the disk has a file."""
-    with path.open("rb") as file:
-        os.fsync(file.fileno())
-
-
-@contextlib.contextmanager
-def _refusals_in_words(path: Path) -> Iterator[None]:
-    try:
+    asked = [path for path in files.values() if path is not None]
+    if not asked or are_guarded(asked):
         yield
-    except OSError as error:
-        msg = f"cannot write {path}: {error.strerror or error}. Check the folder and its rights."
-        raise PlatformError(msg) from error
+        return
+    with guarded(files, taken=_belonging(place), also_read=also_read):
+        if any(path.is_file() for path in asked):
+            for odd in _planned_from(place):
+                # What cannot be planned any more was read as far as it goes.
+                with contextlib.suppress(OSError, InputError):
+                    for path in load_odd(odd).named_files():
+                        reads(path)
+            require_unread()
+        yield
+
+
+def _belonging(place: Place) -> Iterator[Path]:
+    beside = locate(place).beside
+    yield beside
+    yield from (beside.with_name(f"{beside.name}{end}") for end in BESIDE_DATABASE)
+    yield beside.with_name(RESULT)
+
+
+def _planned_from(place: Place) -> Iterable[str]:
+    """Name the files of the ODDs of a database; whoever opens it next says why it cannot be."""
+    try:
+        with Repository.open(place, create=False) as repository:
+            found = repository.campaigns()
+    except AdeyeError:
+        return ()
+    return {str(item.provenance.get("odd_path", "")) for item in found} - {""}

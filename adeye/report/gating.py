@@ -61,6 +61,10 @@ class GateResult:
     channel_failures: tuple[ChannelFailure, ...] = ()
     contacts: Mapping[str, int] = field(default_factory=dict)
 
+    def __bool__(self) -> bool:
+        """Be as true as the gate."""
+        return self.exit_code == ExitCode.OK
+
     @property
     def findings(self) -> tuple[Finding, ...]:
         """All of them."""

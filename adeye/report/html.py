@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.evaluation.dependence import WORDS
 from adeye.evaluation.verdict import Verdict
+from adeye.outputs import write_atomically
 from adeye.report.credibility import NOT_RUN
 from adeye.report.embed import pack_replay, script_text
 from adeye.report.evidence_page import arrange_evidence
 from adeye.report.fault_drawing import draw_bars, draw_trade
-from adeye.report.files import write_atomically
 from adeye.report.front import draw_front
 from adeye.report.page import arrange, filters
 from adeye.report.suites import SPEED_HEADS, suite_views

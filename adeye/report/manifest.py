@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError
 from adeye.identity import digest_bytes
-from adeye.store.kept_files import SUFFIX, content_name, folder_of, kept_path
+from adeye.outputs import reads
+from adeye.store.kept_files import SUFFIX, content_name, find_kept, folders_of
 from adeye.units import shown
 from adeye.version import __version__
 
@@ -63,7 +64,7 @@ def make_manifest(
     evidence.record_root(campaign.id)
     root = evidence.computed_root(campaign.id)
     evidence.require_root(root)
-    traces = folder_of(repository.location.beside)
+    traces = folders_of(repository.location.beside)
     document = {
         "schema": SCHEMA,
         "campaign": campaign.id,
@@ -100,6 +101,7 @@ def _file(path: Path, folder: Path) -> dict[str, Any]:
 
 
 def _sha256(path: Path) -> str:
+    reads(path)
     try:
         return content_name(path)
     except OSError as error:
@@ -108,11 +110,11 @@ def _sha256(path: Path) -> str:
         ) from error
 
 
-def _sha256_of_traces(folder: Path, name: str) -> str:
-    path = kept_path(folder, name)
+def _sha256_of_traces(folders: Sequence[Path], name: str) -> str:
+    path = find_kept(folders, name)
     if path is None:
         raise InputError(
-            f"{shown(name)} in {folder} is no file of traces", remedy="Restore it from a copy."
+            f"{shown(name)} in {folders[0]} is no file of traces", remedy="Restore it from a copy."
         )
     return _sha256(path)
 
@@ -199,12 +201,13 @@ def _rows_differing(document: Mapping[str, Any], repository: Repository) -> Iter
     for digest in sorted(now ^ {str(item) for item in document["withdrawn"]}):
         since = "was withdrawn since" if digest in now else "is not withdrawn any more"
         yield f"run {digest}: {since}"
-    folder = folder_of(repository.location.beside)
+    folders = folders_of(repository.location.beside)
     kept = {f"{name}{SUFFIX}" for name in evidence.kept_files(campaign)}
     for item in document["traces"]:
         name = _word(item, "name")
         kept.discard(name)
-        problem = _differs(item, folder)
+        path = find_kept(folders, name.removesuffix(SUFFIX))
+        problem = _differs(item, folders[0] if path is None else path.parent)
         if problem:
             yield f"trace {name}: {problem}"
     for name in sorted(kept):

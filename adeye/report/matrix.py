@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from adeye.evaluation.verdict import Verdict
+from adeye.report.cells import csv_cell
 from adeye.report.verdict_sarif import judged_in
 from adeye.report.words import margin_text
 
@@ -121,13 +122,8 @@ def render_csv(rows: Sequence[TraceRow], by: By) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
     for row in rows:
-        writer.writerow([_plain(getattr(row, name)) for name in names])
+        writer.writerow([csv_cell(getattr(row, name)) for name in names])
     return text.getvalue()
-
-
-def _plain(value: str | float | None) -> str | float | None:
-    # A spreadsheet takes a cell that begins with one of these for a formula.
-    return f"'{value}" if isinstance(value, str) and value[:1] in "=+-@\t\r" and value else value
 
 
 def _forwards(report: Report) -> Iterator[TraceRow]:

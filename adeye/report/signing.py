@@ -15,6 +15,7 @@ import os
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError, IntegrityError, PlatformError
+from adeye.outputs import reads
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -164,6 +165,7 @@ def _loaded(path: Path, load: Any) -> Any:
 
 
 def _read(path: Path) -> bytes:
+    reads(path)
     try:
         with path.open("rb") as stream:
             content = stream.read(_MAX_BYTES + 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from adeye.report.files import write_atomically
+from adeye.outputs import write_atomically
 from adeye.report.html import environment, style_policy, styles
 from adeye.report.suites import LOSS_HEADS, SENSOR_HEADS, SPEED_HEADS, ZONE_HEADS, suite_views
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 import yaml
 
 from adeye.errors import SourceLocation, SpecError
+from adeye.outputs import reads
 from adeye.spec.problems import Loc, Located, validate
 from adeye.units import shown
 
@@ -111,8 +112,10 @@ def require_plain(path: Path, most: int) -> None:
 
     Raises:
         SpecError: It is no regular file, or larger.
+        UsageError: It is about to be written.
         OSError: It is not there.
     """
+    reads(path)
     found = path.stat()
     where = SourceLocation(str(path), 1, 1)
     if stat.S_ISDIR(found.st_mode):

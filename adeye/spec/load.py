@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -69,6 +69,15 @@ class OddFiles:
         """Architectures whose verdicts decide: those of ``gate``, else all."""
         gate = self.odd.spec.gate
         return gate.architectures if gate else tuple(self.architectures)
+
+    def named_files(self) -> Iterator[Path]:
+        """Give the files beside them that a text in them names: plug-ins, programs, data."""
+        for loaded in (self.odd, self.concept, *self.architectures.values()):
+            for text in _texts(loaded.content):
+                # A plug-in is written ``./file.py:Class``.
+                for name in (text, text.rpartition(":")[0]):
+                    if name and _is(Path.is_file, loaded.path.parent / name):
+                        yield loaded.path.parent / name
 
 
 def load_odd(path: str | Path) -> OddFiles:
@@ -262,6 +271,14 @@ def merge(base: Any, override: Any) -> Any:
         else:
             merged[key] = merge(merged.get(key), value)
     return merged
+
+
+def _texts(content: Any) -> Iterator[str]:
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, Mapping | list):
+        for item in content.values() if isinstance(content, Mapping) else content:
+            yield from _texts(item)
 
 
 def _deepest(documents: tuple[Document, ...], loc: Loc) -> Document:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Connection, Table
 
+LONGEST_NAME: Final = 63
+"""Bytes of a name that PostgreSQL keeps; it cuts off the rest without an error."""
+
 _TABLES: Final = {
     "sqlite": "SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name",
     "postgresql": "SELECT tablename FROM pg_tables "  # noqa: S608 - own names

@@ -6,7 +6,10 @@ import hashlib
 import re
 from typing import TYPE_CHECKING, Final
 
+from adeye.outputs import KEPT_FOLDER
+
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
 SUFFIX: Final = ".npz"
@@ -14,13 +17,36 @@ _NAME: Final = re.compile("[0-9a-f]{64}")
 
 
 def folder_of(database: Path) -> Path:
-    """Name the folder of the traces of a database.
+    """Name the folder that the traces of a database are written to.
+
+    It has the whole name of the file, so that no two databases share one, and is beside the file
+    itself where that is reached through a link.
 
     >>> from pathlib import Path
     >>> folder_of(Path(".adeye/adeye.db")).as_posix()
-    '.adeye/adeye.traces'
+    '.adeye/adeye.db.traces'
     """
-    return database.with_suffix(".traces")
+    real = database.resolve() if database.is_symlink() else database
+    return real.with_name(f"{real.name}{KEPT_FOLDER}")
+
+
+def folders_of(database: Path) -> tuple[Path, ...]:
+    """List the folders that traces of a database may be in, its own first.
+
+    A file is named after its content, so that it is the right one wherever it is found: in the
+    folder without the ending of the database, as the first releases called it, and in those of
+    other databases beside it, where it was renamed, copied or merged since.
+    """
+    own = folder_of(database)
+    beside = (own.parent, database.parent)
+    others = (path for folder in beside for path in sorted(folder.glob(f"*{KEPT_FOLDER}")))
+    return tuple(dict.fromkeys((own, *others)))
+
+
+def find_kept(folders: Sequence[Path], name: str) -> Path | None:
+    """Find a kept file in the first folder that has it, see ``kept_path``."""
+    found = (kept_path(folder, name) for folder in folders)
+    return next((path for path in found if path is not None), None)
 
 
 def kept_path(folder: Path, name: str) -> Path | None:

@@ -66,6 +66,13 @@ def unique_name(text: str, taken: Iterable[str]) -> str:
     return f"{name}_{digest(text)[:6]}" if name in taken else name
 
 
+def fitting(connection: Connection, name: str) -> str:
+    """Shorten a name that a server would cut, so that no two of them become one."""
+    if not catalog.is_server(connection) or len(name) <= catalog.LONGEST_NAME:
+        return name
+    return f"{name[: catalog.LONGEST_NAME - 7]}_{digest(name)[:6]}"
+
+
 def ensure_scenario_views(connection: Connection) -> None:
     """Make or renew the view of every scenario whose parameters changed."""
     present = catalog.views(connection)
@@ -88,6 +95,7 @@ def _wanted(connection: Connection) -> dict[str, str]:
         view = PREFIX + identifier(scenario)
         if view in wanted:
             view = f"{view}_{digest(scenario)[:6]}"
+        view = fitting(connection, view)
         wanted[view] = _ddl(connection, view, scenario)
     return wanted
 
@@ -101,6 +109,7 @@ def _ddl(connection: Connection, view: str, scenario: str) -> str:
             continue
         suffix = suffixes.get(key, "")
         name = unique_name(f"{key}_{suffix}" if suffix else key, taken)
+        name = fitting(connection, name)
         taken.add(name)
         # While trusted_schema is off, SQLite 3.40 lets a view use json_each, but not json_extract.
         value = f"(SELECT value FROM json_each({source}) WHERE key = '{key}')"  # noqa: S608

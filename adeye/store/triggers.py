@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
+from adeye.store.catalog import LONGEST_NAME
 from adeye.store.tables import INSERT_ONLY
 
 if TYPE_CHECKING:
@@ -20,8 +21,10 @@ def _sqlite(table: str) -> tuple[str, ...]:
 
 
 def _postgresql(table: str) -> tuple[str, ...]:
+    # Cut as the server would cut it, so that a trigger is found by its name.
     return tuple(
-        f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table}\n"
+        f"CREATE TRIGGER {f'{table}_no_{action.lower()}'[:LONGEST_NAME]} "
+        f"BEFORE {action} ON {table}\n"
         f"FOR EACH {each} EXECUTE FUNCTION insert_only()"
         for action, each in (("UPDATE", "ROW"), ("DELETE", "ROW"), ("TRUNCATE", "STATEMENT"))
     )

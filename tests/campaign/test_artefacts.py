@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,6 +66,27 @@ def test_every_flipped_bit_is_named(repository: Repository) -> None:
         ((name, problem),) = found(repository)
         assert name == path.name
         assert problem.startswith("is altered, which has the traces of run ")
+
+
+def test_traces_of_two_databases_are_told_apart(kept: Path, tmp_path: Path) -> None:
+    """One beside the other, in one folder as earlier releases had it, renamed, by a link."""
+    one, other = tmp_path / "nightly.24", tmp_path / "nightly.25"
+    shutil.copy(kept, one)
+    shutil.copytree(folder_of(kept), tmp_path / "nightly.traces")
+    (tmp_path / "nightly.traces" / f"{hashlib.sha256(b'x').hexdigest()}{SUFFIX}").write_bytes(b"x")
+    Repository.open(other).close()
+    (tmp_path / "below").mkdir()
+    (tmp_path / "below" / "link").symlink_to(one)
+    for place in (one, other, tmp_path / "below" / "link"):
+        with Repository.open(place, create=False) as opened:
+            assert (found(opened), left_files(opened)) == ([], ())
+    one.rename(tmp_path / "renamed.db")
+    with Repository.open(tmp_path / "renamed.db", create=False) as opened:
+        assert found(opened) == []
+    shutil.rmtree(tmp_path / "nightly.traces")
+    with Repository.open(tmp_path / "renamed.db", create=False) as opened:
+        (_, problem), *_ = found(opened)
+    assert problem.startswith(f"is missing (bring it to {tmp_path}/renamed.db.traces from where")
 
 
 def test_missing_and_foreign_files_are_named(repository: Repository) -> None:

@@ -148,7 +148,7 @@ def test_names_of_files_lead_nowhere(folder: Path, capfd: pytest.CaptureFixture[
     """A file of traces is looked for by its hash: no name in a database leads out of the folder."""
     path = folder / "a.db"
     run = a_run(path)
-    (folder / "a.traces").mkdir()
+    (folder / "a.db.traces").mkdir()
     (folder.parent / "outside.npz").write_bytes(b"planted")
     before = listing(folder.parent)
     raw = sqlite3.connect(path, isolation_level=None)

@@ -100,7 +100,7 @@ def test_nth_call_of_a_file_for_a_report_fails(cradle: Cradle, little: Undisturb
 
 def test_nth_call_of_a_file_for_a_trace_fails(cradle: Cradle, little: Undisturbed) -> None:
     """What the database names of the kept traces is there and can be read."""
-    folder, kept = little.folder, little.folder / "kept.traces"
+    folder, kept = little.folder, little.folder / "kept.db.traces"
     arguments = (*run_of("kept.db"), "--traces", "all")
     last = failed(cradle, little, "file", 0, arguments).counted
     tried = 0

@@ -1,5 +1,6 @@
 """What reaches standard output: harmless text, whole tables, strict JSON."""
 
+import io
 import json
 import sys
 from dataclasses import dataclass
@@ -140,3 +141,22 @@ def test_short_digest_of_no_run_is_a_dash() -> None:
         "\N{EN DASH}",
         "\N{EN DASH}",
     )
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-16"])
+def test_documents_are_utf8_whatever_the_terminal(
+    encoding: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bytes_of = io.BytesIO()
+    terminal = io.TextIOWrapper(bytes_of, encoding, errors="backslashreplace")
+    monkeypatch.setattr(sys, "stdout", terminal)
+    output.emit_json("x", {"name": "Ä→\U0001f697", "file": "a\udcff"})
+    output.emit_csv(("name",), [["Ä→\U0001f697"], ["a\udcff"]])
+    text = bytes_of.getvalue().decode("utf-8")
+    document, _, table = text.partition("}\n")
+    assert json.loads(document + "}") == {
+        "schema": "adeye/x@1",
+        "name": "Ä→\U0001f697",
+        "file": "a\udcff",
+    }
+    assert table == "name\nÄ→\U0001f697\na\\udcff\n"

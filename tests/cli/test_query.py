@@ -138,7 +138,7 @@ def test_formula_is_text_in_printed_csv(adeye: Any) -> None:
         (("--format", "parquet"), "Name a file: -o FILE.parquet"),
         (("-o", "rows.xlsx"), "does not end in .csv or .json or .parquet"),
         (("-o", "rows.csv", "--json"), "does not end in .json"),
-        (("-o", ".adeye/adeye.db"), "does not end in"),
+        (("-o", ".adeye/adeye.db"), "would be overwritten"),
         (("--list", "-o", "list.csv"), "is not written to a file"),
         (("--campaign", "1"), "no campaign"),
     ],

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 import pytest
+import typer
 
-from adeye.cli.writing import keep_apart, named, named_page, write_rows
+from adeye.cli.app import app
+from adeye.cli.writing import named, named_page, named_place, write_rows
 from adeye.errors import PlatformError, UsageError
 
+if TYPE_CHECKING:
+    from tests.project import Executed
+
+ODD, CONCEPT, CANDIDATE = (
+    "odd/tested.yaml",
+    "odd/concepts/motorway_chauffeur.yaml",
+    "odd/architectures/camera_radar.yaml",
+)
 TRACE = "time,gap\n0,9\n0.1,5\n0.2,3\n"
 CASES = "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps\n16,8,30,1\n"
 
@@ -32,14 +43,6 @@ def test_a_page_ends_in_html(name: str) -> None:
 def test_a_page_may_be_called(name: str) -> None:
     assert named_page(Path(name)) == Path(name)
     assert named_page(None) is None
-
-
-def test_only_what_is_read_is_kept(tmp_path: Path) -> None:
-    (tmp_path / "a").write_text("x", "utf-8")
-    (tmp_path / "b").write_text("x", "utf-8")
-    keep_apart(tmp_path / "b", tmp_path / "a", None, tmp_path / "gone")
-    with pytest.raises(UsageError, match="overwritten"):
-        keep_apart(tmp_path / "b", None, tmp_path / "a", tmp_path / "b")
 
 
 def test_rows_that_cannot_be_written_leave_the_old_file(
@@ -114,3 +117,163 @@ def test_names_are_refused_before_anything_is_done(
     assert done.code == 2
     assert said in done.err
     assert list(folder.iterdir()) == []
+
+
+WRITING = {
+    "run --report": ("run", "odd/tested.yaml"),
+    "run --junit": ("run", "odd/tested.yaml"),
+    "run --report-json": ("run", "odd/tested.yaml"),
+    "run --sarif": ("run", "odd/tested.yaml"),
+    "report --output": ("report",),
+    "report --junit": ("report",),
+    "report --report-json": ("report",),
+    "report --sarif": ("report",),
+    "report --gsn": ("report",),
+    "report --reqif": ("report",),
+    "gate --junit": ("gate", "odd/tested.yaml"),
+    "replay --html": ("replay", "RUN"),
+    "replay --dump": ("replay", "RUN", "--grid", "1 s"),
+    "compare --html": ("compare",),
+    "query --output": ("query", "gate"),
+    "export --output": ("export",),
+    "manifest write --output": ("manifest", "write"),
+    "manifest keygen --private": ("manifest", "keygen"),
+    "manifest keygen --public": ("manifest", "keygen"),
+    "db metadata --output": ("db", "metadata"),
+    "check --sarif": ("check", "odd/tested.yaml"),
+    "sensors --html": ("sensors", "--odd", "odd/tested.yaml"),
+    "stl --output": ("stl", "always(gap > 2)", "table.csv"),
+    "reference --output": ("reference", "table.csv"),
+}
+"""How the verb of each option that names a file to write is called."""
+ENDINGS = {"--report": ".html", "--html": ".html", "--gsn": ".svg"}
+
+
+def test_every_option_that_names_a_file_to_write_is_among_these() -> None:
+    def options(command: Any, verb: str) -> set[str]:
+        if hasattr(command, "commands"):
+            parts = command.commands.items()
+            return {item for name, part in parts for item in options(part, f"{verb} {name}")}
+        hints = get_type_hints(command.callback, include_extras=True)
+        return {
+            f"{verb} --{name.replace('_', '-')}".strip()
+            for name, hint in hints.items()
+            for item in getattr(hint, "__metadata__", ())
+            if getattr(item, "callback", None) in (named, named_page, named_place)
+        }
+
+    assert options(typer.main.get_command(app), "") == set(WRITING)
+
+
+@pytest.fixture
+def project(folder: Path, mini: Executed, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copytree(mini.project.folder / "odd", folder / "odd")
+    shutil.copytree(mini.project.folder / "scenarios_db", folder / "scenarios_db")
+    shutil.copy(mini.db, folder / "x.db")
+    (folder / "table.csv").write_text("time,gap\n0,9\n0.1,5\n", "utf-8")
+    monkeypatch.setenv("ADEYE_DB", "x.db")
+    return folder
+
+
+def output(option: str, project: Path, target: str) -> str:
+    """Name a file as an option asks for it: by a link, if it has to end otherwise."""
+    verb, _, flag = option.rpartition(" ")
+    ending = ".html" if (verb, flag) == ("report", "--output") else ENDINGS.get(flag, "")
+    if verb in {"query", "export"}:
+        ending = ".csv"
+    if not ending:
+        return target
+    link = project / f"link{ending}"
+    link.symlink_to(target)
+    return link.name
+
+
+def refused(adeye: Any, project: Path, option: str, target: str) -> None:
+    """Call a verb that is to write over a file, and see that it does not."""
+    flag = option.rpartition(" ")[2]
+    before = (project / target).read_bytes()
+    words = ["00000" if word == "RUN" else word for word in WRITING[option]]
+    done = adeye(*words, flag, output(option, project, target))
+    assert (done.code, "would be overwritten" in done.err) == (2, True), (option, target, done.err)
+    assert (project / target).read_bytes() == before
+
+
+@pytest.mark.parametrize("option", WRITING)
+def test_no_verb_writes_over_a_database(adeye: Any, project: Path, option: str) -> None:
+    refused(adeye, project, option, "x.db")
+
+
+@pytest.mark.parametrize("option", ["run --junit", "report --reqif", "gate --junit"])
+@pytest.mark.parametrize("target", ["x.db-wal", "x.db-shm", "x.traces/a.npz", "selftest.json"])
+def test_no_verb_writes_over_what_is_beside_a_database(
+    adeye: Any, project: Path, option: str, target: str
+) -> None:
+    (project / "x.traces").mkdir()
+    (project / target).touch()
+    refused(adeye, project, option, target)
+
+
+@pytest.mark.parametrize(
+    "option", ["run --sarif", "report --output", "gate --junit", "check --sarif"]
+)
+def test_no_verb_writes_over_what_was_planned(adeye: Any, project: Path, option: str) -> None:
+    (cut_in,) = project.glob("scenarios_db/**/cut_in.yaml")
+    for target in (ODD, CONCEPT, CANDIDATE, str(cut_in.relative_to(project))):
+        refused(adeye, project, option, target)
+        for link in project.glob("link*"):
+            link.unlink()
+
+
+@pytest.mark.parametrize("way", ["./x.xml", "odd/../x.xml", "link.xml", "X.XML"])
+def test_no_file_is_written_twice(adeye: Any, project: Path, way: str) -> None:
+    (project / "link.xml").symlink_to("x.xml")
+    done = adeye("run", ODD, "--db", "new.db", "--junit", "x.xml", "--report-json", way)
+    assert (done.code, "are one file" in done.err) == (2, True)
+    assert not (project / "new.db").exists()
+
+
+def test_database_that_is_not_there_yet_is_no_file_to_write(adeye: Any, project: Path) -> None:
+    for name in ("new.db", "./new.db", "new.db-journal"):
+        done = adeye("run", ODD, "--db", "new.db", "--junit", name)
+        assert (done.code, "belongs to the database" in done.err) == (2, True)
+    assert not (project / "new.db").exists()
+
+
+def test_baseline_is_brought_up_to_date_and_no_database_becomes_one(
+    adeye: Any, project: Path
+) -> None:
+    for _ in range(2):
+        assert adeye("gate", "--baseline", "b.json", "--update").code == 0
+    done = adeye("gate", "--baseline", "x.db", "--update")
+    assert (done.code, (project / "x.db").read_bytes()[:6]) == (2, b"SQLite")
+
+
+@pytest.mark.parametrize("name", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"])
+def test_standard_output_is_written_to(adeye: Any, project: Path, name: str) -> None:
+    done = adeye("query", "SELECT 1 AS one", "-o", "to.csv")
+    assert done.code == 0
+    (project / "link.csv").symlink_to(name)
+    done = adeye("query", "SELECT 1 AS one", "-o", "link.csv")
+    assert (done.code, done.out) == (0, "one\n1\n")
+    assert (project / "link.csv").is_symlink()
+
+
+def test_folder_is_no_place_for_a_file(adeye: Any, project: Path) -> None:
+    done = adeye("run", ODD, "--db", "new.db", "--junit", "odd")
+    assert (done.code, "'odd' is a folder" in done.err) == (2, True)
+    assert not (project / "new.db").exists()
+
+
+def test_export_makes_no_folder_that_is_called_like_a_file(adeye: Any, project: Path) -> None:
+    done = adeye("export", "-o", "runs.xlsx")
+    assert (done.code, ".parquet, .csv" in done.err) == (2, True)
+    assert not (project / "runs.xlsx").exists()
+    assert adeye("export", "-f", "csv", "-o", "runs.24").code == 0
+    assert (project / "runs.24" / "runs.csv").is_file()
+
+
+def test_cells_that_a_spreadsheet_would_obey_are_text(adeye: Any, folder: Path) -> None:
+    (folder / "cases.csv").write_text(CASES.replace("\n", ",=note\n", 1).replace("1\n", "1,=1+1\n"))
+    assert adeye("reference", "cases.csv", "-o", "out.csv").code == 0
+    lines = (folder / "out.csv").read_text("utf-8").splitlines()
+    assert [line.split(",")[4] for line in lines] == ["'=note", "'=1+1"]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from adeye.store.kept_files import SUFFIX, content_name, folder_of, kept_path
+from adeye.store.kept_files import SUFFIX, content_name, find_kept, folder_of, folders_of, kept_path
 
 NAME = "0123456789abcdef" * 4
 PARTS = (
@@ -27,7 +27,28 @@ def test_file_is_named_after_its_content(tmp_path: Path) -> None:
 
 
 def test_folder_is_beside_the_database() -> None:
-    assert folder_of(Path("x/y.db")) == Path("x/y.traces")
+    assert folder_of(Path("x/y.db")) == Path("x/y.db.traces")
+
+
+@pytest.mark.parametrize("pair", [("nightly.24", "nightly.25"), ("a.db", "a.sqlite"), ("a", "a.b")])
+def test_two_databases_have_a_folder_each(pair: tuple[str, str]) -> None:
+    one, other = (folder_of(Path(name)) for name in pair)
+    assert one != other
+
+
+@pytest.mark.parametrize("folder", ["x.db.traces", "x.traces", "before.db.traces"])
+def test_file_is_found_where_it_was_written(tmp_path: Path, folder: str) -> None:
+    """In the folder of the database, that of earlier releases, or that of its former name."""
+    (tmp_path / folder).mkdir()
+    file = tmp_path / folder / f"{NAME}{SUFFIX}"
+    file.write_bytes(b"traces")
+    assert find_kept(folders_of(tmp_path / "x.db"), NAME) == file
+    link = tmp_path / "elsewhere" / "y.db"
+    link.parent.mkdir()
+    (tmp_path / "x.db").touch()
+    link.symlink_to(tmp_path / "x.db")
+    assert folder_of(link) == tmp_path / "x.db.traces"
+    assert find_kept(folders_of(link), NAME) == file
 
 
 def test_no_name_leads_to_another_place(tmp_path: Path) -> None:

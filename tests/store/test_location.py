@@ -10,9 +10,11 @@ from adeye.store.location import Location, locate
     ("place", "path"),
     [
         (None, ".adeye/adeye.db"),
-        ("", ".adeye/adeye.db"),
         ("a/b.db", "a/b.db"),
         (Path("a:b.db"), "a:b.db"),
+        ("nightly.24", "nightly.24"),
+        ("what?.db", "what?.db"),
+        ("./~x.db", "~x.db"),
         ("sqlite:///a/b.db", "a/b.db"),
         ("sqlite:////a/b.db", "/a/b.db"),
     ],
@@ -52,6 +54,40 @@ def test_other_locations_are_refused_without_their_password(url: str, problem: s
         locate(url)
     assert "canary" not in str(caught.value)
     assert caught.value.__cause__ is None
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "its name is empty"),
+        (" ", "its name is empty"),
+        (":memory:", "would be gone"),
+        ("postgresql:team", "postgresql… is neither"),
+        ("postgresql:/me:canary@host/team", "postgresql… is neither"),
+        ("postgresql//me:canary@host/team", "postgresql… is neither"),
+        (Path("postgresql://me:canary@host/team"), "postgresql… is neither"),
+        ("sqlite:x.db", "sqlite… is neither"),
+        ("sqlite:/x.db", "sqlite… is neither"),
+        ("file:x.db?mode=ro", "file… is neither"),
+        ("a.db?mode=ro", "followed by . and options"),
+        ("sqlite:///a.db?mode=ro", "followed by . and options"),
+        ("~/x.db", "~ was not expanded"),
+        (Path("~/x.db"), "~ was not expanded"),
+        ("$HOME/x.db", "HOME was not put in"),
+        ("${HOME}/x.db", "HOME was not put in"),
+        ("a\nb.db", "has a control character"),
+        ("a\0.db", "has a control character"),
+        ("-x.db", "stands where a name"),
+        ("new/", "is a folder"),
+        (".", "is a folder"),
+        ("/dev/null", "is no regular file"),
+    ],
+)
+def test_what_is_no_file_name_is_refused(text: str | Path, problem: str) -> None:
+    with pytest.raises(InputError, match=problem) as caught:
+        locate(text)
+    assert "canary" not in str(caught.value)
+    assert caught.value.remedy
 
 
 def test_location_of_a_file_needs_no_parsing() -> None:

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from adeye.errors import IntegrityError
+from adeye.evaluation.metrics.registry import LONGEST_COLUMN
 from adeye.store.repository import Repository
 from adeye.store.rows import MetricValue
 
@@ -103,11 +104,14 @@ def test_metric_id_must_be_an_identifier(repository: Repository, example: Any, n
     assert repository.info().rows["run"] == 0
 
 
-def test_plugin_may_have_any_name(repository: Repository, example: Any) -> None:
-    result = complete(repository, example, COMFORT, plugin="./my plug'in.py:Comfort")
+@pytest.mark.parametrize("plugin", ["./my plug'in.py:Comfort", f"./{'long' * 20}.py:Comfort"])
+def test_plugin_may_have_any_name(repository: Repository, example: Any, plugin: str) -> None:
+    longest = {f"{'x' * (LONGEST_COLUMN - 1)}{end}": MetricValue(1.0) for end in "ab"}
+    result = complete(repository, example, {**COMFORT, **longest}, plugin=plugin)
     stored = repository.run_row(result)
     assert stored is not None
-    assert len(stored.plugin_metrics) == 1
+    assert list(stored.plugin_metrics.values()) == [{**COMFORT, **longest}]
+    assert repository.verify() == ()
 
 
 def test_metrics_of_a_plugin_are_in_no_result_hash(repository: Repository, example: Any) -> None:

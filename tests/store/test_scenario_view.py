@@ -104,3 +104,26 @@ def test_parameter_may_be_called_like_a_word_of_sql(
     plan = repository.plan_campaign(example.record(), [example.case(0, parameters={word: 1.5})])
     example.work_off(repository, plan.campaign)
     assert raw.execute(f'SELECT "{word.lower()}" FROM v_runs_cut_in').fetchall() == [(1.5,)]  # noqa: S608
+
+
+def test_long_names_that_differ_at_their_end_are_kept_apart(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    """A server cuts names to 63 bytes; scenarios and parameters have longer ones."""
+    long = "x" * 63
+    parameters = {f"{long}a": 1.0, f"{long}b": 2.0}
+    cases = [
+        example.case(at, scenario=f"{long}{end}", parameters=parameters, point={})
+        for at, end in ((0, "a"), (4, "b"))
+    ]
+    for count in (1, 2):
+        # The second plan finds the views of the first.
+        plan = repository.plan_campaign(example.record(), cases[:count])
+        example.work_off(repository, plan.campaign)
+    with repository._database.read() as connection:
+        views = [name for name in catalog.views(connection) if name.startswith("v_runs_x")]
+    assert len(views) == 2
+    for view in views:
+        names = columns(raw, view)
+        assert len([name for name in names if name.startswith("xxx")]) == 2
+    assert repository.verify() == ()

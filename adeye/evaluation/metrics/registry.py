@@ -83,6 +83,8 @@ class MetricDefinition:
         return self.measure(TraceSeries(trace))
 
 
+LONGEST_COLUMN: Final = 56
+"""Characters of a column: with the endings of those beside it, as many as PostgreSQL keeps."""
 METRICS: Final[dict[str, MetricDefinition]] = {}
 """Registered metrics by column."""
 
@@ -133,6 +135,11 @@ def register_metric(metric: M) -> M:
     if built.worse not in {"lower", "higher"}:
         raise UsageError(
             f"metric {built.uid}: worse is {built.worse!r}", remedy="Allowed: lower, higher."
+        )
+    if len(str(built.column)) > LONGEST_COLUMN:
+        raise UsageError(
+            f"metric {built.uid}: column {built.column!r} is too long",
+            remedy=f"{LONGEST_COLUMN} characters are allowed: servers cut longer columns.",
         )
     _add(
         MetricDefinition(

@@ -16,6 +16,7 @@ import numpy as np
 from adeye.errors import InputError, SourceLocation, suggest
 from adeye.evaluation.stl.check import TRUTH_LABELS
 from adeye.evaluation.stl.series import Series
+from adeye.outputs import reads
 from adeye.spec.document import require_plain
 from adeye.units import UNITS, convert, shown, si_unit
 
@@ -31,6 +32,8 @@ TOLERANCE: Final = 0.1
 """Part of a step by which a row may be off its place: stamps are rounded, samples jitter."""
 MAX_BYTES: Final = 256 * 2**20
 """Largest CSV file that is read [bytes]; our choice: cells are kept as text."""
+_MOST_BITS: Final = 1023
+"""Of whole numbers: more do not fit into a float."""
 _DELIMITERS: Final = (",", ";", "\t")
 
 
@@ -141,6 +144,7 @@ def _rows_of(path: Path, reader: Any) -> Table:
 def _read_parquet(path: Path) -> Table:
     import pandas as pd
 
+    reads(path)
     try:
         frame = pd.read_parquet(path)
     except ImportError as error:
@@ -157,14 +161,51 @@ def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table
     """Make a table of arrays by name, for example of a data frame.
 
     Raises:
-        InputError: The columns have unequal lengths or more than one dimension.
+        InputError: The columns have unequal lengths or more than one dimension, or a whole number
+            is too large for any computation.
     """
-    cells = {str(key): np.asarray(columns[key]) for key in columns}
+    if not hasattr(columns, "keys"):
+        raise InputError(
+            f"{shown(columns)} is no table", remedy="Give a file, a data frame, or columns by name."
+        )
+    cells = {str(key): _array(columns[key]) for key in columns}
     if len({array.shape for array in cells.values()}) > 1 or any(
         a.ndim != 1 for a in cells.values()
     ):
         raise InputError(f"{name} has columns of unequal lengths", remedy="Give each as many rows.")
-    return Table(name, {key: array.tolist() for key, array in cells.items()})
+    table = Table(name, {key: _cells(array) for key, array in cells.items()})
+    for key, column in table.columns.items():
+        for row, cell in enumerate(column):
+            if isinstance(cell, int) and cell.bit_length() > _MOST_BITS:
+                table.refuse(f"{shown(cell)} is too large", "Write it in another unit.", row, key)
+    return table
+
+
+def _array(column: Any) -> Any:
+    """Make an array of a column; what NumPy would make one kind of stays as it is."""
+    if isinstance(column, np.ma.MaskedArray):
+        return column
+    return np.asarray(column, dtype=object if isinstance(column, list | tuple) else None)
+
+
+def _cells(array: Any) -> list[Any]:
+    """List the samples of a column; None where there is none.
+
+    What a mask hides has a value all the same, and pandas has words of its own for nothing.
+    """
+    hidden = np.ma.getmaskarray(array).tolist()
+    is_made_of_numbers = array.dtype.kind in "biuf"
+    return [
+        None if is_hidden or not (is_made_of_numbers or _is_there(cell)) else cell
+        for cell, is_hidden in zip(np.ma.getdata(array).tolist(), hidden, strict=True)
+    ]
+
+
+def _is_there(cell: Any) -> bool:
+    if cell is np.ma.masked or type(cell).__name__ in {"NAType", "NaTType"}:
+        return False
+    # What is not a number, or not a time, is not equal to itself.
+    return bool(cell == cell)  # noqa: PLR0124
 
 
 # --- times

@@ -200,3 +200,36 @@ def test_the_first_missing_sample_is_named() -> None:
     )
     assert TableSignals(table).missing(["a"]) == "line 4: a is empty"
     assert TableSignals(table_of({"c": [1.0]})).missing(["c"]) is None
+
+
+HIDDEN = [False, False, True, False]
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        np.ma.array([9.0, 9.0, 0.0, 9.0], mask=HIDDEN),
+        np.ma.array([9, 9, 0, 9], mask=HIDDEN),
+        np.ma.array([True, True, False, True], mask=HIDDEN),
+        np.ma.array(["a", "a", "b", "a"], mask=HIDDEN),
+        [9.0, 9.0, np.ma.masked, 9.0],
+        [9, 9, None, 9],
+        np.array([9, 9, pd.NA, 9], dtype=object),
+        np.array(["a", "a", np.nan, "a"], dtype=object),
+        pd.array([9, 9, None, 9], dtype="Int64"),
+        pd.array([9.0, 9.0, None, 9.0], dtype="Float64"),
+        pd.array([True, True, None, True], dtype="boolean"),
+        pd.array(["a", "a", None, "a"], dtype="string"),
+        pd.Categorical(["a", "a", None, "a"]),
+    ],
+)
+def test_what_is_hidden_or_not_there_is_no_sample(column: Any) -> None:
+    signals = TableSignals(table_of({"x": column}))
+    assert np.isfinite(signals.series("x").values[0]).tolist() == [True, True, False, True]
+    assert signals.missing(["x"]) == "row 3: x is empty"
+
+
+def test_hidden_time_is_no_time() -> None:
+    table = table_of({"time": np.ma.array([0.0, 1.0, 2.0, 3.0], mask=HIDDEN)})
+    with pytest.raises(InputError, match="row 3: None is not a time"):
+        sampling(table, "time")

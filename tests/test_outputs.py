@@ -1,10 +1,12 @@
 import os
+import socket
+import threading
 from pathlib import Path
 
 import pytest
 
-from adeye.errors import PlatformError
-from adeye.report.files import replacing, replacing_folder, write_atomically
+from adeye.errors import PlatformError, UsageError
+from adeye.outputs import guarded, reads, replacing, replacing_folder, write_atomically
 
 
 def test_file_holds_the_content_and_nothing_is_left_beside_it(tmp_path: Path) -> None:
@@ -84,3 +86,64 @@ def test_error_while_writing_is_passed_on_and_leaves_nothing(tmp_path: Path) -> 
     with pytest.raises(KeyError), replacing_folder(tmp_path / "folder") as place:
         fail(place)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_device_gets_what_is_written_and_stays() -> None:
+    write_atomically(b"x", Path("/dev/null"))
+    with pytest.raises(PlatformError, match="No space left"):
+        write_atomically(b"x", Path("/dev/full"))
+    assert Path("/dev/null").is_char_device()
+    assert Path("/dev/full").is_char_device()
+
+
+def test_pipe_is_written_to(tmp_path: Path) -> None:
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    writer = threading.Thread(target=write_atomically, args=(b"x", path))
+    writer.start()
+    assert path.read_bytes() == b"x"
+    writer.join()
+    assert path.is_fifo()
+
+
+def test_descriptor_is_written_to_from_where_it_is(tmp_path: Path) -> None:
+    with (tmp_path / "file").open("wb", buffering=0) as stream:
+        stream.write(b"before ")
+        write_atomically(b"x", Path(f"/dev/fd/{stream.fileno()}"))
+        write_atomically(b"y", Path(f"/proc/{os.getpid()}/fd/{stream.fileno()}"))
+    assert (tmp_path / "file").read_bytes() == b"before xy"
+
+
+def test_socket_is_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind("s")
+        with pytest.raises(UsageError, match="no regular file"):
+            write_atomically(b"x", Path("s"))
+    assert Path("s").is_socket()
+
+
+@pytest.mark.parametrize("name", ["any", "a.yaml", "a.py", "any-wal", "any.traces/x.npz"])
+def test_what_must_not_be_lost_is_not_replaced(tmp_path: Path, name: str) -> None:
+    (tmp_path / "any").write_bytes(b"SQLite format 3\0...")
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    if not path.exists():
+        path.write_text("x", "utf-8")
+    before = path.read_bytes()
+    with pytest.raises(UsageError, match="would be overwritten"):
+        write_atomically(b"new", path)
+    assert path.read_bytes() == before
+
+
+def test_what_was_read_is_not_written_whoever_passes_over_the_refusal(tmp_path: Path) -> None:
+    path, link = tmp_path / "table.csv", tmp_path / "link.csv"
+    path.write_text("x", "utf-8")
+    os.link(path, link)
+    with guarded({"-o": link}):
+        with pytest.raises(UsageError, match="is what is read"):
+            reads(path)
+        with pytest.raises(UsageError, match="is what is read"):
+            write_atomically(b"new", link)
+    write_atomically(b"new", link)
+    assert path.read_text("utf-8") == "x"

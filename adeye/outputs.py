@@ -1,0 +1,338 @@
+"""Files that are written: never over what is read or kept, and wholly or not at all.
+
+Whoever writes files names them to ``guarded`` before anything is done. Whatever is read meanwhile
+says so to ``reads``, and is compared with them: no list of what a verb reads would be complete.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+import stat
+import tempfile
+import unicodedata
+from contextvars import ContextVar
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, Final
+
+from adeye.errors import PlatformError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping
+
+KEPT_FOLDER: Final = ".traces"
+"""How the name of a folder of kept traces ends."""
+BESIDE_DATABASE: Final = ("-wal", "-shm", "-journal")
+"""What SQLite appends to the name of a database for the files that belong to it."""
+
+laid: dict[int, int] = {}
+"""Descriptors of this process that mean another one while a verb runs, see ``cli.apart``."""
+
+_SOURCES: Final = (".yaml", ".yml", ".py")
+_SQLITE: Final = b"SQLite format 3\0"
+_DESCRIPTOR: Final = re.compile(
+    r"/dev/std(?P<name>in|out|err)|/(dev|proc/(self|thread-self|(?P<pid>\d+)))/fd/(?P<number>\d+)"
+)
+_STANDARD: Final = {"in": 0, "out": 1, "err": 2}
+_LINKS: Final = 40
+_OTHER: Final = "Name another file to write."
+
+
+class _Guard:
+    """Files that are about to be written."""
+
+    def __init__(self, files: Mapping[str, Path], taken: Iterable[Path], also_read: str) -> None:
+        self.files = files
+        self.refusal: UsageError | None = None
+        self._read: dict[tuple[int, int], str] = {}
+        taken = tuple(taken)
+        seen: dict[object, str] = {}
+        for name, path in files.items():
+            if any(is_same(path, other) for other in taken):
+                raise _refused(name, path, "belongs to the database")
+            require_replaceable(path, name)
+            found = _stat(path)
+            key = descriptor_of(path) or _spelling(path)
+            if found is not None and not stat.S_ISCHR(found.st_mode):
+                key = found.st_dev, found.st_ino
+                if name != also_read:
+                    self._read[key] = name
+            if seen.setdefault(key, name) != name and not (found and stat.S_ISCHR(found.st_mode)):
+                raise UsageError(
+                    f"{seen[key]} and {name} are one file, {str(path)!r}",
+                    remedy="Give each a file of its own.",
+                )
+
+    def reads(self, path: Path) -> None:
+        """Compare a file that is read with those that are about to be written."""
+        found = _stat(path)
+        name = self._read.get((found.st_dev, found.st_ino)) if found is not None else None
+        if name is not None:
+            self.refusal = _refused(name, self.files[name], "is what is read")
+            raise self.refusal
+
+
+_guards: ContextVar[tuple[_Guard, ...]] = ContextVar("guards", default=())
+
+
+@contextlib.contextmanager
+def guarded(
+    files: Mapping[str, Path | None], *, taken: Iterable[Path] = (), also_read: str = ""
+) -> Iterator[None]:
+    """Refuse files that are not to be written over, before anything is done.
+
+    Args:
+        files: What is about to be written, by the name of its option.
+        taken: What must not be written, whether it is there or not.
+        also_read: Option whose file is brought up to date: it is read before it is written.
+
+    Raises:
+        UsageError: One of them is taken, is another of them, holds what must not be lost, or, from
+            then on, is what is read.
+    """
+    asked = {name: path for name, path in files.items() if path is not None}
+    token = _guards.set((*_guards.get(), _Guard(asked, taken, also_read)))
+    try:
+        yield
+    finally:
+        _guards.reset(token)
+
+
+def are_guarded(paths: Collection[Path]) -> bool:
+    """Tell whether somebody named all these files to ``guarded`` already."""
+    known = {path for guard in _guards.get() for path in guard.files.values()}
+    return known.issuperset(paths)
+
+
+def reads(path: str | Path) -> None:
+    """Say that a file is an input; to be called by whatever opens one.
+
+    Raises:
+        UsageError: It is about to be written.
+    """
+    for guard in _guards.get():
+        guard.reads(Path(path))
+
+
+def require_unread() -> None:
+    """Refuse to go on if what is about to be written was read, whoever passed over that.
+
+    Raises:
+        UsageError: See ``reads``.
+    """
+    for guard in _guards.get():
+        if guard.refusal is not None:
+            raise guard.refusal
+
+
+def is_same(one: Path, other: Path) -> bool:
+    """Tell whether two paths are one file, by whatever link or spelling."""
+    found = _stat(one), _stat(other)
+    if found[0] is not None and found[1] is not None:
+        return os.path.samestat(*found)
+    # What is not there yet may still be one file, where the file system knows no case.
+    return _spelling(one) == _spelling(other)
+
+
+def require_replaceable(path: Path, name: str = "") -> None:
+    """Refuse to put a file where something is that must not be lost.
+
+    Args:
+        path: Of the file.
+        name: Of its option, for the message.
+
+    Raises:
+        UsageError: A database, a kept trace, a source of a plan or a device is there.
+    """
+    if is_stream(path):
+        return
+    real = Path(os.path.realpath(path))
+    if KEPT_FOLDER in {real.suffix, real.parent.suffix}:
+        raise _refused(name, path, "is a place of kept traces")
+    for end in BESIDE_DATABASE:
+        if real.name.endswith(end) and _is_database(Path(str(real).removesuffix(end))):
+            raise _refused(name, path, "belongs to a database")
+    found = _stat(path)
+    if found is None:
+        return
+    if stat.S_ISDIR(found.st_mode):
+        # It may be replaced by a folder, and the file system replaces it by nothing else.
+        return
+    if not stat.S_ISREG(found.st_mode):
+        raise UsageError(f"{name or 'file'} {str(path)!r} is no regular file", remedy=_OTHER)
+    if _is_database(path):
+        raise _refused(name, path, "is a database")
+    if real.suffix.lower() in _SOURCES and found.st_size:
+        raise _refused(name, path, "is a source of plans or plug-ins")
+
+
+def descriptor_of(path: Path) -> int | None:
+    """Give the descriptor that a path such as ``/dev/stdout`` stands for, also by links to it."""
+    text = os.path.abspath(path)  # noqa: PTH100 - resolve() would follow the link of a descriptor
+    for _ in range(_LINKS):
+        found = _DESCRIPTOR.fullmatch(text)
+        if found is not None and found["pid"] in {None, str(os.getpid())}:
+            number = found["number"]
+            given = _STANDARD[found["name"]] if number is None else int(number)
+            return laid.get(given, given)
+        try:
+            text = os.path.normpath(Path(text).parent / Path(text).readlink())
+        except (OSError, ValueError):
+            return None
+    return None
+
+
+def is_stream(path: Path) -> bool:
+    """Tell whether what is written there goes somewhere else: to a pipe or a terminal."""
+    found = _stat(path)
+    is_one = found is not None and (stat.S_ISFIFO(found.st_mode) or stat.S_ISCHR(found.st_mode))
+    return is_one or descriptor_of(path) is not None
+
+
+def _refused(name: str, path: Path, why: str) -> UsageError:
+    return UsageError(
+        f"{name} {str(path)!r} {why}, and would be overwritten".strip(), remedy=_OTHER
+    )
+
+
+def _stat(path: Path) -> os.stat_result | None:
+    try:
+        return path.stat()
+    except (OSError, ValueError):
+        return None
+
+
+def _spelling(path: Path) -> str:
+    return unicodedata.normalize("NFC", os.path.realpath(path)).casefold()
+
+
+def _is_database(path: Path) -> bool:
+    try:
+        # Whoever opens a pipe to look into it waits for its other end.
+        if not path.is_file():
+            return False
+        with path.open("rb") as stream:
+            return stream.read(len(_SQLITE)) == _SQLITE
+    except (OSError, ValueError):
+        return False
+
+
+def write_atomically(content: bytes, path: Path) -> None:
+    """Write a file beside its place and move it there; missing folders are made.
+
+    Args:
+        content: Everything that the file holds.
+        path: Where to.
+
+    Raises:
+        PlatformError: The file system refused; what was there before still is.
+    """
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        file.write(content)
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a place beside a file to write to; what stands there at the end becomes the file.
+
+    Args:
+        path: Of the file; missing folders are made.
+
+    Raises:
+        PlatformError: The file system refused; what was there before still is.
+    """
+    _require_free(path)
+    if is_stream(path):
+        with _into_stream(path) as temporary:
+            yield temporary
+        return
+    temporary = _beside(path)
+    try:
+        with _refusals_in_words(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            yield temporary
+            _sync(temporary)
+            temporary.replace(path)
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def replacing_folder(path: Path) -> Iterator[Path]:
+    """Give an empty folder beside a folder; with what it holds at the end it takes its place.
+
+    Args:
+        path: Of the folder; missing ones above it are made.
+
+    Raises:
+        PlatformError: The file system refused; what was there before still is.
+    """
+    _require_free(path)
+    temporary, former = _beside(path), _beside(path, "former")
+    try:
+        with _refusals_in_words(path):
+            temporary.mkdir(parents=True)
+            yield temporary
+            for file in sorted(temporary.iterdir()):
+                _sync(file)
+            if path.exists():
+                path.replace(former)
+            try:
+                temporary.replace(path)
+            except OSError:
+                if former.exists():
+                    former.replace(path)
+                raise
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+        # If it could neither be replaced nor put back, it is all that there is.
+        if path.exists():
+            shutil.rmtree(former, ignore_errors=True)
+
+
+def _require_free(path: Path) -> None:
+    require_unread()
+    require_replaceable(path)
+
+
+@contextlib.contextmanager
+def _into_stream(path: Path) -> Iterator[Path]:
+    """Give a place whose content goes where a path leads to; what is there is not replaced."""
+    with tempfile.TemporaryDirectory() as folder:
+        temporary = Path(folder) / path.name
+        yield temporary
+        with (
+            _refusals_in_words(path),
+            temporary.open("rb") as content,
+            _open_stream(path) as stream,
+        ):
+            shutil.copyfileobj(content, stream)
+
+
+def _open_stream(path: Path) -> BinaryIO:
+    number = descriptor_of(path)
+    # By its path a redirected output would be opened anew, and written from its beginning.
+    return path.open("wb") if number is None else open(os.dup(number), "wb")  # noqa: PTH123
+
+
+def _beside(path: Path, end: str = "part") -> Path:
+    # One process writes one file of a name at a time, so its number keeps writers apart.
+    return path.with_name(f".{path.name}.{os.getpid()}.{end}")
+
+
+def _sync(path: Path) -> None:
+    """Wait until the disk has a file."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+
+
+@contextlib.contextmanager
+def _refusals_in_words(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        msg = f"cannot write {path}: {error.strerror or error}. Check the folder and its rights."
+        raise PlatformError(msg) from error
