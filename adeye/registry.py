@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import BaseModel, ValidationError
 
 from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.supervision import guest, is_asked
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -54,7 +55,8 @@ class Part:
 
     def build(self, *arguments: Any) -> Any:
         """Make an instance of the class."""
-        return self.obj(*arguments)
+        with guest(self.name):
+            return self.obj(*arguments)
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +225,8 @@ def validate_parameters(part: Part, values: Mapping[str, Any]) -> Validated:
             remedy="Derive it from adeye.ports.Parameters.",
         )
     try:
-        return Validated(model.model_validate(dict(values)), ())
+        with guest(part.name, "parameter model of"):
+            return Validated(model.model_validate(dict(values)), ())
     except ValidationError as error:
         found = error.errors(include_url=False, include_context=False, include_input=False)
         return Validated(None, tuple((item["loc"], _said(item, model)) for item in found))
@@ -305,16 +308,20 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[label] = module
     try:
-        exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
-    except (Exception, SystemExit) as error:
-        del sys.modules[label]
+        with guest(name):
+            exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
+    except BaseException as error:
+        sys.modules.pop(label, None)
+        if is_asked(error):
+            raise
         raise _import_error(name, str(path), error) from error
     return module
 
 
 def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) -> Part:
     try:
-        module = import_module(source)
+        with guest(name):
+            module = import_module(source)
     except SyntaxError as error:
         raise _syntax_error(name, error.filename or source, error) from error
     except ModuleNotFoundError as error:
@@ -322,7 +329,9 @@ def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) 
             f"{name}: there is no module {error.name!r}",
             remedy="Install its package, or name a file as ./file.py:Class.",
         ) from error
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
+        if is_asked(error):
+            raise
         raise _import_error(name, source, error) from error
     digest = files_digest(_module_files(name, module))
     known = _CACHE.get((source, attribute, digest))

@@ -9,7 +9,7 @@ import numpy as np
 
 from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext, SensorModel
-from adeye.registry import load_part
+from adeye.registry import Part, load_part
 from adeye.sensors.camera import PhysicalCameraSensor
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
 from adeye.sensors.gnss import GnssSensor
@@ -21,6 +21,7 @@ from adeye.sensors.ultrasonic import UltrasonicSensor
 from adeye.signals import spec_columns
 from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import model_name
+from adeye.supervision import guest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -104,7 +105,7 @@ class Rig:
             if model in BUILT_IN:
                 self._sensors[name] = BUILT_IN[model](context)
             else:
-                self._sensors[name] = load_part(first.kind, base_dir).build(context)
+                self._sensors[name] = _PluginSensor(load_part(first.kind, base_dir), context)
 
     def cover(self, name: str, patches: Sequence[Floats]) -> None:
         """Lay patches on the image of a physical camera, in place of those laid on before.
@@ -125,6 +126,19 @@ class Rig:
     def sense(self, scene: Scene) -> dict[str, Measurement]:
         """Return the newest delivered measurement of each sensor."""
         return {name: sensor.sense(scene) for name, sensor in self._sensors.items()}
+
+
+class _PluginSensor:
+    """A sensor of somebody else; what it raises ends no more than the batch, under its name."""
+
+    def __init__(self, part: Part, context: SensorContext) -> None:
+        self._name = part.name
+        with guest(self._name, "sensor"):
+            self._sensor: SensorModel = part.build(context)
+
+    def sense(self, scene: Scene) -> Measurement:
+        with guest(self._name, "sensor"):
+            return self._sensor.sense(scene)
 
 
 def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:
