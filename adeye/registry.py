@@ -224,12 +224,12 @@ def validate_parameters(part: Part, values: Mapping[str, Any]) -> Validated:
             f"{part.name}.Parameters is no parameter model",
             remedy="Derive it from adeye.ports.Parameters.",
         )
-    try:
-        with guest(part.name, "parameter model of"):
+    with guest(part.name, "parameter model of"):
+        try:
             return Validated(model.model_validate(dict(values)), ())
-    except ValidationError as error:
-        found = error.errors(include_url=False, include_context=False, include_input=False)
-        return Validated(None, tuple((item["loc"], _said(item, model)) for item in found))
+        except ValidationError as error:
+            found = error.errors(include_url=False, include_context=False, include_input=False)
+    return Validated(None, tuple((item["loc"], _said(item, model)) for item in found))
 
 
 def _said(item: ErrorDetails, model: type[BaseModel]) -> str:

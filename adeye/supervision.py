@@ -103,6 +103,11 @@ def _leave_fork(name: str) -> None:
     os._exit(_RETURNED)
 
 
+def has_guests() -> bool:
+    """Tell whether code from outside was imported or called in this process."""
+    return bool(_names)
+
+
 def at_work(memory: Any) -> str:
     """Say which plug-ins were at work in a process that has ended; empty if it had none.
 

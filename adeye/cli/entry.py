@@ -15,13 +15,10 @@ from adeye.cli.app import app
 from adeye.cli.interruption import leave_if_abandoned, raising_on_sigterm
 from adeye.cli.output import clean, talk
 from adeye.errors import Terminated
-from adeye.supervision import Ended, note_end, supervise
+from adeye.supervision import Ended, has_guests, note_end, supervise
 
 DEBUG: Final = "ADEYE_DEBUG"
 """Environment variable that asks for tracebacks; ``--debug`` sets it, workers inherit it."""
-
-COMPLETING: Final = "_ADEYE_COMPLETE"
-"""Environment variable by which a shell asks for completions."""
 
 _COLLECT_AFTER: Final = 50_000
 """Objects made between two collections of the youngest."""
@@ -116,9 +113,9 @@ def _code_of(error: SystemExit) -> int:
     if isinstance(error.__context__, BrokenPipeError):
         return _READER_GONE
     if error.code is None or isinstance(error.code, int):
-        if error.code or COMPLETING in os.environ:
+        if error.code or not has_guests():
             return error.code or 0
-        # No verb ends so: whoever raised it has not seen the end.
+        # No verb ends so that calls a plug-in: whoever raised it has not seen the end.
         talk("Something ended the program before its end: what it was asked for is incomplete.")
         return _DEFECT
     talk(clean(error.code, lines=True))

@@ -199,7 +199,7 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
     except BaseException as error:
         if is_asked(error):
             raise
-        _LOG.warning("metric %s raised %s", metric.uid, told(error))
+        _LOG.error("metric %s raised %s", metric.uid, told(error))
         is_formed = False
     if not is_formed:
         return _one_by_one(metric, series)
