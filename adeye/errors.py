@@ -7,6 +7,7 @@ AdeyeError
 ├── PlatformError   exit 5: database, disk, permissions
 │   └── LostConnection: to a server, which may answer again
 ├── IntegrityError  exit 4: stored evidence does not agree with itself
+├── PluginError     exit 3: code from outside raised where no run can record it
 └── ChannelError    recorded with the run; never ends a campaign
 """
 
@@ -139,6 +140,12 @@ class IntegrityError(AdeyeError):
     exit_code = 4
 
 
+class PluginError(AdeyeError):
+    """Code from outside raised where no run can record it."""
+
+    exit_code = 3
+
+
 class ChannelError(AdeyeError):
     """A channel failed; the run records it and goes on."""
 
@@ -147,9 +154,12 @@ class Terminated(BaseException):
     """The process was asked to end (SIGTERM)."""
 
 
+class Interrupted(KeyboardInterrupt):
+    """The process was asked to end (SIGINT), and no code from outside raised this."""
+
+
 ASKED_TO_END: Final = (KeyboardInterrupt, Terminated)
-"""What ends a campaign wherever it is raised, also in code from outside, which else is contained:
-nobody can tell who raised it."""
+"""What ends a campaign where somebody asked for it; ``supervision.is_asked`` tells."""
 
 
 def suggest(word: str, allowed: Iterable[str]) -> str:

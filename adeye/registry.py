@@ -18,6 +18,7 @@ from pydantic import BaseModel, ValidationError
 
 from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.outputs import reads
+from adeye.supervision import guest, is_asked
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -56,7 +57,8 @@ class Part:
 
     def build(self, *arguments: Any) -> Any:
         """Make an instance of the class."""
-        return self.obj(*arguments)
+        with guest(self.name):
+            return self.obj(*arguments)
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,12 +227,13 @@ def validate_parameters(part: Part, values: Mapping[str, Any]) -> Validated:
             f"{part.name}.Parameters is no parameter model",
             remedy="Derive it from adeye.ports.Parameters.",
         )
-    try:
-        # A validator of theirs may take apart what it is given.
-        return Validated(model.model_validate(deepcopy(dict(values))), ())
-    except ValidationError as error:
-        found = error.errors(include_url=False, include_context=False, include_input=False)
-        return Validated(None, tuple((item["loc"], _said(item, model)) for item in found))
+    with guest(part.name, "parameter model of"):
+        try:
+            # A validator of theirs may take apart what it is given.
+            return Validated(model.model_validate(deepcopy(dict(values))), ())
+        except ValidationError as error:
+            found = error.errors(include_url=False, include_context=False, include_input=False)
+    return Validated(None, tuple((item["loc"], _said(item, model)) for item in found))
 
 
 def _said(item: ErrorDetails, model: type[BaseModel]) -> str:
@@ -310,16 +313,20 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[label] = module
     try:
-        exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
-    except (Exception, SystemExit) as error:
-        del sys.modules[label]
+        with guest(name):
+            exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
+    except BaseException as error:
+        sys.modules.pop(label, None)
+        if is_asked(error):
+            raise
         raise _import_error(name, str(path), error) from error
     return module
 
 
 def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) -> Part:
     try:
-        module = import_module(source)
+        with guest(name):
+            module = import_module(source)
     except SyntaxError as error:
         raise _syntax_error(name, error.filename or source, error) from error
     except ModuleNotFoundError as error:
@@ -327,7 +334,9 @@ def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) 
             f"{name}: there is no module {error.name!r}",
             remedy="Install its package, or name a file as ./file.py:Class.",
         ) from error
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
+        if is_asked(error):
+            raise
         raise _import_error(name, source, error) from error
     digest = files_digest(_module_files(name, module))
     known = _CACHE.get((source, attribute, digest))

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.elsewhere import Elsewhere, execute_as_demanded
 from adeye.errors import UsageError, suggest
-from adeye.ports import ExecutorContext
-from adeye.registry import load_part, require
+from adeye.ports import Done, Executor, ExecutorContext
+from adeye.registry import Part, load_part, require
+from adeye.supervision import guest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from adeye.campaign.plan import CampaignPlan
 
@@ -86,7 +88,30 @@ def find_executor(name: str) -> Callable[[ExecutorContext[Any, Any]], Any]:
         )
     part = load_part(offered.get(name, name), Path())
     require(part, "executor", _METHODS)
-    return part.build
+    return partial(_PluginExecutor, part)
+
+
+class _PluginExecutor:
+    """An executor of somebody else, of which it is known when it works."""
+
+    def __init__(self, part: Part, context: ExecutorContext[Any, Any]) -> None:
+        self._name = part.name
+        with guest(self._name, "executor"):
+            self._executor: Executor[Any, Any] = part.build(context)
+
+    def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
+        with guest(self._name, "executor"):
+            found = iter(self._executor.run(tasks))
+        while True:
+            with guest(self._name, "executor"):
+                done = next(found, None)
+            if done is None:
+                return
+            yield done
+
+    def close(self) -> None:
+        with guest(self._name, "executor"):
+            self._executor.close()
 
 
 def asked_executor(

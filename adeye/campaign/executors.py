@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic
 
 from adeye.errors import PlatformError
 from adeye.ports import Done, Result, Task
+from adeye.supervision import NOTES_BYTES, at_work, note_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -211,7 +212,8 @@ class Processes(Generic[Task, Result]):
             kind, content = end.recv()
         except (EOFError, OSError):
             del self._workers[end]
-            return Done(task, None, f"its worker died with code {worker.stop()}")
+            code = worker.stop()
+            return Done(task, None, f"its worker died with code {code} {worker.where}".rstrip())
         worker.task = None
         if kind == "error":
             raise content
@@ -226,8 +228,11 @@ class _Worker:
         self.began = math.inf
         try:
             self.end, other = context.Pipe()
+            self._notes = context.RawArray("B", NOTES_BYTES)
             with other:
-                self._process = context.Process(target=_serve, args=(other, work), daemon=True)
+                self._process = context.Process(
+                    target=_serve, args=(other, work, self._notes), daemon=True
+                )
                 self._process.start()
         except OSError as error:
             raise PlatformError(
@@ -242,6 +247,11 @@ class _Worker:
         except OSError:
             # It died while idle; the end of its pipe says so at the next wait.
             return
+
+    @property
+    def where(self) -> str:
+        """Say which plug-ins were at work when it ended; empty for none."""
+        return at_work(self._notes)
 
     def kill(self) -> None:
         """End it at once, with what it started."""
@@ -271,8 +281,9 @@ def _kill(pid: int | None) -> None:
         return
 
 
-def _serve(end: Connection, work: Callable[[Any], Any]) -> None:
+def _serve(end: Connection, work: Callable[[Any], Any], notes: Any) -> None:
     """Serve tasks until the pipe closes; the parent alone decides about Ctrl-C and SIGTERM."""
+    note_in(notes)
     for name in (signal.SIGINT, signal.SIGTERM):
         signal.signal(name, signal.SIG_IGN)
     os.setpgid(0, 0)
@@ -285,7 +296,7 @@ def _serve(end: Connection, work: Callable[[Any], Any]) -> None:
             return
         try:
             answer: tuple[str, Any] = ("done", work(task))
-        except Exception as error:  # noqa: BLE001 - it is raised again in the parent
+        except BaseException as error:  # noqa: BLE001 - it is raised again in the parent
             answer = ("error", error)
         try:
             end.send(answer)

@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.evaluation.metrics import METRICS, register_metric
 from adeye.registry import Part, load_part, require
+from adeye.supervision import guest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
+
+    from adeye.evaluation.metrics.registry import Measure
+    from adeye.evaluation.series import TraceSeries
+    from adeye.ports import MetricColumn
 
 _REGISTERED: Final[dict[str, tuple[str, str]]] = {}
 """Name of the plug-in and digest of its source behind each column that is not built in."""
@@ -43,13 +48,25 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
             continue
         require(part, "metric", ("compute",))
         before = set(METRICS)
-        register_metric(part.obj)
+        with guest(part.name, "metric"):
+            register_metric(part.obj)
         for column in set(METRICS) - before:
             found = METRICS[column]
             uid = f"{found.uid}#{part.source_digest[:12]}"
-            METRICS[column] = replace(found, uid=uid, plugin=part.name)
+            measure = _visiting(part.name, found.measure)
+            METRICS[column] = replace(found, uid=uid, measure=measure, plugin=part.name)
             _REGISTERED[column] = owner
     return parts
+
+
+def _visiting(name: str, measure: Measure) -> Measure:
+    """Say who works while a metric is computed."""
+
+    def visit(series: TraceSeries) -> MetricColumn:
+        with guest(name):
+            return measure(series)
+
+    return visit
 
 
 def plugin_of(column: str) -> str | None:

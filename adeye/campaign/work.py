@@ -17,7 +17,7 @@ from adeye.campaign.happenings import happenings
 from adeye.campaign.keeping import keep_traces
 from adeye.campaign.metrics import plugin_of, use_plugin_metrics
 from adeye.engine import run as run_batch
-from adeye.errors import ASKED_TO_END, AdeyeError
+from adeye.errors import AdeyeError, PluginError
 from adeye.evaluation.judge import Evaluation, evaluate_trace
 from adeye.evaluation.metrics.statuses import status_codes
 from adeye.evaluation.outcome import END_REASONS
@@ -34,6 +34,7 @@ from adeye.spec.sensors import model_name
 from adeye.store.block import JudgedBlock, MetricBlock, PluginBlock, RunBlock, VerdictBlock
 from adeye.store.columns import Dictionary, Texts
 from adeye.store.tables import METRIC_IDS
+from adeye.supervision import is_asked
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -143,9 +144,11 @@ def execute(task: BatchTask) -> BatchResult:
     """
     try:
         done = _execute(task)
-    except (AdeyeError, *ASKED_TO_END):
-        raise
-    except BaseException as error:  # noqa: BLE001 - recorded with the block, the campaign goes on
+    except PluginError as error:
+        return BatchResult(failure=str(error))
+    except BaseException as error:
+        if isinstance(error, AdeyeError) or is_asked(error):
+            raise
         return BatchResult(failure=f"{type(error).__name__}: {error}")
     if task.execute:
         parts = compiled_parts(task.execute[0].architecture, task.context)

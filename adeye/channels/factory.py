@@ -18,6 +18,7 @@ from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
 from adeye.ports import HookedChannel
 from adeye.registry import Part, load_part, require, validate_parameters
+from adeye.supervision import guest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -121,7 +122,8 @@ class PluginChannel:
                 f"{self._part.name} has no hook {hook}",
                 remedy="A channel on the batch may have it.",
             )
-        self._channel.inject(hook, active, size)
+        with guest(self._part.name):
+            self._channel.inject(hook, active, size)
 
     @property
     def events(self) -> list[ChannelEvent | None]:
@@ -135,11 +137,13 @@ class PluginChannel:
             SpecError: The parameters do not fit the class's ``Parameters``.
         """
         models = [self._validated(context.channel_id, item) for item in context.parameters]
-        self._channel.reset(replace(context, parameters=models))
+        with guest(self._part.name):
+            self._channel.reset(replace(context, parameters=models))
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation."""
-        return self._channel.act(observation)
+        with guest(self._part.name):
+            return self._channel.act(observation)
 
     def _validated(self, channel_id: str, values: Any) -> Any:
         if isinstance(values, BaseModel):

@@ -9,7 +9,7 @@ import numpy as np
 
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
-from adeye.errors import ASKED_TO_END, SpecError
+from adeye.errors import SpecError
 from adeye.kernel.jit import compiled
 from adeye.signals import (
     FAULT,
@@ -22,6 +22,7 @@ from adeye.signals import (
     Ints,
     Observation,
 )
+from adeye.supervision import is_asked
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -118,9 +119,9 @@ class GuardedChannel:
             # How strict numpy is about overflow is not for a channel to decide for the others.
             with np.errstate():
                 return method(argument)
-        except ASKED_TO_END:
-            raise
-        except BaseException as error:  # noqa: BLE001 - recorded, and the run goes on
+        except BaseException as error:
+            if is_asked(error):
+                raise
             self._failures.add(runs, ERROR, time, describe(error))
             self._dead = True
             return None

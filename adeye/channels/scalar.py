@@ -19,7 +19,6 @@ import numpy as np
 
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
-from adeye.errors import ASKED_TO_END
 from adeye.signals import (
     OK,
     SILENT,
@@ -28,6 +27,7 @@ from adeye.signals import (
     Floats,
     Observation,
 )
+from adeye.supervision import is_asked
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -206,9 +206,9 @@ class ScalarChannel:
             try:
                 parameters = context.parameters[run]
                 self._objects[run] = self._factory(parameters, _context(context, run))
-            except ASKED_TO_END:
-                raise
-            except BaseException as error:  # noqa: BLE001 - recorded, and the run goes on
+            except BaseException as error:
+                if is_asked(error):
+                    raise
                 self._fail(run, ERROR, 0.0, describe(error))
 
     def act(self, observation: Observation) -> ControlCommand:
@@ -233,9 +233,9 @@ class ScalarChannel:
         try:
             # What it answers with may have code of its own, too.
             command, wrong = _command(channel.act(_observation(observation, run)))
-        except ASKED_TO_END:
-            raise
-        except BaseException as error:  # noqa: BLE001 - recorded, and the run goes on
+        except BaseException as error:
+            if is_asked(error):
+                raise
             self._fail(run, ERROR, observation.time, describe(error))
             return None
         if command is None:

@@ -15,6 +15,7 @@ from adeye.cli.app import app
 from adeye.cli.interruption import leave_if_abandoned, raising_on_sigterm
 from adeye.cli.output import clean, talk
 from adeye.errors import Terminated
+from adeye.supervision import Ended, has_guests, note_end, supervise
 
 DEBUG: Final = "ADEYE_DEBUG"
 """Environment variable that asks for tracebacks; ``--debug`` sets it, workers inherit it."""
@@ -25,6 +26,8 @@ _COLLECT_AFTER: Final = 50_000
 _USAGE: Final = 2
 _DEFECT: Final = 3
 _ENVIRONMENT: Final = 5
+_UNWRITTEN: Final = 120
+"""Python's own exit code where the last output could not be written."""
 _INTERRUPTED: Final = 130
 _READER_GONE: Final = 141
 _TERMINATED: Final = 143
@@ -32,6 +35,9 @@ _TERMINATED: Final = 143
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
+
+    As a program of its own it works in a child process, which no plug-in can end as good; called
+    with arguments, it works in this one.
 
     Args:
         arguments: What follows the name of the program; default: what it was called with.
@@ -44,6 +50,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if reconfigure is not None:
             # A name that the terminal cannot show must not end the program.
             reconfigure(errors="backslashreplace")
+    ended = _supervised() if arguments is None else None
+    if ended is not None:
+        if ended.text:
+            talk(clean(ended.text))
+        return ended.code
     # Imports and plans make many objects that stay: looking for rubbish among them at Python's pace
     # takes a tenth of a short command.
     gc.set_threshold(_COLLECT_AFTER)
@@ -53,8 +64,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     finally:
         if before is None:
             os.environ.pop(DEBUG, None)
+    note_end(_flushed(code))
     if code in {_INTERRUPTED, _TERMINATED}:
         leave_if_abandoned(code)
+    return code
+
+
+def _supervised() -> Ended | None:
+    try:
+        return supervise()
+    except OSError as error:
+        text = f"PlatformError: no process can be started: {error.strerror or error}."
+        return Ended(_ENVIRONMENT, f"{text} Allow more of them (ulimit -u), or end others.")
+
+
+def _flushed(code: int) -> int:
+    """Write what is still to be written: a plug-in may end the process before Python does."""
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except (OSError, ValueError):
+        return code or _UNWRITTEN
     return code
 
 
@@ -68,7 +98,7 @@ def _ended(arguments: Sequence[str] | None) -> int:
         return _INTERRUPTED
     except SystemExit as error:
         return _code_of(error)
-    except Exception as error:  # noqa: BLE001 - the boundary where errors become messages
+    except BaseException as error:  # noqa: BLE001 - the boundary where errors become messages
         return _report(error)
 
 
@@ -83,12 +113,16 @@ def _code_of(error: SystemExit) -> int:
     if isinstance(error.__context__, BrokenPipeError):
         return _READER_GONE
     if error.code is None or isinstance(error.code, int):
-        return error.code or 0
+        if error.code or not has_guests():
+            return error.code or 0
+        # No verb ends so that calls a plug-in: whoever raised it has not seen the end.
+        talk("Something ended the program before its end: what it was asked for is incomplete.")
+        return _DEFECT
     talk(clean(error.code, lines=True))
     return _USAGE
 
 
-def _report(error: Exception) -> int:
+def _report(error: BaseException) -> int:
     """Tell what ended the verb and return the exit code."""
     from adeye.errors import AdeyeError, InputError
 
@@ -99,7 +133,7 @@ def _report(error: Exception) -> int:
         if not isinstance(error, InputError):
             text = f"{type(error).__name__}: {text}"
         talk(clean(text, lines=True))
-        return error.exit_code
+        return error.exit_code or _DEFECT
     if hasattr(error, "format_message"):
         # The parser's own errors; its class differs between releases of typer.
         text = _usage(error, error.format_message())
@@ -121,7 +155,7 @@ def _report(error: Exception) -> int:
     return _DEFECT
 
 
-def _usage(error: Exception, message: str) -> str:
+def _usage(error: BaseException, message: str) -> str:
     context = getattr(error, "ctx", None)
     command = context.command_path if context is not None else "adeye"
     if type(error).__name__ == "NoArgsIsHelpError":

@@ -12,7 +12,8 @@ from types import FrameType
 from typing import TYPE_CHECKING, Final
 
 from adeye.cli.output import talk
-from adeye.errors import Terminated
+from adeye.errors import Interrupted, Terminated
+from adeye.supervision import note_end, note_signal
 
 if TYPE_CHECKING:
     from adeye.campaign.stopping import Stop
@@ -21,26 +22,31 @@ GRACE_S: Final = 5.0
 """How long blocks that are being executed may take to end after the first signal [s]."""
 
 _KINDS: Final[dict[int, type[BaseException]]] = {
-    signal.SIGINT: KeyboardInterrupt,
+    signal.SIGINT: Interrupted,
     signal.SIGTERM: Terminated,
 }
 
 
 @contextmanager
 def raising_on_sigterm() -> Iterator[None]:
-    """Raise ``Terminated`` in the main thread when SIGTERM comes; elsewhere change nothing."""
+    """Raise what they mean in the main thread when SIGINT and SIGTERM come; else change nothing."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    former = signal.signal(signal.SIGTERM, _raise)
+    former = {signal.SIGTERM: signal.signal(signal.SIGTERM, _raise)}
+    # Where it is ignored, as in the background of a shell, or somebody else listens, it stays so.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        former[signal.SIGINT] = signal.signal(signal.SIGINT, _raise)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, former)
+        for name, handler in former.items():
+            signal.signal(name, handler)
 
 
-def _raise(_signal: int, _frame: FrameType | None) -> None:
-    raise Terminated
+def _raise(number: int, _frame: FrameType | None) -> None:
+    note_signal(number)
+    raise _KINDS[number]
 
 
 @contextmanager
@@ -60,6 +66,7 @@ def asking(stop: Stop, hint: str) -> Iterator[None]:
         return
 
     def ask(number: int, _frame: FrameType | None) -> None:
+        note_signal(number)
         if stop.asked is not None:
             _end(number, hint)
         if stop.is_deferred:
@@ -92,6 +99,7 @@ def _end(number: int, hint: str) -> None:
     kill_workers()
     talk(hint)
     sys.stderr.flush()
+    note_end(128 + number)
     os._exit(128 + number)
 
 

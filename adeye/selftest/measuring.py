@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
+import subprocess
+import sys
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -117,6 +120,31 @@ def compare(db: Path, column: str, own: str) -> Seen:
     return Seen(4 if apart else 0, "\n".join(apart) or f"{len(rows)} runs agree")
 
 
+def _as_program(plugin: str) -> Examine:
+    """Run the bench with a metric as a shell does: in a process that the metric may end."""
+
+    def examine(bench: Bench) -> Seen:
+        folder = bench.settle(bounded(plugin, f"selftest_{plugin.lower()}_m", "at_least: 0.5"))
+        command = [sys.executable, "-m", "adeye", "run", DRIVING, "--quiet"]
+        done = subprocess.run(  # noqa: S603 - this program
+            [*command, "--workers", "1", "--db", "program.db"],
+            cwd=folder,
+            env=_environment(),
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return Seen(done.returncode, " ".join((done.stdout + done.stderr).split()))
+
+    return examine
+
+
+def _environment() -> dict[str, str]:
+    """Leave out what would change what the command does."""
+    kept = "ADEYE_NUMBA_CACHE_DIR"
+    return {n: text for n, text in os.environ.items() if n == kept or not n.startswith("ADEYE_")}
+
+
 _DISTANCE: Final = Gauge("Distance", "selftest_distance_m", "at_least: 5.0")
 _BRAKING: Final = Gauge("Braking", "selftest_braking_mps2", "at_most: 6.0")
 
@@ -129,6 +157,16 @@ METRICS: Final = (
     _failing("metric_nan", "Broken", "a metric is not a number in one row of one run"),
     _failing("metric_infinite", "Endless", "a metric is infinite in one run without a reason"),
     _failing("metric_raises", "Raising", "a metric raises an exception in one run"),
+    Master(
+        "metric_leaves",
+        "metric",
+        "a metric ends the process with code 0",
+        "the process that takes an exit code only from its explicit end",
+        3,
+        "in the plug-in ./parts.py:Leaving",
+        _as_program("Leaving"),
+        _as_program("Whole"),
+    ),
     _distance(
         "metric_centres",
         "distance from centre to centre",

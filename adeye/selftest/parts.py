@@ -8,6 +8,7 @@ and share no code with those of adeye: the good ones are a second opinion on the
 from __future__ import annotations
 
 import math
+import os
 import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal
@@ -326,3 +327,13 @@ class Raising(Whole):
             msg = f"no value for {trace.runs} runs"
             raise RuntimeError(msg)
         return super().series(trace)
+
+
+class Leaving(Whole):
+    """Ends the process as if all had gone well."""
+
+    uid, column = "selftest:leaving@1", "selftest_leaving_m"
+
+    def compute(self, trace: Trace) -> MetricColumn:  # noqa: ARG002 - a metric is given it
+        """Leave."""
+        os._exit(0)

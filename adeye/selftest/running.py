@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.engine import NUMERICS_VERSION
-from adeye.errors import ASKED_TO_END, AdeyeError, UsageError, suggest
+from adeye.errors import AdeyeError, UsageError, suggest
 from adeye.evaluation.statistics import clopper_pearson
 from adeye.report.credibility import SelfTestResult
 from adeye.selftest.bench import Bench, Seen
@@ -21,6 +21,7 @@ from adeye.selftest.keeping import DATABASE, REPORT
 from adeye.selftest.masters import GROUPS, Master, is_good
 from adeye.selftest.measuring import METRICS
 from adeye.selftest.reading import FILES, THRESHOLDS
+from adeye.supervision import is_asked
 from adeye.version import __version__
 
 if TYPE_CHECKING:
@@ -111,11 +112,11 @@ def _look(look: Callable[[Bench], Seen], bench: Bench) -> Seen:
     """Whatever goes wrong with a master is not its detection."""
     try:
         return look(bench)
-    except ASKED_TO_END:
-        raise
     except AdeyeError as error:
         return Seen(error.exit_code, str(error))
-    except Exception as error:  # noqa: BLE001 - a broken mechanism may raise anything
+    except BaseException as error:
+        if is_asked(error):
+            raise
         return Seen(-1, f"{type(error).__name__}: {error}")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext, SensorModel
-from adeye.registry import load_part
+from adeye.registry import Part, load_part
 from adeye.sensors.camera import PhysicalCameraSensor
 from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
 from adeye.sensors.gnss import GnssSensor
@@ -22,6 +22,7 @@ from adeye.sensors.ultrasonic import UltrasonicSensor
 from adeye.signals import Measurement, spec_columns
 from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import model_name
+from adeye.supervision import guest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -105,8 +106,7 @@ class Rig:
             if model in BUILT_IN:
                 self._sensors[name] = BUILT_IN[model](context)
             else:
-                part = load_part(first.kind, base_dir)
-                self._sensors[name] = _Guest(part.build(deepcopy(context)))
+                self._sensors[name] = _Guest(load_part(first.kind, base_dir), context)
 
     def cover(self, name: str, patches: Sequence[Floats]) -> None:
         """Lay patches on the image of a physical camera, in place of those laid on before.
@@ -130,16 +130,21 @@ class Rig:
 
 
 class _Guest:
-    """A sensor from outside the package: it shares no memory with the world, nor with its readers.
+    """A sensor of somebody else: it shares no memory with the world, nor with its readers.
 
-    It may write into what it is shown and into what it has answered; both are copies.
+    It may write into what it is shown and into what it has answered; both are copies. What it
+    raises ends no more than the batch, under its name.
     """
 
-    def __init__(self, sensor: SensorModel) -> None:
-        self._sensor = sensor
+    def __init__(self, part: Part, context: SensorContext) -> None:
+        self._name = part.name
+        with guest(self._name, "sensor"):
+            self._sensor: SensorModel = part.build(deepcopy(context))
 
     def sense(self, scene: Scene) -> Measurement:
-        return Measurement.map(self._sensor.sense(scene.copy()), np.array)
+        with guest(self._name, "sensor"):
+            return Measurement.map(self._sensor.sense(scene.copy()), np.array)
+
 
 
 def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:

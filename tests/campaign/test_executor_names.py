@@ -71,7 +71,7 @@ def test_class_of_a_file_executes_a_campaign(mini: Executed, here: Path) -> None
     assert summary.executed == len(mini.plan.cases)
     assert table_hash(here / "own.db") == table_hash(mini.db)
     found = find_executor("./own.py:Own")
-    made = found.__self__.obj.made  # type: ignore[attr-defined]
+    made = found.args[0].obj.made  # type: ignore[attr-defined]
     assert made == [(3, "there"), "closed"]
 
 

@@ -22,10 +22,11 @@ from adeye.channels.driving import channel_records
 from adeye.channels.failures import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.channels.links import no_command
 from adeye.channels.policy.observation import Kinematics, action_limits, to_command
-from adeye.errors import ASKED_TO_END, SpecError
+from adeye.errors import SpecError
 from adeye.registry import Part, load_part
 from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Observation, spec_columns
 from adeye.spec.channels import TrackingParameters
+from adeye.supervision import guest, is_asked
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -136,9 +137,9 @@ class PolicyChannel:
                 one = _row(shown, place)
                 try:
                     actions[place] = _actions(asked.policy(one, [run]), (2,))
-                except ASKED_TO_END:
-                    raise
-                except BaseException as error:  # noqa: BLE001 - recorded, and the run goes on
+                except BaseException as error:
+                    if is_asked(error):
+                        raise
                     self._fail(int(run), time, error)
         commands = to_command(
             actions, self._low[runs], self._high[runs], normalised=asked.parameters.normalised
@@ -172,6 +173,7 @@ class _Policy:
     """A policy with the states that it has returned, one for each run."""
 
     def __init__(self, part: Part) -> None:
+        self._name = part.name
         policy = part.build() if inspect.isclass(part.obj) else part.obj
         self.is_batched = getattr(policy, "batched", False) is True
         self._predicts = callable(getattr(policy, "predict", None))
@@ -183,6 +185,10 @@ class _Policy:
 
     def __call__(self, observation: Any, runs: Any) -> Any:
         """Return what the policy answers for some runs."""
+        with guest(self._name):
+            return self._answer(observation, runs)
+
+    def _answer(self, observation: Any, runs: Any) -> Any:
         if not self._predicts:
             return self._ask(observation)
         options = self._options.copy()

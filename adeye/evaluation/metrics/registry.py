@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 import numpy as np
 
-from adeye.errors import ASKED_TO_END, UsageError
+from adeye.errors import UsageError
 from adeye.evaluation.metrics.statuses import (
     CODES,
     ERROR,
@@ -21,6 +21,7 @@ from adeye.evaluation.metrics.statuses import (
 )
 from adeye.evaluation.series import TraceSeries
 from adeye.ports import MetricColumn
+from adeye.supervision import is_asked, told
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -207,10 +208,10 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         actor = np.array(column.actor, dtype=np.int64)
         shapes = {values.shape, times.shape, codes.shape, actor.shape}
         is_formed = shapes == {(runs,)}
-    except ASKED_TO_END:
-        raise
-    except BaseException:  # noqa: BLE001 - whatever a plug-in raises is an error of its run
-        _LOG.exception("metric %s", metric.uid)
+    except BaseException as error:
+        if is_asked(error):
+            raise
+        _LOG.error("metric %s raised %s", metric.uid, told(error))
         is_formed = False
     if not is_formed:
         return _one_by_one(metric, series)

@@ -1,0 +1,234 @@
+"""Who works in a process that executes code from outside, and how that process may end.
+
+Nothing in a process sees that a plug-in ends it: ``os._exit``, ``exit`` of a native library,
+``execv`` and a signal leave no handler a chance. So the command line works in a child process, and
+its parent takes an exit code only from the memory that both share: the child writes it there when
+it has seen the explicit end. Before code from outside is imported or called, its name is noted
+there as well.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import mmap
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from adeye.errors import ASKED_TO_END, AdeyeError, Interrupted, PluginError, Terminated
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+NOTES_BYTES: Final = 1 << 14
+"""Size of the memory in which a process notes who works in it."""
+
+_END, _CODE, _HEARD, _SLOTS, _NAMES = 0, 1, 2, 4, 260
+_MOST: Final = 255
+"""Threads and plug-ins that are told apart."""
+_INCOMPLETE: Final = 3
+_RETURNED: Final = 70
+_PDEATHSIG: Final = 1  # linux/prctl.h
+_ASKING: Final = (signal.SIGINT, signal.SIGTERM)
+_SETTLE_S: Final = 0.05
+"""After which a signal to the whole group has reached every process of it [s]."""
+
+_notes: memoryview = memoryview(bytearray(NOTES_BYTES))
+_names: Final[dict[str, int]] = {}
+_slots: Final[dict[int, int]] = {}
+_worker = 0
+
+
+def note_in(memory: Any) -> None:
+    """Note from now on in some memory who works here.
+
+    Args:
+        memory: ``NOTES_BYTES`` bytes that outlive this process.
+    """
+    global _notes  # noqa: PLW0603 - there is one process
+    _notes = memoryview(memory).cast("B")
+
+
+class guest:  # noqa: N801 - read as `with guest(name):`
+    """Code from outside works in here.
+
+    A process that it forked and that would come back from it is ended: it would do everything that
+    follows twice. What it raises is left to who contains it, or is turned into ``PluginError``.
+    """
+
+    __slots__ = ("_former", "_kind", "_name", "_pid", "_slot")
+
+    def __init__(self, name: str, kind: str = "") -> None:
+        """Say who comes.
+
+        Args:
+            name: The plug-in, as the user wrote it.
+            kind: What it is, where nothing else contains what it raises; else empty.
+        """
+        self._name, self._kind = name, kind
+
+    def __enter__(self) -> None:
+        self._pid = os.getpid()
+        self._slot = _SLOTS + _slots.setdefault(threading.get_ident(), len(_slots) % _MOST)
+        self._former = _notes[self._slot]
+        _notes[self._slot] = _names.get(self._name) or _number(self._name)
+
+    def __exit__(
+        self, _: type[BaseException] | None, error: BaseException | None, __: TracebackType | None
+    ) -> None:
+        if os.getpid() != self._pid:
+            _leave_fork(self._name)
+        _notes[self._slot] = self._former
+        if error is None or not self._kind or isinstance(error, AdeyeError) or is_asked(error):
+            return
+        raise PluginError(f"the {self._kind} {self._name} raised {told(error)}") from error
+
+
+def _number(name: str) -> int:
+    number = _names[name] = min(len(_names) + 1, _MOST)
+    text = "\n".join(" ".join(item.split()) for item in _names).encode("utf-8", "replace")
+    text = text[: NOTES_BYTES - _NAMES]
+    _notes[_NAMES : _NAMES + len(text)] = text
+    return number
+
+
+def _leave_fork(name: str) -> None:
+    text = f"A process that {name} had forked came back into adeye and was ended.\n"
+    os.write(2, text.encode("utf-8", "replace"))
+    os._exit(_RETURNED)
+
+
+def has_guests() -> bool:
+    """Tell whether code from outside was imported or called in this process."""
+    return bool(_names)
+
+
+def at_work(memory: Any) -> str:
+    """Say which plug-ins were at work in a process that has ended; empty if it had none.
+
+    Args:
+        memory: In which it noted them.
+    """
+    notes = bytes(memoryview(memory).cast("B"))
+    names = notes[_NAMES:].rstrip(b"\0").decode("utf-8", "replace").split("\n")
+    inside = sorted({names[n - 1] for n in notes[_SLOTS:_NAMES] if 0 < n <= len(names)})
+    if inside:
+        return f"in the plug-in {' or '.join(inside)}"
+    return f"with the plug-ins {', '.join(names)}" if names != [""] else ""
+
+
+def told(error: BaseException) -> str:
+    """Say what an exception is and which line raised it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {error}{place}"
+
+
+def is_asked(error: BaseException) -> bool:
+    """Tell whether an exception may be somebody's wish to end, and not what a guest raised.
+
+    Signals reach the main thread only, and no process that ignores them. Where the command line
+    listens, it raises an exception of its own; elsewhere nobody can tell.
+    """
+    if not isinstance(error, ASKED_TO_END):
+        return False
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or handler is signal.SIG_IGN:
+        return False
+    return isinstance(error, Interrupted | Terminated) or handler is signal.default_int_handler
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a supervised process ended.
+
+    Attributes:
+        code: Exit code to end with.
+        text: What is to be said about it; empty for nothing.
+    """
+
+    code: int
+    text: str = ""
+
+
+def supervise() -> Ended | None:
+    """Go on in a child process; in this one, wait for its end and return it.
+
+    The child gets each SIGINT and SIGTERM that this process gets, once, and dies with it.
+
+    Returns:
+        None in the child.
+    """
+    global _worker  # noqa: PLW0603 - there is one process
+    memory, parent = mmap.mmap(-1, NOTES_BYTES), os.getpid()
+    # Where somebody ignores the end of children, the system would not keep how they ended.
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {*_ASKING, signal.SIGCHLD})
+    pid = os.fork()
+    if pid != 0:
+        return _ended(_wait(pid, memory), memory)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:
+        os._exit(_INCOMPLETE)
+    note_in(memory)
+    _worker = os.getpid()
+    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    return None
+
+
+def note_end(code: int) -> None:
+    """Note the exit code of a supervised process that has seen its explicit end."""
+    if _worker and os.getpid() != _worker:
+        _leave_fork("a plug-in")
+    _notes[_CODE] = code & 0xFF
+    _notes[_END] = 1
+
+
+def note_signal(number: int) -> None:
+    """Note that this process has heard SIGINT or SIGTERM, so that it is not passed on again."""
+    place = _HEARD + _ASKING.index(signal.Signals(number))
+    _notes[place] = (_notes[place] + 1) & 0xFF
+
+
+def _wait(pid: int, memory: mmap.mmap) -> int:
+    """Wait for the end of the child and return its status; pass on what it has not heard itself."""
+    known = [0, 0]
+    while True:
+        number = signal.sigwait({*_ASKING, signal.SIGCHLD})
+        if number == signal.SIGCHLD:
+            ended, status = os.waitpid(pid, os.WNOHANG)
+            if ended:
+                return status
+            continue
+        # A terminal sends Ctrl-C to the child, too. One that has it but has not looked at it yet
+        # does not get it twice: the system keeps one of each.
+        time.sleep(_SETTLE_S)
+        place = _ASKING.index(signal.Signals(number))
+        heard = memory[_HEARD + place]
+        if heard == known[place]:
+            os.kill(pid, number)
+            heard = (heard + 1) & 0xFF
+        known[place] = heard
+
+
+def _ended(status: int, memory: mmap.mmap) -> Ended:
+    code = os.waitstatus_to_exitcode(status)
+    if memory[_END]:
+        told_code = memory[_CODE]
+        # What goes wrong after a good end, such as the last flush, is not good.
+        return Ended(told_code or (code if code >= 0 else _INCOMPLETE))
+    if -code in _ASKING:
+        return Ended(128 - code)
+    how = f"code {code}" if code >= 0 else f"signal {-code} ({signal.strsignal(-code)})"
+    return Ended(
+        _INCOMPLETE,
+        f"The process ended with {how} {at_work(memory) or 'by itself'}, before adeye ended it: "
+        "what it was asked for is incomplete. A plug-in returns or raises; it never ends the "
+        "process.",
+    )

@@ -1,0 +1,314 @@
+"""A plug-in may end the process that it is in, but never with an exit code of its choice."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.errors import Interrupted, PluginError, SpecError, Terminated, UsageError
+from adeye.selftest.bench import Bench, Edit
+from adeye.selftest.project import BARE, DRIVING
+from adeye.supervision import guest, is_asked
+from tests.processes import wait_for_the_end
+from tests.project import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+PROGRAM = """
+import atexit, ctypes, os, signal, sys, threading, time
+from adeye.cli.interruption import raising_on_sigterm
+from adeye.supervision import guest, note_end, supervise
+
+ended = supervise()
+if ended is not None:
+    print(ended.text)
+    sys.exit(ended.code)
+with guest("./part.py:Part"):
+    {act}
+note_end({code})
+{after}
+sys.exit({code})
+"""
+LEAVING = {
+    "os._exit": "os._exit(0)",
+    "exit of a library": "ctypes.CDLL(None).exit(0)",
+    "after closing": "os.closerange(3, 256); os._exit(0)",
+    "after output": "print('all good', flush=True); os._exit(0)",
+    "another program": "os.execv('/bin/true', ['true'])",
+    "killed": "os.kill(os.getpid(), signal.SIGKILL)",
+    "with another code": "os._exit(7)",
+    "in a thread": "threading.Thread(target=os._exit, args=(0,)).start(); time.sleep(60)",
+    "SystemExit": "sys.exit(0)",
+}
+
+
+def started(program: str, *arguments: str, folder: Path | None = None) -> subprocess.Popen[str]:
+    """Start Python in a session of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", program, *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def ended(act: str, code: int = 0, after: str = "") -> tuple[int, str, str]:
+    """Let a supervised process do something; return its exit code and what it said."""
+    process = started(PROGRAM.format(act=act, code=code, after=after))
+    out, err = process.communicate(timeout=60)
+    assert wait_for_the_end(process.pid) == []
+    return process.returncode, out, err
+
+
+@pytest.mark.parametrize("act", LEAVING.values(), ids=LEAVING)
+def test_process_that_did_not_see_its_end_is_incomplete(act: str) -> None:
+    code, out, _ = ended(act)
+    assert (code, "./part.py:Part" in out) == (3, True), out
+
+
+@pytest.mark.parametrize(
+    ("told", "after", "code"),
+    [
+        (0, "", 0),
+        (1, "", 1),
+        (1, "os._exit(0)", 1),
+        (1, "atexit.register(os._exit, 0)", 1),
+        (0, "os._exit(7)", 7),
+        (0, "os.kill(os.getpid(), signal.SIGKILL)", 3),
+        (141, "", 141),
+    ],
+)
+def test_exit_code_is_the_one_of_the_explicit_end(told: int, after: str, code: int) -> None:
+    assert ended("pass", told, after)[0] == code
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_signal_that_nobody_took_is_an_interruption(name: str, code: int) -> None:
+    act = f"signal.signal(signal.{name}, signal.SIG_DFL); os.kill(os.getpid(), signal.{name})"
+    assert ended(act)[0] == code
+
+
+def test_fork_that_comes_back_is_ended_and_the_run_goes_on_once() -> None:
+    code, out, err = ended("os.fork()", after="print('went on', flush=True)")
+    assert (code, out.count("went on")) == (0, 1)
+    assert "./part.py:Part had forked came back" in err
+
+
+HEARING = """
+import signal, sys
+from adeye.supervision import note_end, note_signal, supervise
+
+heard = []
+
+
+def hear(number, _):
+    note_signal(number)
+    heard.append(number)
+    print("heard", flush=True)
+    if number == signal.SIGTERM:
+        note_end(len(heard))
+        sys.exit(9)
+
+
+ended = supervise()
+if ended is not None:
+    sys.exit(ended.code)
+signal.signal(signal.SIGINT, hear)
+signal.signal(signal.SIGTERM, hear)
+print("ready", flush=True)
+while True:
+    signal.pause()
+"""
+
+
+def test_each_signal_is_heard_once_whoever_it_was_sent_to() -> None:
+    with started(HEARING) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        process.stdout.readline()
+        os.killpg(process.pid, signal.SIGINT)
+        process.stdout.readline()
+        process.send_signal(signal.SIGTERM)
+    assert process.returncode == 3
+
+
+def test_killed_parent_leaves_no_child() -> None:
+    with started(HEARING) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.kill()
+    assert wait_for_the_end(process.pid) == []
+
+
+def in_a_thread(question: Callable[[], bool]) -> bool:
+    """Ask in another thread than the main one."""
+    answers: list[bool] = []
+    thread = threading.Thread(target=lambda: answers.append(question()))
+    thread.start()
+    thread.join()
+    return answers[0]
+
+
+def test_only_who_may_have_heard_a_signal_may_have_been_asked_to_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(signal, "getsignal", lambda _: signal.default_int_handler)
+    assert is_asked(KeyboardInterrupt())
+    assert not is_asked(GeneratorExit())
+    assert not in_a_thread(lambda: is_asked(KeyboardInterrupt()))
+    monkeypatch.setattr(signal, "getsignal", lambda _: signal.SIG_IGN)
+    assert not is_asked(KeyboardInterrupt())
+    monkeypatch.setattr(signal, "getsignal", lambda _: print)
+    assert not is_asked(KeyboardInterrupt())
+    assert is_asked(Interrupted())
+    assert is_asked(Terminated())
+
+
+@pytest.mark.parametrize("error", [SystemExit(0), GeneratorExit(), ValueError("no")])
+def test_what_a_guest_raises_where_nothing_contains_it_names_it(error: BaseException) -> None:
+    with (
+        pytest.raises(PluginError, match=r"the sensor \./s\.py:S raised"),
+        guest("./s.py:S", "sensor"),
+    ):
+        raise error
+
+
+def test_errors_of_adeye_pass_through_a_guest() -> None:
+    with pytest.raises(UsageError), guest("./s.py:S", "sensor"):
+        raise UsageError("its column is taken")
+
+
+PART = """
+import os, sys, typer
+from adeye.channels.scalar import ScalarCommand
+from adeye.ports import Parameters
+from parts import Car, Front, Whole
+
+{at_import}
+
+
+class Channel(Car):
+    def act(self, observation):
+        {in_channel}
+        return super().act(observation)
+
+
+class Sensor(Front):
+    def sense(self, scene):
+        {in_sensor}
+        return super().sense(scene)
+
+
+class Metric(Whole):
+    def series(self, trace):
+        {in_metric}
+        return super().series(trace)
+
+
+class Executor:
+    def __init__(self, context):
+        self.work = context.work
+
+    def run(self, tasks):
+        from adeye.ports import Done
+
+        for task in tasks:
+            {in_executor}
+            yield Done(task, self.work(task))
+
+    def close(self):
+        pass
+"""
+PLACES = ("at_import", "in_channel", "in_sensor", "in_metric", "in_executor")
+
+
+def ran(folder: Path, place: str, act: str, *options: str) -> tuple[int, str]:
+    """Run the bench with a part that leaves, as a shell does."""
+    kinds = {"in_channel": Edit(BARE, "./parts.py:Car", "./part.py:Channel")}
+    kinds["in_sensor"] = Edit(
+        BARE,
+        "kind: radar\n    mount: {x: 2.3 m, y: 0 m, z: 0.5 m}\n    field_of_view: 120 deg\n"
+        "    range: 150 m\n",
+        "kind: ./part.py:Sensor\n    mount: {x: 2.3 m, y: 0 m, z: 0.5 m}\n",
+    )
+    metric = Edit(DRIVING, "plugins: []", "plugins: [./part.py:Metric]")
+    bench = Bench(folder).settle([kinds.get(place, metric)])
+    text = PART.format(**{**dict.fromkeys(PLACES, "pass"), place: act})
+    for part in ("odd/part.py", "odd/architectures/part.py"):
+        (bench / part).write_text(f"import sys; sys.path.insert(0, {str(bench / 'odd')!r})\n{text}")
+    executor = ["--executor", "./odd/part.py:Executor"] * (place == "in_executor")
+    program = "import sys; from adeye.cli import main; sys.exit(main())"
+    options = (*options, "--junit", "junit.xml", "--db", "x.db", "--quiet", *executor)
+    process = started(program, "run", DRIVING, *options, folder=bench)
+    out, err = process.communicate(timeout=300)
+    assert wait_for_the_end(process.pid) == []
+    assert (process.returncode != 0) or (bench / "junit.xml").exists()
+    return process.returncode, out + err
+
+
+@pytest.mark.parametrize(
+    ("place", "act", "options"),
+    [
+        ("at_import", "os._exit(0)", ()),
+        ("in_metric", "os._exit(0)", ("--workers", "1")),
+        pytest.param("in_metric", "os._exit(0)", ("--workers", "2"), marks=pytest.mark.slow),
+        pytest.param("in_channel", "os._exit(0)", ("--threads", "2"), marks=pytest.mark.slow),
+        pytest.param("in_channel", "os._exit(0)", (), marks=pytest.mark.slow),
+        pytest.param("in_sensor", "os._exit(0)", ("--threads", "1"), marks=pytest.mark.slow),
+        pytest.param("in_sensor", "raise typer.Exit(0)", (), marks=pytest.mark.slow),
+        pytest.param("in_executor", "os._exit(0)", (), marks=pytest.mark.slow),
+        pytest.param("in_executor", "sys.exit(0)", (), marks=pytest.mark.slow),
+        pytest.param("in_executor", "raise typer.Exit(0)", (), marks=pytest.mark.slow),
+    ],
+)
+def test_plugin_that_leaves_is_never_good_and_is_named(
+    tmp_path: Path, place: str, act: str, options: tuple[str, ...]
+) -> None:
+    code, said = ran(tmp_path, place, act, *options)
+    assert code == 3, said
+    assert "part.py:" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [("--workers", "1"), ("--workers", "2")])
+def test_interruption_that_a_plugin_raises_is_as_any_other_exception(
+    tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    code, said = ran(tmp_path, "in_sensor", "raise KeyboardInterrupt", *options)
+    assert (code, "Traceback" in said) == (3, False), said
+    assert "the sensor ./part.py:Sensor raised KeyboardInterrupt" in said
+
+
+@pytest.mark.parametrize("error", ["GeneratorExit", "SystemExit(0)", "asyncio.CancelledError"])
+def test_whatever_an_import_raises_is_an_error_of_the_plugin(tmp_path: Path, error: str) -> None:
+    from adeye.registry import load_part
+
+    (tmp_path / "part.py").write_text(f"import asyncio\nraise {error}\n")
+    with pytest.raises(SpecError, match=r"part\.py:2:1") as raised:
+        load_part("./part.py:Part", tmp_path)
+    assert not isinstance(raised.value.__cause__, Exception)
+
+
+def test_program_that_is_left_by_a_stray_exit_is_not_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    from adeye.cli import entry
+
+    def leave(*_: Any) -> None:
+        raise SystemExit(0)
+
+    monkeypatch.setattr(entry, "_run", leave)
+    with guest("./part.py:Part"):
+        pass
+    assert entry.main(["plan"]) == 3
