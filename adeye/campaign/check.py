@@ -16,11 +16,11 @@ from adeye.spec.clock import ticks
 from adeye.spec.expression import to_program
 from adeye.spec.faults.sensing import SensorFault
 from adeye.spec.faults.switch import Late
+from adeye.spec.plausible import implausible
 from adeye.spec.quantity import require_dimension
 from adeye.sweep.case import content_digest
 from adeye.units import Dimension
-from adeye.world.check import check_scenario
-from adeye.world.compile import compile_world
+from adeye.world.check import check_scenario, check_worlds
 from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
@@ -153,7 +153,9 @@ def check_cases(expansion: Expansion) -> None:
         is_varied = shared.architecture is not loaded.spec
         if is_varied and _is_new(content_digest(shared.architecture), seen):
             _check_parts(loaded, shared, where)
-        if _is_new((content_digest(shared.architecture), faults), seen):
+        run = shared.scenario.horizon + shared.scenario.tail
+        if _is_new((content_digest(shared.architecture), faults, run), seen):
+            _check_plausible(files, section, shared, run)
             for fault in shared.faults:
                 _check_delay(fault, shared.step, where, "with the swept values, ")
                 for _, text in _misfits(fault, shared.architecture):
@@ -228,7 +230,7 @@ def _check_delay(fault: Fault, step: float, where: SourceLocation, said: str = "
 def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:
     where = section.group.where
     if shared.scenario is not files.scenarios[shared.scenario_id].spec:
-        for loc, message in check_scenario(shared.scenario):
+        for loc, message in check_scenario(shared.scenario, files.odd.spec.beyond_plausible):
             path = tuple(map(str, loc))
             place = author(files, section.group, shared.scenario, path)
             raise SpecError(
@@ -256,12 +258,35 @@ def _check_parts(loaded: Loaded[Any], shared: Shared, where: SourceLocation) -> 
         ) from error
 
 
+def _check_plausible(files: OddFiles, section: Section, shared: Shared, run: float) -> None:
+    """Check the values that a sweep wrote, and that nothing takes longer than a run."""
+    loaded, odd = section.group.architecture, files.odd
+    limits = {**shared.architecture.own_limits(), "delay": (0.0, run), "rate": (1.0 / run, 1e4)}
+    lifted = {*odd.spec.beyond_plausible, *shared.architecture.beyond_plausible}
+    found = [
+        (item, loaded.locate(item.loc) if shared.architecture is loaded.spec else section.group.where)
+        for item in implausible(shared.architecture, lifted, limits)
+    ]
+    for number, fault in zip(section.group.faults, shared.faults, strict=True):
+        is_own = fault is odd.spec.faults[number]
+        found += [
+            (item, odd.locate(("faults", number, *item.loc[2:])) if is_own else section.group.where)
+            for item in implausible(
+                fault, odd.spec.beyond_plausible, limits, loc=("faults", number)
+            )
+        ]
+    for item, where in found:
+        raise SpecError(
+            f"{item.text} in a run of {shared.scenario_id}", where=where, remedy=item.remedy
+        )
+
+
 def _check_worlds(expansion: Expansion, section: Section) -> None:
     """Compute the initial worlds; a message begins with the dotted path of its formula."""
     size = BATCH * section.replicates
     for columns in expansion.columns(section.first, section.end, size):
         try:
-            compile_world(columns.worlds())
+            check_worlds(columns.worlds(), expansion.files.odd.spec.beyond_plausible)
         except InputError as error:
             if error.where is not None:
                 raise

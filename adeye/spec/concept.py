@@ -29,6 +29,7 @@ from adeye.spec.decomposition import Decomposition, DependentFailure, reference_
 from adeye.spec.elements import Element as Element
 from adeye.spec.elements import unprovided
 from adeye.spec.misplaced import Loc, misplaced, repeated
+from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     IDENTIFIER,
     ById,
@@ -295,10 +296,14 @@ class Waiver(Record):
     expires: Annotated[date, Strict(strict=False)]
 
 
-class Concept(GrownRecord):
+class Concept(FileRecord):
     """One file of ``odd/concepts``."""
 
-    later: ClassVar[tuple[str, ...]] = ("decompositions", "dependent_failures")
+    later: ClassVar[tuple[str, ...]] = (
+        "beyond_plausible",
+        "decompositions",
+        "dependent_failures",
+    )
 
     concept: Identifier
     title: Text

@@ -8,13 +8,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
-from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.errors import InputErrors, SourceLocation, SpecError, suggest
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Concept
 from adeye.spec.decomposition import asil_problems
 from adeye.spec.document import Document, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
+from adeye.spec.plausible import FileRecord, implausible
 from adeye.spec.quantity import Record
 from adeye.spec.reference import ReferenceName, read_name, reference_content
 from adeye.spec.scenario import LogicalScenario
@@ -180,12 +181,23 @@ def shipped(folder: str) -> Path:
 def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
     documents = _with_bases(path, is_scenario=model is LogicalScenario)
     content = documents[-1].value
-    if len(documents) == 1:
-        return Loaded(validate(documents[0], model), content, path, documents)
     for document in reversed(documents[:-1]):
         content = merge(content, document.value)
-    merged = _Merged(content, documents)
-    return Loaded(validate(merged, model), content, path, documents)
+    merged = documents[0] if len(documents) == 1 else _Merged(content, documents)
+    loaded = Loaded(validate(merged, model), content, path, documents)
+    if isinstance(loaded.spec, FileRecord) and model is not LogicalScenario:
+        _check_plausible(loaded, loaded.spec)
+    return loaded
+
+
+def _check_plausible(loaded: Loaded[Any], spec: FileRecord) -> None:
+    """Refuse nonsense; the formulas of a scenario are looked at where they are checked."""
+    found = [
+        SpecError(text, where=loaded.locate(loc), remedy=remedy)
+        for loc, text, remedy in implausible(spec, spec.beyond_plausible, spec.own_limits())
+    ]
+    if found:
+        raise found[0] if len(found) == 1 else InputErrors(found)
 
 
 @dataclass(frozen=True)

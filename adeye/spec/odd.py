@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
@@ -12,6 +12,7 @@ from adeye.spec.bins import CoverageBins
 from adeye.spec.distribution import Distribution
 from adeye.spec.fault import AnyFault
 from adeye.spec.misplaced import Loc, misplaced, repeated
+from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     Angle,
     Condition,
@@ -222,8 +223,10 @@ class Uncertainty(Record):
     """
 
 
-class Odd(Record):
+class Odd(FileRecord):
     """One file of ``odd/``."""
+
+    later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "coverage")
 
     odd: Identifier
     title: str = ""
@@ -248,14 +251,6 @@ class Odd(Record):
     """Metrics from outside the package, by entry point; files are relative to this one."""
     coverage: CoverageBins | None = None
     """Bins of attributes for ``adeye coverage``; they change no test case."""
-
-    @model_serializer(mode="wrap")
-    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what came later where it is not used, for it is no part of the identity."""
-        content: dict[str, Any] = write(self)
-        if self.coverage is None:
-            del content["coverage"]
-        return content
 
     @model_validator(mode="after")
     def _names_resolve(self) -> Self:

@@ -106,9 +106,17 @@ def quantity_reader(dimension: Dimension) -> Callable[[Any, ValidationInfo], flo
     return read
 
 
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """Says in the type of a quantity what it measures."""
+
+    dimension: Dimension
+
+
 def _quantity(dimension: Dimension, example: str) -> Any:
     schema = {"type": ["string", "number"], "examples": [example]}
-    return Annotated[float, BeforeValidator(quantity_reader(dimension)), WithJsonSchema(schema)]
+    reader = BeforeValidator(quantity_reader(dimension))
+    return Annotated[float, reader, WithJsonSchema(schema), Measures(dimension)]
 
 
 Length = _quantity(Dimension.LENGTH, "15 m")
