@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from datetime import date
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -16,7 +15,6 @@ from pydantic import (
     Field,
     ModelWrapValidatorHandler,
     PrivateAttr,
-    Strict,
     WithJsonSchema,
     model_validator,
 )
@@ -33,6 +31,7 @@ from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     IDENTIFIER,
     ById,
+    Date,
     Duration,
     GrownRecord,
     Identifier,
@@ -284,7 +283,7 @@ class Assumption(Record):
     id: Reference
     text: Text
     owner: Text
-    valid_until: Annotated[date, Strict(strict=False)]
+    valid_until: Date
 
 
 class Waiver(Record):
@@ -293,7 +292,7 @@ class Waiver(Record):
     requirement: Reference
     reason: Text
     author: Text
-    expires: Annotated[date, Strict(strict=False)]
+    expires: Date
 
 
 class Concept(FileRecord):

@@ -106,6 +106,7 @@ def load_odd(path: str | Path) -> OddFiles:
     loaded_odd = OddFiles(odd, scenarios, architectures, _load(concept_path, Concept))
     _check_gate(loaded_odd)
     _check_asil(loaded_odd.concept)
+    _check_realised(loaded_odd)
     return loaded_odd
 
 
@@ -357,6 +358,24 @@ def _check_gate(files: OddFiles) -> None:
                 where=files.odd.locate(("gate", "architectures", number)),
                 remedy=suggest(name, sorted(files.architectures)),
             )
+
+
+def _check_realised(files: OddFiles) -> None:
+    """Refuse what realises an element that the concept does not have."""
+    elements = [element.id for element in files.concept.spec.elements]
+    for item in files.architectures.values():
+        spec = item.spec
+        parts: list[tuple[Loc, str | None]] = [(("switch",), spec.switch.realises)]
+        parts += [(("sensors", name), part.realises) for name, part in spec.sensors.items()]
+        parts += [(("channels", name), part.realises) for name, part in spec.channels.items()]
+        for loc, element in parts:
+            if element is not None and element not in elements:
+                raise SpecError(
+                    f"{'.'.join(map(str, loc))} realises {element!r}, which is no element of "
+                    f"concept {files.concept.spec.concept}",
+                    where=item.locate((*loc, "realises")),
+                    remedy=suggest(element, elements),
+                )
 
 
 def _check_asil(concept: Loaded[Concept]) -> None:

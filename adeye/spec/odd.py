@@ -263,6 +263,8 @@ class Odd(FileRecord):
         found += [
             (("faults", at, "id"), f"fault {faults[at]!r} occurs twice") for at in repeated(faults)
         ]
+        for at in repeated(self.plugins):
+            found.append((("plugins", at), f"{self.plugins[at]!r} is listed twice. Remove one"))
         for at, name in enumerate(faults):
             if name == "none":
                 text = "'none' is the fault-free entry and cannot name a fault"

@@ -350,5 +350,13 @@ class LogicalScenario(FileRecord):
         """
         return self.model_dump(
             mode="json",
-            exclude={"beyond_plausible", "title", "text", "tags", "provenance", "parameters", "constraints"},
+            exclude={
+                "beyond_plausible",
+                "title",
+                "text",
+                "tags",
+                "provenance",
+                "parameters",
+                "constraints",
+            },
         )

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from adeye.errors import ExpressionError, InputError, SpecError, suggest
 from adeye.spec.expression import Expression, to_program
 from adeye.spec.plausible import implausible, quantities
 from adeye.spec.quantity import require_dimension
-from adeye.units import Dimension
 from adeye.world.compile import compile_world
 from adeye.world.formulas import Formulas, Situation
 from adeye.world.places import EGO, gap_circle
 from adeye.world.triggers import parameter_dimension, trigger_variables
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
     from adeye.spec.scenario import LogicalScenario
+    from adeye.units import Dimension
 
 Loc = tuple[str | int, ...]
 Finding = tuple[Loc, str]
