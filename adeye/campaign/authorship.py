@@ -1,4 +1,4 @@
-"""Who wrote a value of a scenario that an ODD varies: the place in the ODD, if the ODD did."""
+"""Who wrote a value of a file that an ODD varies: the place in the ODD, if the ODD did."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ if TYPE_CHECKING:
 
     from adeye.errors import SourceLocation
     from adeye.spec.load import OddFiles
-    from adeye.spec.scenario import LogicalScenario
+    from adeye.spec.quantity import Record
+    from adeye.sweep.axes import Kind
     from adeye.sweep.groups import Group
 
 Path = tuple[str, ...]
 
 
 def author(
-    files: OddFiles, group: Group, scenario: LogicalScenario, path: Path
+    files: OddFiles, group: Group, record: Record, path: Path, kind: Kind = "scenario"
 ) -> SourceLocation | None:
-    """Find the axis or fixed value of an ODD behind a value of a scenario.
+    """Find the axis or fixed value of an ODD behind a value of a scenario or another file.
 
     It is the one that wrote the value or a part above it; else one whose parameter the formula
     there uses; else one that wrote into the same section, because what is wrong may be wrong
@@ -31,14 +32,15 @@ def author(
     Args:
         files: The ODD and everything it names.
         group: Whose points are looked at.
-        scenario: With what the ODD writes into it.
-        path: Dotted path of the value below the scenario.
+        record: With what the ODD writes into it.
+        path: Dotted path of the value below the record, as the sweep writes it.
+        kind: Of the record.
 
     Returns:
         None if the ODD has no part in it.
     """
-    written = [*_written(files, group)]
-    formula = _at(scenario, path)
+    written = [*_written(files, group, kind)]
+    formula = _at(record, path)
     names = formula.names if isinstance(formula, Expression) else frozenset()
     wrote = [where for _, own, where in written if own and path[: len(own)] == own]
     used = [where for name, own, where in written if not own and name in names]
@@ -46,17 +48,17 @@ def author(
     return next((found[-1] for found in (wrote, used, beside) if found), None)
 
 
-def _written(files: OddFiles, group: Group) -> Iterator[tuple[str, Path, SourceLocation]]:
-    """List name, path (empty for a parameter) and place of what the ODD gives a scenario."""
+def _written(files: OddFiles, group: Group, of: Kind) -> Iterator[tuple[str, Path, SourceLocation]]:
+    """List name, path (empty for a parameter) and place of what the ODD gives a record."""
     reader = AxisReader(files, group.use.name, group.scenario)
     number = files.odd.spec.scenarios.index(group.use)
     for name in group.use.parameters:
         where = files.odd.locate(("scenarios", number, "parameters", name))
         kind, path = reader.resolve(name, where)
-        if kind in {"parameter", "scenario"}:
+        if kind in {"parameter", of}:
             yield name, path, where
     for axis in group.axes:
-        if axis.kind in {"parameter", "scenario"}:
+        if axis.kind in {"parameter", of}:
             yield axis.name, axis.path, axis.where
 
 

@@ -16,11 +16,14 @@ from adeye.spec.clock import ticks
 from adeye.spec.expression import to_program
 from adeye.spec.faults.sensing import SensorFault
 from adeye.spec.faults.switch import Late
+from adeye.spec.load import load_architecture, shipped
+from adeye.spec.plausible import BOUNDS, implausible
 from adeye.spec.quantity import require_dimension
+from adeye.sweep.axes import default_values
 from adeye.sweep.case import content_digest
-from adeye.units import Dimension
-from adeye.world.check import check_scenario
-from adeye.world.compile import compile_world
+from adeye.sweep.columns import World
+from adeye.units import Dimension, parse_quantity
+from adeye.world.check import check_scenario, check_worlds
 from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
@@ -32,12 +35,15 @@ if TYPE_CHECKING:
     from adeye.spec.load import Loaded, OddFiles
     from adeye.spec.misplaced import Loc
     from adeye.spec.odd import ScenarioUse
+    from adeye.spec.plausible import Implausible
     from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.expand import Expansion
     from adeye.sweep.sections import Section
     from adeye.sweep.shared import Shared
+    from adeye.world.check import Finding
 
 BATCH = 1_024
+FASTEST = parse_quantity(BOUNDS["rate"][1], Dimension.FREQUENCY)
 
 
 def check_scenarios(files: OddFiles) -> None:
@@ -49,6 +55,24 @@ def check_scenarios(files: OddFiles) -> None:
     for item in files.scenarios.values():
         for loc, message in check_scenario(item.spec):
             raise SpecError(message, where=item.locate(loc))
+
+
+def check_defaults(scenario: LogicalScenario) -> list[Finding]:
+    """Compute the world of a scenario at its defaults, around the vehicle of a reference driver.
+
+    Args:
+        scenario: One whose formulas and references are checked.
+
+    Returns:
+        Place and message of the first value that is not possible or not plausible; empty for none.
+    """
+    usual = load_architecture(shipped("odd") / "architectures" / "reference_cc.yaml").spec
+    try:
+        check_worlds([World(scenario, default_values(scenario), usual, 1.0, 0)])
+    except InputError as error:
+        place = tuple(error.message.split(":")[0].split("."))
+        return [(place, f"with the default values, {error.message}. {error.remedy}".rstrip())]
+    return []
 
 
 def check_onsets(files: OddFiles) -> None:
@@ -153,7 +177,9 @@ def check_cases(expansion: Expansion) -> None:
         is_varied = shared.architecture is not loaded.spec
         if is_varied and _is_new(content_digest(shared.architecture), seen):
             _check_parts(loaded, shared, where)
-        if _is_new((content_digest(shared.architecture), faults), seen):
+        run = shared.scenario.horizon + shared.scenario.tail
+        if _is_new((content_digest(shared.architecture), faults, run), seen):
+            _check_plausible(files, section, shared, run)
             for fault in shared.faults:
                 _check_delay(fault, shared.step, where, "with the swept values, ")
                 for _, text in _misfits(fault, shared.architecture):
@@ -228,12 +254,11 @@ def _check_delay(fault: Fault, step: float, where: SourceLocation, said: str = "
 def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:
     where = section.group.where
     if shared.scenario is not files.scenarios[shared.scenario_id].spec:
-        for loc, message in check_scenario(shared.scenario):
+        for loc, message in check_scenario(shared.scenario, files.odd.spec.beyond_plausible):
             path = tuple(map(str, loc))
             place = author(files, section.group, shared.scenario, path)
-            raise SpecError(
-                f"with the swept values, {'.'.join(path)}: {message}", where=place or where
-            )
+            said = f"{'.'.join(path)}: {message.removeprefix('.'.join(path) + ': ')}"
+            raise SpecError(f"with the swept values, {said}", where=place or where)
     planned = {fault.id: fault for fault in files.odd.spec.faults}
     for fault in shared.faults:
         if fault is not planned[fault.id]:
@@ -256,12 +281,37 @@ def _check_parts(loaded: Loaded[Any], shared: Shared, where: SourceLocation) -> 
         ) from error
 
 
+def _check_plausible(files: OddFiles, section: Section, shared: Shared, run: float) -> None:
+    """Check the values that a sweep wrote, and that nothing takes longer than a run."""
+    group, odd, architecture = section.group, files.odd, shared.architecture
+    limits = {**architecture.own_limits(), "delay": (0.0, run), "rate": (1.0 / run, FASTEST)}
+    lifted = odd.spec.beyond_plausible
+    of_file = {*lifted, *architecture.beyond_plausible}
+    found: list[tuple[Implausible, SourceLocation]] = []
+    for item in implausible(architecture, of_file, limits):
+        where = group.architecture.locate(item.loc)
+        if architecture is not group.architecture.spec:
+            path = tuple(map(str, item.loc))
+            where = author(files, group, architecture, path, "architecture") or where
+        found.append((item, where))
+    for number, fault in zip(group.faults, shared.faults, strict=True):
+        for item in implausible(fault, lifted, limits, loc=("faults", number)):
+            where = odd.locate(item.loc)
+            if fault is not odd.spec.faults[number]:
+                path = (fault.id, *map(str, item.loc[2:]))
+                where = author(files, group, fault, path, "faults") or where
+            found.append((item, where))
+    for item, where in found:
+        said = f"{item.text}, where a run of {shared.scenario_id} takes {run:g} s"
+        raise SpecError(said, where=where, remedy=item.remedy)
+
+
 def _check_worlds(expansion: Expansion, section: Section) -> None:
     """Compute the initial worlds; a message begins with the dotted path of its formula."""
     size = BATCH * section.replicates
     for columns in expansion.columns(section.first, section.end, size):
         try:
-            compile_world(columns.worlds())
+            check_worlds(columns.worlds(), expansion.files.odd.spec.beyond_plausible)
         except InputError as error:
             if error.where is not None:
                 raise

@@ -9,7 +9,7 @@ import numpy as np
 
 from adeye.campaign.recalling import Counter, together
 from adeye.campaign.reproduce import recall, same_ticks
-from adeye.campaign.work import describe, evaluate
+from adeye.campaign.work import describe
 from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.evaluation.timeline import violation_s
 from adeye.evaluation.uncertainty import verdict_with
@@ -170,7 +170,7 @@ def _fork_together(
     for run, (recalled, override) in enumerate(wanted):
         require_as_recorded(recalled, trace, run)
         _require_same_prefix(recalled, trace, (run, count + run), override.from_tick)
-    evaluation = evaluate(trace, [*cases, *forks], first.requirements, first.faults)
+    evaluation = first.evaluate(trace, [*cases, *forks])
     engines = [_engine(recalled) for recalled, _ in wanted]
     block = describe(trace, evaluation, [*engines, *engines]).take(np.arange(count, 2 * count))
     records = [

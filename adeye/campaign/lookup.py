@@ -50,7 +50,8 @@ def is_campaign_name(text: str) -> bool:
     >>> is_campaign_name("3"), is_campaign_name("3f2a91"), is_campaign_name("camera_radar")
     (True, True, False)
     """
-    return text.isdecimal() or (len(text) >= 4 and set(text) <= set("0123456789abcdef"))
+    is_number = text.isascii() and text.isdecimal()
+    return is_number or (len(text) >= 4 and set(text) <= set("0123456789abcdef"))
 
 
 def campaign_called(repository: Repository, name: str) -> CampaignInfo | None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from adeye.errors import UsageError
 from adeye.evaluation.metrics import METRICS, register_metric
 from adeye.registry import Part, load_part, require
+from adeye.store.plugin_metrics import is_free
 from adeye.supervision import guest
 
 if TYPE_CHECKING:
@@ -35,7 +37,7 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
 
     Raises:
         SpecError: There is no such class, or it is no metric.
-        UsageError: It lacks an attribute, or its column is taken.
+        UsageError: It lacks an attribute, has one that is not allowed, or its column is taken.
     """
     parts = tuple(load_part(name, folder) for name in names)
     wanted = {(part.name, part.source_digest) for part in parts}
@@ -52,6 +54,12 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
             register_metric(part.obj)
         for column in set(METRICS) - before:
             found = METRICS[column]
+            if not is_free(column):
+                del METRICS[column]
+                raise UsageError(
+                    f"metric {found.uid}: column {column!r} is a word of SQL or of the database",
+                    remedy="Give it a name of its own with its unit, such as top_speed_mps.",
+                )
             uid = f"{found.uid}#{part.source_digest[:12]}"
             measure = _visiting(part.name, found.measure)
             METRICS[column] = replace(found, uid=uid, measure=measure, plugin=part.name)

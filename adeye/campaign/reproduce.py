@@ -5,9 +5,12 @@ from __future__ import annotations
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from itertools import takewhile
+from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from adeye.campaign.content import recreate
+from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.work import evaluate, signals_of
 from adeye.channels.process.witness import Witness
 from adeye.engine import identity
@@ -26,7 +29,6 @@ from adeye.units import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
-    from pathlib import Path
 
     from adeye.evaluation.judge import Evaluation
     from adeye.evaluation.source import TraceSignals
@@ -110,6 +112,8 @@ class Recalled:
         requirements: FSRs of its campaign.
         faults: Fault ids of its ODD.
         uncertainty: Numeric uncertainty that it was judged with, by FSR.
+        metrics: Metrics from outside the package that its ODD lists.
+        odd_folder: Folder of the ODD's file, where these are looked for.
     """
 
     run: RunRef
@@ -121,6 +125,22 @@ class Recalled:
     requirements: tuple[Requirement, ...]
     faults: tuple[str, ...]
     uncertainty: Mapping[str, NumericUncertainty]
+    metrics: tuple[str, ...]
+    odd_folder: Path
+
+    def evaluate(
+        self,
+        trace: Trace,
+        cases: Sequence[TestCase],
+        uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
+    ) -> Evaluation:
+        """Measure and judge executions of its structure as its campaign does.
+
+        Raises:
+            InputError: A metric of the ODD is not there any more.
+        """
+        use_plugin_metrics(self.metrics, self.odd_folder)
+        return evaluate(trace, cases, self.requirements, self.faults, uncertainty)
 
     def execute(
         self, cases: Sequence[TestCase], *, drawn: bool = False, witness: Witness | None = None
@@ -174,6 +194,8 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         requirements=() if run.is_drive else concept.requirements,
         faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
         uncertainty=repository.hindsight.half_steps.judged_with(run, stored),
+        metrics=tuple(odd["odd"].get("plugins", ())),
+        odd_folder=Path(str(campaign.provenance.get("odd_path", ""))).parent,
     )
 
 
@@ -221,9 +243,7 @@ def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = N
         case=case,
         trace=trace,
         signals=signals_of(trace, [case], recalled.faults),
-        evaluation=evaluate(
-            trace, [case], recalled.requirements, recalled.faults, recalled.uncertainty
-        ),
+        evaluation=recalled.evaluate(trace, [case], recalled.uncertainty),
     )
 
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from adeye.cli.completion import complete_campaigns
-from adeye.cli.options import Db, Json
+from adeye.cli.options import Db, Json, sizes_of
 from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, listed, short, wrote
 from adeye.cli.writing import named_page
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from adeye.report.comparison import Candidate, Comparison, Difference, Pair
 
@@ -104,7 +104,7 @@ def compare(
             baseline=baseline,
             confidence=confidence,
             objectives=[word for word in map(str.strip, objectives.split(",")) if word],
-            epsilon=_sizes(epsilon or ()),
+            epsilon=sizes_of(epsilon or (), "epsilon", "cost=10"),
         ),
         html=html,
     )
@@ -114,27 +114,6 @@ def compare(
         print_comparison(comparison)
     if html is not None:
         wrote(html)
-
-
-def _sizes(texts: Sequence[str]) -> Mapping[str, float]:
-    from adeye.errors import UsageError
-
-    sizes: dict[str, float] = {}
-    for text in texts:
-        name, _, size = (part.strip() for part in text.partition("="))
-        try:
-            value = float(size)
-        except ValueError as error:
-            raise UsageError(
-                f"--epsilon {text!r} is not NAME=SIZE", remedy="Write cost=10."
-            ) from error
-        if name in sizes:
-            raise UsageError(
-                f"epsilon of {name} is given twice: {sizes[name]:g} and {value:g}",
-                remedy="Give it once.",
-            )
-        sizes[name] = value
-    return sizes
 
 
 def print_comparison(comparison: Comparison) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adeye.cli.completion import complete_campaigns
-from adeye.cli.options import Db, Json, JunitFile
+from adeye.cli.options import Db, Json, JunitFile, sizes_of
 from adeye.cli.output import clean, emit, emit_json, short, wrote
 from adeye.cli.writing import given
 
@@ -96,7 +96,7 @@ def gate(
         raise UsageError("--accept-incomplete is about writing a baseline", remedy="Add --update.")
     options = GateOptions(
         baseline=baseline,
-        tolerances=Tolerances.given(_sizes(tolerance or ())),
+        tolerances=Tolerances.given(sizes_of(tolerance or (), "tolerance", "FSR-02=0.1 or m=0.05")),
         is_update=update,
         accepts_incomplete=accept_incomplete,
         junit=junit,
@@ -111,27 +111,6 @@ def gate(
     if result.is_written and baseline is not None:
         wrote(baseline)
     raise typer.Exit(int(result.exit_code))
-
-
-def _sizes(texts: Sequence[str]) -> dict[str, float]:
-    from adeye.errors import UsageError
-
-    sizes: dict[str, float] = {}
-    for text in texts:
-        name, _, size = (part.strip() for part in text.partition("="))
-        try:
-            value = float(size)
-        except ValueError:
-            value = -1.0
-        if not 0.0 <= value < float("inf") or not name:
-            raise UsageError(
-                f"--tolerance {text!r} is not NAME=SIZE with a size of at least 0",
-                remedy="Write FSR-02=0.1 or m=0.05.",
-            )
-        if name in sizes:
-            raise UsageError(f"tolerance of {name} is given twice", remedy="Give it once.")
-        sizes[name] = value
-    return sizes
 
 
 def print_gate(result: GateResult) -> None:

@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, Final, get_args, get_type_hints
 
 import typer
+from typer.core import TyperCommand
 
 from adeye.cli.apart import results_apart
 from adeye.cli.completion import complete_campaigns, complete_runs
 from adeye.cli.writing import guarding, named, named_page
-from adeye.errors import AdeyeError, InputError, IntegrityError, PlatformError
+from adeye.errors import AdeyeError, InputError, IntegrityError, PlatformError, UsageError
+from adeye.units import shown
+
+_WHOLE: Final = r"[-+]?[0-9]{1,18}"
+_NUMBER: Final = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+MOST: Final = 10**12
+"""Largest size that an option takes. Our choice."""
 
 OddFile = Annotated[
     Path,
@@ -190,6 +198,80 @@ def help_of(verb: Callable[..., None]) -> str:
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
 
 
+class _Verb(TyperCommand):
+    """A verb that takes numbers in plain decimal digits, as documents do.
+
+    What reads them would take digits of any script, underscores and blanks, too.
+
+    Attributes:
+        numbers: Parameters that are numbers, with the form that each has.
+    """
+
+    numbers: ClassVar[Mapping[str, str]] = {}
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        """Look at the text of each number before it is read."""
+        super().__init__(*arguments, **settings)
+        for param in self.params:
+            form = self.numbers.get(param.name or "")
+            if form is not None:
+                setattr(param, "consume_value", _plain(param, form))  # noqa: B010 - of a library
+
+
+def _plain(param: Any, form: str) -> Callable[..., Any]:
+    """Make what takes the text of a parameter from the command line or the environment."""
+    consume = param.consume_value
+
+    def consume_plain(ctx: typer.Context, given: Any) -> Any:
+        value, source = consume(ctx, given)
+        for text in value if isinstance(value, list | tuple) else (value,):
+            if isinstance(text, str) and re.fullmatch(form, text) is None:
+                said = f"{shown(text)} is not a number in plain decimal digits."
+                raise typer.BadParameter(said, ctx=ctx, param=param)
+        return value, source
+
+    return consume_plain
+
+
+def _numbers(verb: Callable[..., None]) -> dict[str, str]:
+    """Name the parameters of a verb that are numbers, with the form that each has."""
+    forms = {int: _WHOLE, float: _NUMBER}
+    return {
+        name: forms[kind]
+        for name, annotation in get_type_hints(verb).items()
+        for kind in {annotation, *get_args(annotation)} & forms.keys()
+    }
+
+
+def sizes_of(texts: Sequence[str], option: str, example: str) -> dict[str, float]:
+    """Read the sizes of an option that is given as often as there are names.
+
+    Args:
+        texts: ``NAME=SIZE`` each.
+        option: For messages.
+        example: Of its value.
+
+    Raises:
+        UsageError: One is not so, negative, more than ``MOST`` or given twice.
+    """
+    sizes: dict[str, float] = {}
+    for text in texts:
+        name, _, size = (part.strip() for part in text.partition("="))
+        value = float(size) if re.fullmatch(_NUMBER, size) else -1.0
+        if not 0.0 <= value <= MOST or not name:
+            raise UsageError(
+                f"--{option} {shown(text)} is not NAME=SIZE with a size from 0 to {MOST:,}",
+                remedy=f"Write {example}.",
+            )
+        if name in sizes:
+            raise UsageError(
+                f"{option} of {name} is given twice: {sizes[name]:g} and {value:g}",
+                remedy="Give it once.",
+            )
+        sizes[name] = value
+    return sizes
+
+
 def add(
     app: typer.Typer, verb: Callable[..., None], *commands: str, name: str = "", panel: str = ""
 ) -> None:
@@ -207,6 +289,7 @@ def add(
         help=help_of(verb),
         epilog=examples(*commands),
         rich_help_panel=panel or None,
+        cls=type("Verb", (_Verb,), {"numbers": _numbers(verb)}),
     )
     register(_apart(verb))
 

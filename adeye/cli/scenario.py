@@ -114,6 +114,7 @@ def _scenarios_of(path: Path) -> Iterable[Path]:
 
 
 def _findings(path: Path) -> Iterator[InputError]:
+    from adeye.campaign.check import check_defaults
     from adeye.errors import InputError, SpecError
     from adeye.spec.load import load_scenario
     from adeye.world.check import check_scenario
@@ -123,7 +124,8 @@ def _findings(path: Path) -> Iterator[InputError]:
     except InputError as error:
         yield error
         return
-    for loc, message in check_scenario(loaded.spec):
+    found = check_scenario(loaded.spec) or check_defaults(loaded.spec)
+    for loc, message in found:
         yield SpecError(message, where=loaded.locate(loc))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from adeye.errors import UsageError
 from adeye.evaluation.statistics import MIN_UNITS, RESOLUTION, bca, resampled_sums
 from adeye.report.words import counted, quantity, unit_text
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 NUMERIC: Final = 1e-6
 """Tolerance that always applies, relative and in the unit of the margin: a baseline is rounded."""
+MOST_TOLERANCE: Final = 1_000.0
+"""Largest loss of margin that somebody may mean, in any unit. Our choice."""
 _VACUOUS: Final = "V"
 """Letter of a verdict whose margin says nothing."""
 CONFIDENCE: Final = 0.95
@@ -90,9 +93,14 @@ class Tolerances:
         """Refuse names that nothing has.
 
         Raises:
-            UsageError: A name is neither an FSR nor a unit of a margin.
+            UsageError: A name is neither an FSR nor a unit of a margin, or a size is not plausible.
         """
-        for name in self.sizes:
+        for name, size in self.sizes.items():
+            if not 0.0 <= size <= MOST_TOLERANCE:
+                raise UsageError(
+                    f"--tolerance of {shown(name)} is {size:g}, beyond which nothing would be lost",
+                    remedy=f"Give 0 to {MOST_TOLERANCE:g}.",
+                )
             if name not in {*fsrs, *units, "1"}:
                 raise UsageError(
                     f"--tolerance {name!r} is neither an FSR nor a unit of a margin",

@@ -146,7 +146,6 @@ class _Guest:
             return Measurement.map(self._sensor.sense(scene.copy()), np.array)
 
 
-
 def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:
     """Return the mount pose (B, 4: x, y, z, yaw) of each sensor that has one."""
     found: dict[str, Floats] = {}

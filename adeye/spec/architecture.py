@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from adeye.errors import suggest
 from adeye.spec.channels import Channel, PositiveAcceleration, ReferenceChannel, SafetyChannel
 from adeye.spec.misplaced import Loc, misplaced, repeated
+from adeye.spec.plausible import FileRecord, Limits
 from adeye.spec.quantity import (
     Angle,
     AngularRate,
@@ -29,6 +30,10 @@ HEALTH: Final = "health."
 """Begins a link that shows of a sensor only whether it delivers, and when it sampled last."""
 
 
+NEAR: Final = 2.0
+"""How far from the body a sensor may be mounted [m]: masts, roof racks, test rigs. Our choice."""
+
+
 class Vehicle(Record):
     """The ego's body and limits; every other part reads them from here."""
 
@@ -47,7 +52,7 @@ class Vehicle(Record):
     """Time constant of the first-order steering response [s]."""
 
 
-class Architecture(Record):
+class Architecture(FileRecord):
     """One candidate arrangement of vehicle, sensors, channels and switch."""
 
     architecture: Identifier
@@ -89,13 +94,26 @@ class Architecture(Record):
             raise misplaced(found)
         return self
 
+    def own_limits(self) -> Limits:
+        """The wheels stand below the body, and a sensor on it or near it."""
+        body = self.vehicle
+        along, across = 0.5 * body.length + NEAR, 0.5 * body.width + NEAR
+        return {
+            "wheelbase": (0.2, body.length),
+            "mount.x": (-along, along),
+            "mount.y": (-across, across),
+            "mount.z": (0.0, body.height + NEAR),
+        }
+
     def executable(self) -> dict[str, object]:
         """The part that a run depends on: never cost, texts or the elements that it realises.
 
         Nor the names of files that channels read: their content counts, as that of code does, in
         the identity of the result.
         """
-        part = self.model_dump(mode="json", exclude={"architecture", "title", "text", "cost"})
+        part = self.model_dump(
+            mode="json", exclude={*self.later, "architecture", "title", "text", "cost"}
+        )
         for record in [*part["sensors"].values(), *part["channels"].values(), part["switch"]]:
             for key in ("cost", "text", "realises", "files"):
                 record.pop(key, None)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from datetime import date
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -16,7 +15,6 @@ from pydantic import (
     Field,
     ModelWrapValidatorHandler,
     PrivateAttr,
-    Strict,
     WithJsonSchema,
     model_validator,
 )
@@ -29,9 +27,11 @@ from adeye.spec.decomposition import Decomposition, DependentFailure, reference_
 from adeye.spec.elements import Element as Element
 from adeye.spec.elements import unprovided
 from adeye.spec.misplaced import Loc, misplaced, repeated
+from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     IDENTIFIER,
     ById,
+    Date,
     Duration,
     GrownRecord,
     Identifier,
@@ -283,7 +283,7 @@ class Assumption(Record):
     id: Reference
     text: Text
     owner: Text
-    valid_until: Annotated[date, Strict(strict=False)]
+    valid_until: Date
 
 
 class Waiver(Record):
@@ -292,13 +292,17 @@ class Waiver(Record):
     requirement: Reference
     reason: Text
     author: Text
-    expires: Annotated[date, Strict(strict=False)]
+    expires: Date
 
 
-class Concept(GrownRecord):
+class Concept(FileRecord):
     """One file of ``odd/concepts``."""
 
-    later: ClassVar[tuple[str, ...]] = ("decompositions", "dependent_failures")
+    later: ClassVar[tuple[str, ...]] = (
+        "beyond_plausible",
+        "decompositions",
+        "dependent_failures",
+    )
 
     concept: Identifier
     title: Text

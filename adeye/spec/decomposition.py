@@ -8,16 +8,15 @@ elements are independent is checked in the database, where the relations of elem
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import date
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import Field, Strict
+from pydantic import Field
 
 from adeye.errors import suggest
 from adeye.spec.asil import ASIL_ORDER, CHILDREN, goal_of, own_asil, rank, scheme_text, schemes
 from adeye.spec.elements import causes
 from adeye.spec.misplaced import Loc, repeated
-from adeye.spec.quantity import Many, Record, Reference, Text
+from adeye.spec.quantity import Date, Many, Record, Reference, Text
 
 if TYPE_CHECKING:
     from adeye.spec.concept import Concept, Requirement
@@ -46,7 +45,7 @@ class DependentFailure(Record):
     """Resources, software, suppliers and elements that it argues about."""
     argument: Text
     owner: Text
-    valid_until: Annotated[date, Strict(strict=False)]
+    valid_until: Date
 
 
 def parents(concept: Concept) -> dict[str, str]:

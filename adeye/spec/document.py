@@ -1,9 +1,9 @@
 """Strict YAML 1.2 documents with the line and column of every value.
 
 The core schema of YAML 1.2 only: ``no`` and ``on`` are text, dates are text, and so is ``017``,
-which 1.1 and 1.2 read as different numbers. Duplicate keys, explicit tags, non-finite numbers,
-merge keys, recursive aliases and oversized documents are errors, found on the event stream before
-anything is built.
+which 1.1 and 1.2 read as different numbers. Duplicate keys, explicit tags, numbers that are not
+decimal or not finite, merge keys, recursive aliases and oversized documents are errors, all but the
+numbers found on the event stream before anything is built.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ MAX_BYTES: Final = 1_000_000
 MAX_NODES: Final = 100_000
 MAX_DEPTH: Final = 50
 
-_INTEGER: Final = re.compile(r"[-+]?(?:0|[1-9][0-9]*)|0o[0-7]+|0x[0-9a-fA-F]+")
+_INTEGER: Final = re.compile(r"[-+]?(?:0|[1-9][0-9]*)")
+_OTHER_BASE: Final = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT: Final = re.compile(r"[-+]?(?:\.[0-9]+|(?:0|[1-9][0-9]*)(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 _NON_FINITE: Final = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
 # What is not among the printable characters of YAML 1.2.2, production [1].
@@ -282,6 +283,12 @@ class _Builder:
             return _WORDS[text]
         if _NON_FINITE.fullmatch(text):
             raise SpecError(f"{text} is not a finite number", where=where, remedy="Write a number.")
+        if _OTHER_BASE.fullmatch(text):
+            raise SpecError(
+                f"{shown(text)} is not a decimal number",
+                where=where,
+                remedy="Write it with the digits 0 to 9, or quote it if it is text.",
+            )
         if _INTEGER.fullmatch(text):
             return _integer(text, where)
         if _FLOAT.fullmatch(text):
@@ -294,7 +301,7 @@ class _Builder:
 
 def _integer(text: str, where: SourceLocation) -> int:
     # 80 characters are enough for 64 bits; Python refuses thousands of digits with an exception.
-    value = int(text, 0) if len(text) <= 80 else None
+    value = int(text) if len(text) <= 80 else None
     if value is None or not -(2**63) <= value < 2**64:
         raise SpecError(
             f"{shown(text)} does not fit into 64 bits", where=where, remedy="Write 1e20 for 10^20."

@@ -8,13 +8,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
-from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.errors import InputErrors, SourceLocation, SpecError, suggest
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Concept
 from adeye.spec.decomposition import asil_problems
 from adeye.spec.document import Document, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
+from adeye.spec.plausible import FileRecord, implausible
 from adeye.spec.quantity import Record
 from adeye.spec.reference import ReferenceName, read_name, reference_content
 from adeye.spec.scenario import LogicalScenario
@@ -114,6 +115,7 @@ def load_odd(path: str | Path) -> OddFiles:
     loaded_odd = OddFiles(odd, scenarios, architectures, _load(concept_path, Concept))
     _check_gate(loaded_odd)
     _check_asil(loaded_odd.concept)
+    _check_realised(loaded_odd)
     return loaded_odd
 
 
@@ -189,12 +191,23 @@ def shipped(folder: str) -> Path:
 def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
     documents = _with_bases(path, is_scenario=model is LogicalScenario)
     content = documents[-1].value
-    if len(documents) == 1:
-        return Loaded(validate(documents[0], model), content, path, documents)
     for document in reversed(documents[:-1]):
         content = merge(content, document.value)
-    merged = _Merged(content, documents)
-    return Loaded(validate(merged, model), content, path, documents)
+    merged = documents[0] if len(documents) == 1 else _Merged(content, documents)
+    loaded = Loaded(validate(merged, model), content, path, documents)
+    if isinstance(loaded.spec, FileRecord) and model is not LogicalScenario:
+        _check_plausible(loaded, loaded.spec)
+    return loaded
+
+
+def _check_plausible(loaded: Loaded[Any], spec: FileRecord) -> None:
+    """Refuse nonsense; the formulas of a scenario are looked at where they are checked."""
+    found = [
+        SpecError(text, where=loaded.locate(loc), remedy=remedy)
+        for loc, text, remedy in implausible(spec, spec.beyond_plausible, spec.own_limits())
+    ]
+    if found:
+        raise found[0] if len(found) == 1 else InputErrors(found)
 
 
 @dataclass(frozen=True)
@@ -362,6 +375,24 @@ def _check_gate(files: OddFiles) -> None:
                 where=files.odd.locate(("gate", "architectures", number)),
                 remedy=suggest(name, sorted(files.architectures)),
             )
+
+
+def _check_realised(files: OddFiles) -> None:
+    """Refuse what realises an element that the concept does not have."""
+    elements = [element.id for element in files.concept.spec.elements]
+    for item in files.architectures.values():
+        spec = item.spec
+        parts: list[tuple[Loc, str | None]] = [(("switch",), spec.switch.realises)]
+        parts += [(("sensors", name), part.realises) for name, part in spec.sensors.items()]
+        parts += [(("channels", name), part.realises) for name, part in spec.channels.items()]
+        for loc, element in parts:
+            if element is not None and element not in elements:
+                raise SpecError(
+                    f"{'.'.join(map(str, loc))} realises {element!r}, which is no element of "
+                    f"concept {files.concept.spec.concept}",
+                    where=item.locate((*loc, "realises")),
+                    remedy=suggest(element, elements),
+                )
 
 
 def _check_asil(concept: Loaded[Concept]) -> None:

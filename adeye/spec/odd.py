@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
@@ -12,6 +12,7 @@ from adeye.spec.bins import CoverageBins
 from adeye.spec.distribution import Distribution
 from adeye.spec.fault import AnyFault
 from adeye.spec.misplaced import Loc, misplaced, repeated
+from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     Angle,
     Condition,
@@ -227,8 +228,10 @@ class Uncertainty(Record):
     """
 
 
-class Odd(Record):
+class Odd(FileRecord):
     """One file of ``odd/``."""
+
+    later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "coverage")
 
     odd: Identifier
     title: str = ""
@@ -254,14 +257,6 @@ class Odd(Record):
     coverage: CoverageBins | None = None
     """Bins of attributes for ``adeye coverage``; they change no test case."""
 
-    @model_serializer(mode="wrap")
-    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what came later where it is not used, for it is no part of the identity."""
-        content: dict[str, Any] = write(self)
-        if self.coverage is None:
-            del content["coverage"]
-        return content
-
     @model_validator(mode="after")
     def _names_resolve(self) -> Self:
         names = [use.name for use in self.scenarios]
@@ -273,6 +268,8 @@ class Odd(Record):
         found += [
             (("faults", at, "id"), f"fault {faults[at]!r} occurs twice") for at in repeated(faults)
         ]
+        for at in repeated(self.plugins):
+            found.append((("plugins", at), f"{self.plugins[at]!r} is listed twice. Remove one"))
         for at, name in enumerate(faults):
             if name == "none":
                 text = "'none' is the fault-free entry and cannot name a fault"

@@ -7,8 +7,10 @@ stays an expression until a batch of test cases is compiled.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from datetime import date
 from typing import Annotated, Any, ClassVar, Final, TypeVar
 
 from pydantic import (
@@ -40,6 +42,7 @@ TARGET: Final = (
     r"|links\.[a-z][a-z0-9_]*\.((channels|health)\.)?[a-z][a-z0-9_]*|tyres|switch)$"
 )
 PLUGIN: Final = r"^.+:[A-Za-z_][A-Za-z0-9_]*$"
+_DATE: Final = r"[0-9]{4}-[0-9]{2}-[0-9]{2}"
 PATTERNS: Final = {
     IDENTIFIER: "must be lower case letters, digits and underscores after a letter",
     REFERENCE: "must be letters, digits, points, hyphens and underscores after a letter",
@@ -106,9 +109,17 @@ def quantity_reader(dimension: Dimension) -> Callable[[Any, ValidationInfo], flo
     return read
 
 
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """Says in the type of a quantity what it measures."""
+
+    dimension: Dimension
+
+
 def _quantity(dimension: Dimension, example: str) -> Any:
     schema = {"type": ["string", "number"], "examples": [example]}
-    return Annotated[float, BeforeValidator(quantity_reader(dimension)), WithJsonSchema(schema)]
+    reader = BeforeValidator(quantity_reader(dimension))
+    return Annotated[float, reader, WithJsonSchema(schema), Measures(dimension)]
 
 
 Length = _quantity(Dimension.LENGTH, "15 m")
@@ -121,6 +132,18 @@ AngularRate = _quantity(Dimension.ANGULAR_RATE, "20 deg/s")
 Frequency = _quantity(Dimension.FREQUENCY, "20 Hz")
 RainRate = _quantity(Dimension.RAIN_RATE, "7.5 mm/h")
 Number = _quantity(Dimension.NONE, "0.5")
+
+
+def _read_date(value: Any) -> Any:
+    """Refuse what pydantic would take for seconds since 1970."""
+    if isinstance(value, date) or (isinstance(value, str) and re.fullmatch(_DATE, value)):
+        return value
+    msg = f"{shown(value)} is not a date, like 2027-12-31"
+    raise ValueError(msg)
+
+
+Date = Annotated[date, Strict(strict=False), BeforeValidator(_read_date)]
+"""A day, as ISO 8601 writes it."""
 
 
 def require_dimension(

@@ -13,6 +13,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 from adeye.errors import InputError
 from adeye.spec.expression import parse
 from adeye.spec.misplaced import Loc, misplaced
+from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     AccelerationFormula,
     AngleFormula,
@@ -321,7 +322,7 @@ class Provenance(Record):
     version: str = "1"
 
 
-class LogicalScenario(Record):
+class LogicalScenario(FileRecord):
     """One file of the scenario database."""
 
     scenario: Identifier
@@ -349,5 +350,13 @@ class LogicalScenario(Record):
         """
         return self.model_dump(
             mode="json",
-            exclude={"title", "text", "tags", "provenance", "parameters", "constraints"},
+            exclude={
+                "beyond_plausible",
+                "title",
+                "text",
+                "tags",
+                "provenance",
+                "parameters",
+                "constraints",
+            },
         )

@@ -12,6 +12,7 @@ import re
 from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import MetaData, Table
+from sqlalchemy.dialects import postgresql, sqlite
 
 from adeye.errors import IntegrityError
 from adeye.evaluation.metrics.registry import STATUSES
@@ -36,6 +37,19 @@ if TYPE_CHECKING:
 PREFIX: Final = "metric_"
 _METRIC_ID: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")
 _STATUS: Final = "_status"
+_RESERVED: Final = frozenset(
+    {
+        *sqlite.dialect.preparer.reserved_words,
+        *postgresql.dialect.preparer.reserved_words,
+        *metadata.tables,
+        *(column.name for table in metadata.tables.values() for column in table.columns),
+    }
+)
+
+
+def is_free(name: str) -> bool:
+    """Tell whether a metric may have a name: no word of SQL, and of nothing in the database."""
+    return _METRIC_ID.fullmatch(name) is not None and name not in _RESERVED
 
 
 def metric_columns(

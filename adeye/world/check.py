@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+from typing import TYPE_CHECKING
 
-from pydantic import BaseModel
-
-from adeye.errors import ExpressionError, InputError, suggest
+from adeye.errors import ExpressionError, InputError, SpecError, suggest
 from adeye.spec.expression import Expression, to_program
+from adeye.spec.plausible import implausible, quantities
 from adeye.spec.quantity import require_dimension
-from adeye.units import Dimension
+from adeye.world.compile import compile_world
+from adeye.world.formulas import Formulas, Situation
 from adeye.world.places import EGO, gap_circle
 from adeye.world.triggers import parameter_dimension, trigger_variables
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
     from adeye.spec.scenario import LogicalScenario
+    from adeye.units import Dimension
 
 Loc = tuple[str | int, ...]
 Finding = tuple[Loc, str]
 
 
-def check_scenario(scenario: LogicalScenario) -> list[Finding]:
+def check_scenario(scenario: LogicalScenario, lifted: Collection[str] = ()) -> list[Finding]:
     """Find what a scenario names that is not there, and formulas that measure the wrong thing.
 
-    Values are not looked at, but for lanes that are plain numbers: they vary from test case to
-    test case and are checked when a batch is compiled.
+    Values are looked at where they are plain; the others vary from test case to test case, see
+    ``check_worlds``.
 
     Args:
         scenario: A valid record.
+        lifted: Bounds of plausibility that do not count, beside those that it lifts itself.
 
     Returns:
         Place in the file and message of each finding; empty if all is well.
@@ -44,12 +47,38 @@ def check_scenario(scenario: LogicalScenario) -> list[Finding]:
         name: parameter_dimension(item) for name, item in scenario.parameters.items()
     }
     variables: dict[str, Dimension | None] = {**trigger_variables(scenario)}
-    for loc, expression, required in _formulas(scenario, ()):
+    for loc, expression, required in quantities(scenario, ()):
+        if not isinstance(expression, Expression):
+            continue
         is_trigger = loc[0] == "storyboard" and loc[-1] == "when"
         known = variables if is_trigger else names
         wrong = [*_wrong(expression, required, known)] or [*_not_compiled(expression, known)]
         findings += [(loc, text) for text in wrong]
+    if not findings:
+        lifted = {*scenario.beyond_plausible, *lifted}
+        findings += [(loc, f"{text}. {todo}") for loc, text, todo in implausible(scenario, lifted)]
     return [*findings, *_lanes(scenario)]
+
+
+def check_worlds(cases: Sequence[Situation], lifted: Collection[str] = ()) -> None:
+    """Compute the initial worlds of a batch, and check that every value is plausible.
+
+    Args:
+        cases: Test cases that fit into one batch.
+        lifted: Bounds of plausibility that do not count, beside those that a scenario lifts itself.
+
+    Raises:
+        SpecError: A value is not possible or not plausible; the message begins with its path.
+    """
+    formulas = Formulas.of(cases)
+    compile_world(cases, formulas)
+    for scenario, _, columns in formulas.parts:
+        road = scenario.world.road
+        width, length = (item.evaluate(columns) for item in (road.lane_width, road.length))
+        limits = {"ego.offset": (-width, width), "ego.s": (0.0, length)}
+        off = {*scenario.beyond_plausible, *lifted}
+        for item in implausible(scenario, off, limits, lambda text: text.evaluate(columns)):  # noqa: B023 - used up at once
+            raise SpecError(item.text, remedy=item.remedy)
 
 
 def _parameters(scenario: LogicalScenario) -> Iterator[Finding]:
@@ -107,41 +136,6 @@ def _events(scenario: LogicalScenario) -> Iterator[Finding]:
             yield loc, f"there is no actor {event.actor!r}. {suggest(event.actor, scenario.actors)}"
         elif actor.reactive is not None:
             yield loc, f"{event.actor!r} is reactive and takes no actions from the storyboard"
-
-
-def _formulas(record: Any, loc: Loc) -> Iterator[tuple[Loc, Expression, Dimension]]:
-    """Walk to every formula of a record with the dimension that its field asks for."""
-    if isinstance(record, BaseModel):
-        for name, field in type(record).model_fields.items():
-            value = getattr(record, name)
-            if isinstance(value, Expression):
-                required = _dimension(field.metadata) or _required(field.annotation)
-                yield (*loc, name), value, required or Dimension.NONE
-            else:
-                yield from _formulas(value, (*loc, name))
-    elif isinstance(record, Mapping):
-        for name, value in record.items():
-            yield from _formulas(value, (*loc, name))
-    elif isinstance(record, tuple):
-        for number, value in enumerate(record):
-            if isinstance(value, Expression):
-                yield (*loc, number), value, Dimension.NONE
-            else:
-                yield from _formulas(value, (*loc, number))
-
-
-def _required(annotation: Any) -> Dimension | None:
-    """Find the dimension in the metadata of a formula's type; conditions have none."""
-    parts = get_args(annotation)
-    if get_origin(annotation) is Annotated:
-        return _dimension(parts[1:]) or _required(parts[0])
-    found = (_required(part) for part in parts)
-    return next((dimension for dimension in found if dimension is not None), None)
-
-
-def _dimension(metadata: Iterable[Any]) -> Dimension | None:
-    found = (getattr(item, "dimension", None) for item in metadata)
-    return next((item for item in found if isinstance(item, Dimension)), None)
 
 
 def _wrong(

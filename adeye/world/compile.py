@@ -67,11 +67,12 @@ class World:
     tail: float
 
 
-def compile_world(cases: Sequence[Situation]) -> World:
+def compile_world(cases: Sequence[Situation], formulas: Formulas | None = None) -> World:
     """Evaluate the formulas of a batch of test cases.
 
     Args:
         cases: Test cases whose scenarios have one structure, and one step.
+        formulas: Theirs, if they are sorted already.
 
     Returns:
         Arrays with the run as leading axis, in the order of the cases.
@@ -84,7 +85,7 @@ def compile_world(cases: Sequence[Situation]) -> World:
             "a batch needs test cases of one step",
             remedy="Group the test cases by their step.",
         )
-    formulas = Formulas.of(cases)
+    formulas = formulas or Formulas.of(cases)
     scenario = formulas.scenario
     road = build_roads(formulas)
     vehicles = [case.architecture.vehicle for case in cases]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -20,8 +21,10 @@ from adeye.evaluation.metrics.statuses import (
     status_codes,
 )
 from adeye.evaluation.series import TraceSeries
+from adeye.evaluation.stl.check import unit_exponents
 from adeye.ports import MetricColumn
 from adeye.supervision import is_asked, told
+from adeye.units import UNITS, shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -132,16 +135,24 @@ def register_metric(metric: M) -> M:
             f"metric {metric.__name__} has no {', '.join(missing)}",
             remedy=f"A metric has {', '.join(attributes)}.",
         )
-    built: Any = metric()
-    if built.worse not in {"lower", "higher"}:
+    try:
+        built: Any = metric()
+        sizes = [getattr(built, "scale", 1.0), getattr(built, "cap", None)]
+        scale, cap = (None if size is None else float(size) for size in sizes)
+    except BaseException as error:
+        if is_asked(error):
+            raise
         raise UsageError(
-            f"metric {built.uid}: worse is {built.worse!r}", remedy="Allowed: lower, higher."
-        )
-    if len(str(built.column)) > LONGEST_COLUMN:
-        raise UsageError(
-            f"metric {built.uid}: column {built.column!r} is too long",
-            remedy=f"{LONGEST_COLUMN} characters are allowed: servers cut longer columns.",
-        )
+            f"metric {metric.__name__} cannot be made: {told(error)}",
+            remedy="It takes no arguments; scale and cap are numbers.",
+        ) from error
+    for name, (is_allowed, allowed) in _ALLOWED.items():
+        value = getattr(built, name)
+        if not (isinstance(value, str) and is_allowed(value)):
+            raise UsageError(
+                f"metric {metric.__name__}: {name} is {shown(value)}",
+                remedy=f"Allowed: {allowed}.",
+            )
     _add(
         MetricDefinition(
             uid=built.uid,
@@ -150,15 +161,37 @@ def register_metric(metric: M) -> M:
             worse=built.worse,
             source=built.source,
             text=(metric.__doc__ or "").partition("\n")[0],
-            scale=float(getattr(built, "scale", 1.0)),
+            scale=1.0 if scale is None else scale,
             # It may write into the copy that it is shown, and into nobody else's.
             measure=lambda series: built.compute(deepcopy(series.trace)),
-            cap=getattr(built, "cap", None),
+            cap=cap,
             settles=bool(getattr(built, "settles", False)),
             plugin=f"{metric.__module__}:{metric.__qualname__}",
         )
     )
     return metric
+
+
+_ALLOWED: Final[Mapping[str, tuple[Callable[[str], object], str]]] = {
+    "uid": (
+        lambda text: (
+            re.fullmatch(r"(?!adeye:)[\w.:@/+-]{1,200}", text, re.ASCII)
+            and text not in {known.uid for known in METRICS.values()}
+        ),
+        "letters, digits and _ . : @ / + -, not of another metric, not beginning with adeye:",
+    ),
+    "column": (
+        re.compile(rf"[a-z][a-z0-9_]{{0,{LONGEST_COLUMN - 1}}}").fullmatch,
+        f"up to {LONGEST_COLUMN} lower case letters, digits and underscores after a letter",
+    ),
+    "unit": (
+        lambda text: text and unit_exponents(text) is not None,
+        f"1 for none, {', '.join(UNITS)}, and their powers and quotients",
+    ),
+    "worse": (("lower", "higher").__contains__, "lower, higher"),
+    "source": (str.strip, "a text"),
+}
+"""What a class must say of itself: the test of each attribute, and what it allows."""
 
 
 def _add(definition: MetricDefinition) -> None:
@@ -202,12 +235,11 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
     runs = series.trace.runs
     try:
         column = metric.measure(series)
-        values = np.array(column.value, dtype=np.float64)
-        times = np.array(column.time, dtype=np.float64)
-        codes = np.array(status_codes(column.status))
-        actor = np.array(column.actor, dtype=np.int64)
-        shapes = {values.shape, times.shape, codes.shape, actor.shape}
-        is_formed = shapes == {(runs,)}
+        values = _numbers("value", column.value, runs, np.float64)
+        times = _numbers("time", column.time, runs, np.float64)
+        codes = _numbers("status", status_codes(column.status), runs, np.int8)
+        actor = _numbers("actor", column.actor, runs, np.int64)
+        is_formed = True
     except BaseException as error:
         if is_asked(error):
             raise
@@ -218,6 +250,18 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
     codes[(codes < 0) | ((codes == 0) & ~np.isfinite(values))] = CODES[ERROR]
     values[codes != 0] = np.nan
     return MetricColumn(values, StatusColumn(codes), times, actor)
+
+
+def _numbers(
+    name: str, given: Any, runs: int, kind: type[np.float64 | np.int64 | np.int8]
+) -> NDArray[Any]:
+    """Copy what a metric gave, one number per run; texts, truths and the like are no numbers."""
+    array = np.asarray(given)
+    allowed = "iuf" if kind is np.float64 else "iu"
+    if array.shape != (runs,) or (runs and array.dtype.kind not in allowed):
+        msg = f"{name} is {array.dtype} of shape {array.shape}, not a number for each of {runs}"
+        raise TypeError(msg)
+    return np.array(array, dtype=kind)
 
 
 def _one_by_one(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:

@@ -25,7 +25,7 @@ MAX_SHOWN: Final = 200
 """Longest formula that a message repeats whole, in characters."""
 
 _SPACE = re.compile(r"\s+")
-_NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _WORD = re.compile(r"[^\W\d]\w*(?:\.\w+)*")
 _SYMBOL = re.compile(r"[<>=!]=|[-+*/()\[\],<>]")
 _UNIT = re.compile(r"\s*([^\W\d_]+(?:/[^\W\d_]+(?:[²³]|\^?\d)?)?)")

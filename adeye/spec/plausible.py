@@ -1,0 +1,234 @@
+"""Bounds of what is plausible: generous, named, and lifted by a file that says so.
+
+They catch slips of units and digits, and say nothing about what is good. The first bound whose
+pattern is the end of a quantity's dotted path counts, else that of its dimension.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from fnmatch import fnmatchcase
+from functools import lru_cache
+from typing import Annotated, Any, ClassVar, Final, NamedTuple, get_args, get_origin
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel
+
+from adeye.errors import suggest
+from adeye.spec.expression import Expression
+from adeye.spec.misplaced import Loc
+from adeye.spec.quantity import GrownRecord, Many
+from adeye.units import Dimension, format_quantity, parse_quantity, shown
+
+_SLACK: Final = 1e-9
+"""Rounding errors of conversion, as a share of a limit."""
+
+Limits = Mapping[str, tuple[Any, Any]]
+"""Least and most in SI by the name of a bound, of one run or as columns over runs."""
+
+
+BOUNDS: Final[dict[str, tuple[str, str, str]]] = {
+    "vehicle.length": ("0.5 m", "30 m", "vehicle.length"),
+    "vehicle.width": ("0.3 m", "5 m", "vehicle.width"),
+    "vehicle.height": ("0.3 m", "6 m", "vehicle.height"),
+    "wheelbase": ("0.2 m", "30 m", "vehicle.wheelbase"),
+    "mass": ("50", "100000", "vehicle.mass"),
+    "braking": (
+        "0 m/s^2",
+        "15 m/s^2",
+        "vehicle.*celeration parameters.*celeration storyboard.*.rate",
+    ),
+    "steering": ("0 deg", "80 deg", "vehicle.max_steering_angle"),
+    "steering_rate": ("0 deg/s", "1200 deg/s", "vehicle.max_steering_rate"),
+    "lag": ("0 s", "5 s", "vehicle.*_lag"),
+    "mount.x": ("-20 m", "20 m", "mount.x"),
+    "mount.y": ("-10 m", "10 m", "mount.y"),
+    "mount.z": ("0 m", "10 m", "mount.z"),
+    "range": ("0 m", "2000 m", "sensors.*.range"),
+    "rate": ("0 Hz", "10000 Hz", "sensors.*.rate channels.*.rate parameters.supervisor.rate"),
+    "delay": (
+        "0 s",
+        "3600 s",
+        "latency jitter channels.*.delay handover faults.by faults.delay faults.restart",
+    ),
+    "friction": ("0", "1.5", "environment.friction friction.min coverage.friction faults.value"),
+    "rain": ("0 mm/h", "300 mm/h", "environment.rain rain.max coverage.rain"),
+    "visibility": ("5 m", "1000000 m", "environment.fog_visibility fog.min_visibility"),
+    "lane_width": ("1 m", "20 m", "road.lane_width"),
+    "shoulder": ("0 m", "20 m", "road.shoulder"),
+    "verge": ("0 m", "200 m", "road.verge"),
+    "ego.s": ("0 m", "100000 m", "ego.s"),
+    "ego.offset": ("-20 m", "20 m", "ego.offset"),
+    "speed_limit": ("0 km/h", "500 km/h", "road.speed_limit ego_speed.max"),
+    "size": ("0.05 m", "50 m", "actors.*.size.* faults.length faults.width"),
+    "object_size": ("0.01 m", "1000 m", "objects.*.length objects.*.width objects.*.height"),
+    "offset": (
+        "-500 m",
+        "500 m",
+        "start.offset objects.*.offset lane_change.by cross.to faults.[xy]",
+    ),
+    "gap": ("-5000 m", "5000 m", "start.gap"),
+    "lateral_speed": ("0 m/s", "15 m/s", "lateral_speed cross.speed"),
+    "ftti": ("0 s", "3600 s", "safety_goals.ftti requirements.f[dr]ti"),
+    "length": ("-100000 m", "100000 m", ""),
+    "time": ("-86400 s", "86400 s", ""),
+    "speed": ("-500 km/h", "500 km/h", ""),
+    "acceleration": ("-50 m/s^2", "50 m/s^2", ""),
+    "jerk": ("-1000 m/s^3", "1000 m/s^3", ""),
+    "angle": ("-360 deg", "360 deg", ""),
+    "angular_rate": ("-1200 deg/s", "1200 deg/s", ""),
+    "frequency": ("0 Hz", "100000 Hz", ""),
+}
+"""Least and most, and the ends of the dotted paths that it is of, ``*`` for an id; without ends it is
+of whatever has the dimension otherwise. Our choice: what no road vehicle, sensor, road or weather
+is beyond, with room to spare. Some are narrower where more is known: ``FileRecord.own_limits``.
+"""
+
+
+def _known(name: str) -> str:
+    if name not in BOUNDS:
+        msg = f"there is no bound of plausibility {shown(name)}. {suggest(name, BOUNDS)}"
+        raise ValueError(msg)
+    return name
+
+
+class FileRecord(GrownRecord):
+    """Base of what a file holds; it may say that it means what is beyond the plausible."""
+
+    later: ClassVar[tuple[str, ...]] = ("beyond_plausible",)
+
+    beyond_plausible: Many[Annotated[str, AfterValidator(_known)]] = ()
+    """Bounds of plausibility that are lifted for what this file says."""
+
+    def own_limits(self) -> Limits:
+        """Return what is narrower than the table because of other values of the file."""
+        return {}
+
+
+class Implausible(NamedTuple):
+    """A quantity beyond its bound.
+
+    Attributes:
+        loc: Its place below the file.
+        text: What is wrong, and what is allowed.
+        remedy: What to do.
+    """
+
+    loc: Loc
+    text: str
+    remedy: str
+
+
+def implausible(
+    record: BaseModel,
+    lifted: Collection[str] = (),
+    limits: Limits | None = None,
+    value_of: Callable[[Expression], Any] | None = None,
+    loc: Loc = (),
+) -> Iterator[Implausible]:
+    """Find what is beyond the plausible.
+
+    Args:
+        record: What a file holds, or a part of it.
+        lifted: Names of bounds that do not count.
+        limits: What is narrower than the table.
+        value_of: Evaluates a formula; then nothing else is looked at, but for what has limits.
+            Without it only what is constant is.
+        loc: Place of the record in its file.
+    """
+    limits = limits or {}
+    for place, value, dimension in quantities(record, loc):
+        name = _bound_of(".".join(part for part in place if isinstance(part, str)), dimension)
+        if name in {"", *lifted}:
+            continue
+        if isinstance(value, Expression):
+            is_wanted = value.is_constant is (value_of is None) or (value_of and name in limits)
+            if value.is_truth or not is_wanted:
+                continue
+            value = value_of(value) if value_of else value.evaluate({})  # noqa: PLW2901
+        elif value_of:
+            continue
+        low, high = limits.get(name) or _in_si(name, dimension)
+        values, low, high = np.broadcast_arrays(value, low, high)
+        beyond = np.flatnonzero(
+            (values < low - _SLACK * np.abs(low)) | (values > high + _SLACK * np.abs(high))
+        )
+        if len(beyond):
+            first = beyond[0]
+            found, least, most = (
+                format_quantity(float(column.flat[first]), dimension)
+                for column in (values, low, high)
+            )
+            path = ".".join(map(str, place))
+            yield Implausible(
+                place,
+                f"{path}: {found} is not plausible; {name} is from {least} to {most}",
+                f"Correct it, or write `beyond_plausible: [{name}]` at the top of the file that "
+                "says so, if it is meant.",
+            )
+
+
+@lru_cache(maxsize=4096)
+def _bound_of(path: str, dimension: Dimension) -> str:
+    """Name the bound of a quantity; empty for a plain number that has none."""
+    for name, (_, _, ends) in BOUNDS.items():
+        if any(fnmatchcase(f".{path}", f"*.{end}") for end in ends.split()):
+            return name
+    name = dimension.name.lower()
+    return name if name in BOUNDS else ""
+
+
+@lru_cache(maxsize=512)
+def _in_si(name: str, dimension: Dimension) -> tuple[float, float]:
+    low, high, _ = BOUNDS[name]
+    return parse_quantity(low, dimension), parse_quantity(high, dimension)
+
+
+def quantities(record: Any, loc: Loc) -> Iterator[tuple[Loc, Any, Dimension]]:
+    """Walk to every quantity and formula of a record with the dimension that its field asks for.
+
+    Args:
+        record: A spec record, or a mapping or tuple of such.
+        loc: Its place.
+
+    Yields:
+        Place, value in SI or expression, and dimension; conditions have none.
+    """
+    if isinstance(record, BaseModel):
+        for name, required in _dimensions(type(record)).items():
+            for place, item in _leaves(getattr(record, name), (*loc, name)):
+                if isinstance(item, Expression) or (required and isinstance(item, float)):
+                    yield place, item, required or Dimension.NONE
+                elif isinstance(item, BaseModel):
+                    yield from quantities(item, place)
+
+
+@lru_cache(maxsize=512)
+def _dimensions(model: type[BaseModel]) -> dict[str, Dimension | None]:
+    return {
+        name: _dimension(field.metadata) or _required(field.annotation)
+        for name, field in model.model_fields.items()
+    }
+
+
+def _leaves(value: Any, loc: Loc) -> Iterator[tuple[Loc, Any]]:
+    if isinstance(value, Mapping | tuple):
+        items = value.items() if isinstance(value, Mapping) else enumerate(value)
+        for name, item in items:
+            yield from _leaves(item, (*loc, name))
+    else:
+        yield loc, value
+
+
+def _required(annotation: Any) -> Dimension | None:
+    """Find the dimension in the metadata of a type; conditions have none."""
+    parts = get_args(annotation)
+    if get_origin(annotation) is Annotated:
+        return _dimension(parts[1:]) or _required(parts[0])
+    found = (_required(part) for part in parts)
+    return next((dimension for dimension in found if dimension is not None), None)
+
+
+def _dimension(metadata: Iterable[Any]) -> Dimension | None:
+    found = (getattr(item, "dimension", None) for item in metadata)
+    return next((item for item in found if isinstance(item, Dimension)), None)
