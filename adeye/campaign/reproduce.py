@@ -17,6 +17,7 @@ from adeye.evaluation.requirements import requirement_digest
 from adeye.spec.concept import Concept
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
+from adeye.store.location import option
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
 from adeye.trace import LINK_TICKS
@@ -329,7 +330,6 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         judged = {} if stored is None else repository.hindsight.half_steps.judged_with(ref, stored)
     parameters = named_values(dict(case.parameters), odd, ref.scenario)
     paths = {name: value for name, value in ref.point.items() if name not in case.parameters}
-    option = f" --db {db}" if db else ""
     described: dict[str, Any] = {
         "run": ref.result_digest,
         "test_case": ref.test_case,
@@ -346,7 +346,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         "swept_paths": {item.label: item.value for item in named_values(paths, odd, ref.scenario)},
         **_fork_fields(case),
         "is_done": stored is not None,
-        "command": f"adeye replay {ref.result_digest[:12]}{option}",
+        "command": f"adeye replay {ref.result_digest[:12]}{option(db)}",
     }
     if stored is None:
         return described
