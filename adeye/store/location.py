@@ -12,7 +12,7 @@ import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Self, TypeAlias
-from urllib.parse import quote, quote_plus
+from urllib.parse import quote_plus
 
 from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
@@ -66,11 +66,7 @@ class Location:
     def without_secrets(self, text: str) -> str:
         """Mask the passwords of its address in a text, however they are spelt there."""
         for secret in self.secrets:
-            exact = quote(secret, safe="")
-            lower = re.sub("%..", lambda match: match[0].lower(), exact)
-            spelt = {secret, quote(secret), exact, lower, quote_plus(secret), repr(secret)[1:-1]}
-            for spelling in sorted(spelt, key=len, reverse=True):
-                text = text.replace(spelling, _MASK)
+            text = re.sub("".join(map(_spellings, secret)), _MASK, text)
         return text
 
     def driver_arguments(self) -> dict[str, Any]:
@@ -160,6 +156,14 @@ def _unreadable() -> InputError:
         "database: postgresql://… cannot be read as a URL",
         remedy=f"{_FORMS} Write @, / or ? in a name or a password as %40, %2F or %3F.",
     )
+
+
+def _spellings(character: str) -> str:
+    """Make a pattern of the ways in which a character of a secret may be written."""
+    encoded = "".join(f"%{byte:02x}" for byte in character.encode("utf-8", "surrogateescape"))
+    quoted = repr(character)[1:-1]
+    plus = r"|\+" if character == " " else ""
+    return f"(?:{re.escape(character)}|(?i:{encoded})|{re.escape(quoted)}{plus})"
 
 
 def option(place: Place) -> str:
