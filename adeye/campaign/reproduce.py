@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
-from adeye.campaign.content import recreate
+from adeye.campaign.content import folder_of_plugins, recreate
 from adeye.campaign.work import evaluate, signals_of
 from adeye.channels.process.witness import Witness
 from adeye.engine import identity
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from adeye.evaluation.source import TraceSignals
     from adeye.evaluation.uncertainty import NumericUncertainty
     from adeye.spec.concept import Requirement
-    from adeye.store.stored import RunRef, StoredCase, StoredRun
+    from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -151,8 +151,9 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         )
     campaign = repository.find_campaign(run.campaign)
     odd = repository.content("odd", campaign.odd_digest)
-    case, folder = recreate(
-        repository.test_case_row(run.test_case),
+    row = repository.test_case_row(run.test_case)
+    case = recreate(
+        row,
         run.scenario,
         odd["odd"],
         inside_odd=run.inside_odd,
@@ -160,6 +161,8 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
     concept = Concept.model_validate(
         repository.content("concept", campaign.concept_digest), context=SI
     )
+    name = case.architecture.architecture
+    folder = folder_of_plugins(row, _provenances(repository, campaign), name)
     return Recalled(
         run=run,
         stored=stored,
@@ -171,6 +174,13 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
         uncertainty=repository.hindsight.half_steps.judged_with(run, stored),
     )
+
+
+def _provenances(repository: Repository, campaign: CampaignInfo) -> Iterator[Mapping[str, Any]]:
+    """Tell where a campaign was planned, and then where it was executed, the latest first."""
+    yield campaign.provenance
+    for session in reversed(repository.evidence.sessions(campaign.id)):
+        yield session.provenance
 
 
 @contextmanager
