@@ -14,6 +14,7 @@ from adeye.report.gating import judge_campaign
 from adeye.report.impact import impact_of
 from adeye.report.impact_parts import StaleEvidence, StaleFiles
 from adeye.report.margins import Tolerances
+from adeye.store.location import option
 
 if TYPE_CHECKING:
     from adeye.campaign.staleness import Staleness
@@ -46,7 +47,7 @@ def change_since(
     # First, so that a wrong file is said before every row is verified.
     former = read_baseline(baseline).campaign
     result = judge_campaign(repository, campaign, baseline, Tolerances())
-    end = "" if db is None else f" --db {shlex.quote(str(db))}"
+    end = option(db)
     file = shlex.quote(str(baseline))
     return impact_of(
         result,

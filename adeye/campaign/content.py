@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,16 +12,20 @@ from adeye.spec.fault import FAULT
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
+from adeye.store.content import FOLDER
 from adeye.store.rows import ContentRecord
 from adeye.sweep.case import AuthorityOverride, TestCase
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from adeye.store.stored import StoredCase
 
-FOLDER: Final = "plugin_folder"
-"""Key beside an architecture's own: folder of the file that names its plug-ins."""
+FOLDERS: Final = "plugin_folders"
+"""Key of a campaign's provenance: folder of each architecture's file, which names its plug-ins.
+
+Not in what is stored of the architecture: its digest would hang on where the files are.
+"""
 
 
 class Contents:
@@ -32,26 +37,23 @@ class Contents:
     def scenario(self, scenario: LogicalScenario) -> ContentRecord:
         """Describe a scenario, overrides applied."""
         version = scenario.provenance.version
-        return self._of(scenario, scenario.scenario, version, {})
+        return self._of(scenario, scenario.scenario, version)
 
-    def architecture(self, architecture: Architecture, folder: Path) -> ContentRecord:
-        """Describe an architecture, overrides applied, with the folder of its plug-ins."""
-        return self._of(architecture, architecture.architecture, "", {FOLDER: folder.as_posix()})
+    def architecture(self, architecture: Architecture) -> ContentRecord:
+        """Describe an architecture, overrides applied."""
+        return self._of(architecture, architecture.architecture, "")
 
-    def _of(
-        self, record: Record, name: str, version: str, extra: Mapping[str, str]
-    ) -> ContentRecord:
+    def _of(self, record: Record, name: str, version: str) -> ContentRecord:
         known = self._made.get(id(record))
         if known is None or known[0] is not record:
-            content = {**record.model_dump(mode="json"), **extra}
-            known = (record, ContentRecord(name, version, content))
+            known = (record, ContentRecord(name, version, record.model_dump(mode="json")))
             self._made[id(record)] = known
         return known[1]
 
 
 def recreate(
     stored: StoredCase, scenario_id: str, odd: Mapping[str, Any], *, inside_odd: bool
-) -> tuple[TestCase, Path]:
+) -> TestCase:
     """Make a test case from what the database holds.
 
     Args:
@@ -60,14 +62,10 @@ def recreate(
         odd: Stored content of the ODD.
         inside_odd: Whether its planned attributes lie inside the ODD.
 
-    Returns:
-        The test case and the folder of its plug-ins.
-
     Raises:
         IntegrityError: What comes out has another digest than what went in.
     """
-    architecture = dict(stored.architecture)
-    folder = Path(architecture.pop(FOLDER, "."))
+    architecture = {name: value for name, value in stored.architecture.items() if name != FOLDER}
     fork = stored.fork
     case = TestCase(
         scenario_id=scenario_id,
@@ -88,4 +86,25 @@ def recreate(
         raise IntegrityError(
             f"test case {stored.test_case[:12]} does not come out of the database as it went in"
         )
-    return case, folder
+    return case
+
+
+def folder_of_plugins(
+    stored: StoredCase, provenances: Iterable[Mapping[str, Any]], architecture: str
+) -> Path:
+    """Find the folder of the file that names the plug-ins of a test case.
+
+    Args:
+        stored: The test case; it tells where the folder was if an older release stored it.
+        provenances: Where the campaign was planned and executed; the first folder counts that is
+            there, else the first.
+        architecture: Id of the architecture.
+    """
+    told = (item.get(FOLDERS, {}).get(architecture) for item in provenances)
+    first: Path | None = None
+    for name in chain((stored.architecture.get(FOLDER),), told):
+        if name is not None:
+            first = first or Path(name)
+            if Path(name).is_dir():
+                return Path(name)
+    return first or Path()

@@ -15,7 +15,7 @@ from adeye.campaign.check import (
     check_scenarios,
     over_budget,
 )
-from adeye.campaign.content import Contents
+from adeye.campaign.content import FOLDERS, Contents
 from adeye.campaign.factors import axes_text, design_counts
 from adeye.campaign.halving import Sample, check_half_step, choose, judged_with
 from adeye.campaign.metrics import use_plugin_metrics
@@ -202,6 +202,7 @@ class CampaignPlan:
             units=self._units(),
             provenance={
                 **provenance(self.path),
+                FOLDERS: {name: folder.as_posix() for name, folder in self.folders.items()},
                 "numerics_version": self.engine.numerics_version,
                 "driver": self.driver,
                 "backend": self.engine.backend,
@@ -219,7 +220,7 @@ class CampaignPlan:
                 scenario=shared.scenario_id,
                 scenario_content=contents.scenario(shared.scenario),
                 architecture=name,
-                architecture_content=contents.architecture(shared.architecture, self.folders[name]),
+                architecture_content=contents.architecture(shared.architecture),
                 fault_entry=shared.fault_entry,
                 faults=[fault.model_dump(mode="json") for fault in shared.faults],
                 seed=shared.seed,

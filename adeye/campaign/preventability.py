@@ -314,7 +314,7 @@ def _save(
 ) -> None:
     if not drives:
         return
-    records = [contents.architecture(item.case.architecture, Path()) for item in drives]
+    records = [contents.architecture(item.case.architecture) for item in drives]
     benchmarks.save(
         list({record.digest: record for record in records}.values()),
         [

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from adeye.campaign.content import recreate
+from adeye.campaign.content import folder_of_plugins, recreate
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.work import evaluate, signals_of
 from adeye.channels.process.witness import Witness
@@ -21,6 +21,7 @@ from adeye.outputs import replacing
 from adeye.spec.concept import Concept
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
+from adeye.store.location import option
 from adeye.store.repository import Repository
 from adeye.sweep.present import named_values
 from adeye.trace import LINK_TICKS
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from adeye.evaluation.source import TraceSignals
     from adeye.evaluation.uncertainty import NumericUncertainty
     from adeye.spec.concept import Requirement
-    from adeye.store.stored import RunRef, StoredCase, StoredRun
+    from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
@@ -175,8 +176,9 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         )
     campaign = repository.find_campaign(run.campaign)
     odd = repository.content("odd", campaign.odd_digest)
-    case, folder = recreate(
-        repository.test_case_row(run.test_case),
+    row = repository.test_case_row(run.test_case)
+    case = recreate(
+        row,
         run.scenario,
         odd["odd"],
         inside_odd=run.inside_odd,
@@ -184,6 +186,8 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
     concept = Concept.model_validate(
         repository.content("concept", campaign.concept_digest), context=SI
     )
+    name = case.architecture.architecture
+    folder = folder_of_plugins(row, _provenances(repository, campaign), name)
     return Recalled(
         run=run,
         stored=stored,
@@ -197,6 +201,13 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         metrics=tuple(odd["odd"].get("plugins", ())),
         odd_folder=Path(str(campaign.provenance.get("odd_path", ""))).parent,
     )
+
+
+def _provenances(repository: Repository, campaign: CampaignInfo) -> Iterator[Mapping[str, Any]]:
+    """Tell where a campaign was planned, and then where it was executed, the latest first."""
+    yield campaign.provenance
+    for session in reversed(repository.evidence.sessions(campaign.id)):
+        yield session.provenance
 
 
 @contextmanager
@@ -348,7 +359,6 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         judged = {} if stored is None else repository.hindsight.half_steps.judged_with(ref, stored)
     parameters = named_values(dict(case.parameters), odd, ref.scenario)
     paths = {name: value for name, value in ref.point.items() if name not in case.parameters}
-    option = f" --db {db}" if db else ""
     described: dict[str, Any] = {
         "run": ref.result_digest,
         "test_case": ref.test_case,
@@ -365,7 +375,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         "swept_paths": {item.label: item.value for item in named_values(paths, odd, ref.scenario)},
         **_fork_fields(case),
         "is_done": stored is not None,
-        "command": f"adeye replay {ref.result_digest[:12]}{option}",
+        "command": f"adeye replay {ref.result_digest[:12]}{option(db)}",
     }
     if stored is None:
         return described

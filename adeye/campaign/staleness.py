@@ -7,27 +7,22 @@ applies. Nothing is executed, judged or saved.
 
 from __future__ import annotations
 
-import json
 from collections import Counter, defaultdict
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.content import FOLDER
 from adeye.evaluation.extremes import measure_of
 from adeye.evaluation.measured import measured, reads_odd
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.requirements import JUDGE_VERSION
-from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Concept
-from adeye.spec.fault import FAULT
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
-from adeye.spec.scenario import LogicalScenario
 from adeye.store.basis import CHUNK
+from adeye.store.content import executable_digest
 from adeye.store.encoding import json_text
 from adeye.store.kept_files import find_kept, folders_of
-from adeye.sweep.case import content_digest
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -191,9 +186,9 @@ def _planned(
     places: dict[_Place, _Case] = {}
     for part in plan.planned():
         shared = {
-            "scenario": _scenario(json_text(part.scenario_content.content)),
-            "architecture": _architecture(json_text(part.architecture_content.content)),
-            "faults": _faults(json_text([dict(fault) for fault in part.faults])),
+            "scenario": _executed("scenario", json_text(part.scenario_content.content)),
+            "architecture": _executed("architecture", json_text(part.architecture_content.content)),
+            "faults": _executed("faults", json_text([dict(fault) for fault in part.faults])),
             "seed": str(part.seed),
             "step": repr(float(part.step_s)),
             **_engine_parts(part.engine),
@@ -214,22 +209,7 @@ def _engine_parts(engine: EngineKey) -> dict[str, str]:
     return {"plugins": engine.plugins_digest, "numerics": f"{engine.backend} {version}"}
 
 
-@lru_cache(maxsize=256)
-def _scenario(content: str) -> str:
-    return content_digest(LogicalScenario.model_validate(json.loads(content), context=SI))
-
-
-@lru_cache(maxsize=256)
-def _architecture(content: str) -> str:
-    found = json.loads(content)
-    found.pop(FOLDER, None)
-    return content_digest(Architecture.model_validate(found, context=SI))
-
-
-@lru_cache(maxsize=256)
-def _faults(content: str) -> str:
-    faults = [FAULT.validate_python(item, context=SI) for item in json.loads(content)]
-    return json_text([fault.executable() for fault in faults])
+_executed = lru_cache(maxsize=512)(executable_digest)
 
 
 def _why(stored: StoredEvidence, places: Mapping[_Place, _Case]) -> tuple[str, str]:
@@ -245,9 +225,9 @@ def _why(stored: StoredEvidence, places: Mapping[_Place, _Case]) -> tuple[str, s
     if here is None:
         return "not_planned", _gone(stored, places)
     parts = {
-        "scenario": _scenario(stored.scenario_content),
-        "architecture": _architecture(stored.architecture_content),
-        "faults": _faults(stored.faults),
+        "scenario": _executed("scenario", stored.scenario_content),
+        "architecture": _executed("architecture", stored.architecture_content),
+        "faults": _executed("faults", stored.faults),
         "seed": str(stored.seed),
         "step": repr(float(stored.step_s)),
         "parameters": stored.parameters,

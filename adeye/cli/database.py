@@ -212,10 +212,12 @@ def merge(
     Exit codes: 0 merged, 2 no such database, 4 a source was altered or contradicts what is there,
     5 database or disk.
     """
+    from adeye.store.location import locate
     from adeye.store.repository import Repository
 
     merged = []
-    with Repository.open(into) as repository:
+    place = locate(into)
+    with Repository.open(place) as repository:
         for source in sources:
             found = repository.queue.merge(source)
             merged.append(found)
@@ -227,7 +229,7 @@ def merge(
                     )
                 )
     if json:
-        emit_json("db-merge", {"into": into, "sources": [asdict(item) for item in merged]})
+        emit_json("db-merge", {"into": str(place), "sources": [asdict(item) for item in merged]})
 
 
 def grant(

@@ -125,30 +125,31 @@ def _code_of(error: SystemExit) -> int:
 def _report(error: BaseException) -> int:
     """Tell what ended the verb and return the exit code."""
     from adeye.errors import AdeyeError, InputError
+    from adeye.store.location import masked
 
     if os.environ.get(DEBUG, "0") not in {"", "0"}:
-        talk(clean("".join(traceback.format_exception(error)), lines=True))
+        talk(clean(masked("".join(traceback.format_exception(error))), lines=True))
     if isinstance(error, AdeyeError):
         text = str(error)
         if not isinstance(error, InputError):
             text = f"{type(error).__name__}: {text}"
-        talk(clean(text, lines=True))
+        talk(clean(masked(text), lines=True))
         return error.exit_code or _DEFECT
     if hasattr(error, "format_message"):
         # The parser's own errors; its class differs between releases of typer.
-        text = _usage(error, error.format_message())
+        text = _usage(error, masked(error.format_message()))
         if text.strip():
             talk(text)
         return _USAGE
     if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""
-        talk(clean(f"PlatformError: {place}{error.strerror or error}."))
+        talk(clean(masked(f"PlatformError: {place}{error.strerror or error}.")))
         return _ENVIRONMENT
     if isinstance(error, MemoryError):
         talk("PlatformError: out of memory. Use fewer workers.")
         return _ENVIRONMENT
     talk(
-        clean(f"{type(error).__name__}: {error}", lines=True)
+        clean(masked(f"{type(error).__name__}: {error}"), lines=True)
         + "\nThis is a defect of adeye, not of your files. "
         f"Set {DEBUG}=1 and run again for the traceback, and report both."
     )

@@ -78,22 +78,23 @@ def judge(
 
 def _text(summary: CampaignSummary, odd: Path, db: str | None) -> str:
     """Say what was judged, and what it takes to judge the rest."""
+    from adeye.store.location import option
+
     lines = []
     if summary.judged or summary.to_replay:
         lines.append(rejudged_text(summary))
     else:
         lines.append(f"All {summary.reused:,} results were judged already; 0 executed.")
-    option = "" if db is None else f" --db {shlex.quote(db)}"
-    name = shlex.quote(str(odd))
+    name = f"{shlex.quote(str(odd))}{option(db)}"
     if summary.to_replay:
         lines.append(
             f"{_count(summary.to_replay, 'run needs', 'runs need')} a replay: "
-            f"adeye judge {name}{option} --replay"
+            f"adeye judge {name} --replay"
         )
     if summary.to_execute:
         lines.append(
             f"{_count(summary.to_execute, 'test case has', 'test cases have')} no result: "
-            f"adeye run {name}{option}"
+            f"adeye run {name}"
         )
     return clean("\n".join(lines), lines=True)
 

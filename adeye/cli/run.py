@@ -160,8 +160,8 @@ def run(
         talk("Compiling for this machine; only the first run does, it takes half a minute.")
     hint = _resume_hint(
         odd,
+        db,
         {
-            "--db": db,
             "--backend": None if backend == "batch" else backend,
             "--variant": variant,
             "--threads": threads,
@@ -364,8 +364,10 @@ def _write(
         wrote(path)
 
 
-def _resume_hint(odd: Path, options: Mapping[str, object]) -> str:
+def _resume_hint(odd: Path, db: str | None, options: Mapping[str, object]) -> str:
     """Write the command that goes on: with another backend it would begin another campaign."""
+    from adeye.store.location import option
+
     given = [
         word
         for name, value in options.items()
@@ -373,5 +375,5 @@ def _resume_hint(odd: Path, options: Mapping[str, object]) -> str:
         # A switch has no value.
         for word in (name, *([str(value)] if value != "" else []))
     ]
-    command = shlex.join(["adeye", "run", str(odd), *given])
+    command = f"adeye run {shlex.quote(str(odd))}{option(db)} {shlex.join(given)}".strip()
     return clean(f"Interrupted. Results so far are kept; go on with: {command}")

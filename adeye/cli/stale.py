@@ -96,6 +96,8 @@ def _document(found: Staleness) -> dict[str, object]:
 
 
 def _print(found: Staleness, odd: Path, db: str | None) -> None:
+    from adeye.store.location import option
+
     emit(
         f"Campaign {found.number} ({clean(found.odd)}): {found.counts:,} of {found.evidence:,} "
         "verdicts still count."
@@ -112,8 +114,7 @@ def _print(found: Staleness, odd: Path, db: str | None) -> None:
         ]
         emit("")
         emit_table(("Verdicts", "Runs", "FSRs", "Why"), rows, right=("Verdicts", "Runs"))
-    option = "" if db is None else f" --db {shlex.quote(db)}"
-    name = f"{shlex.quote(str(odd))}{option}"
+    name = f"{shlex.quote(str(odd))}{option(db)}"
     needs = [
         (found.to_judge, "to judge again", f"adeye judge {name}"),
         (found.to_replay, "to execute again and judge", f"adeye judge {name} --replay"),

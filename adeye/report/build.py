@@ -49,6 +49,7 @@ from adeye.spec.quantity import SI
 from adeye.store.blocking import channel_failures
 from adeye.store.check_views import RULES
 from adeye.store.checking import PLAN_RULES, check_campaign
+from adeye.store.location import option
 from adeye.store.totals import Total, gate_code, totals
 from adeye.sweep.present import named_values
 
@@ -256,7 +257,7 @@ class ReportBuilder:
     # Commands
 
     def _command(self, text: str) -> str:
-        return f"{text} --db {self.database}" if self.database else text
+        return f"{text}{option(self.database)}"
 
     def replay_command(self, run: str) -> str:
         """Command line that executes a run again."""

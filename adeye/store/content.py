@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import ExpressionError
 from adeye.evaluation.stl.formula import parse_formula
 from adeye.evaluation.stl.syntax import response_time
-from adeye.identity import canonical_json
+from adeye.identity import canonical_json, digest
 from adeye.spec.decomposition import scheme
 from adeye.store import tables
 from adeye.store.encoding import Row, json_text, row
@@ -26,6 +27,35 @@ CONTENT_TABLES: Final = {
     "architecture": tables.architecture,
     "concept": tables.concept,
 }
+
+
+FOLDER: Final = "plugin_folder"
+"""Key that older releases stored beside an architecture's own; it tells where its file was."""
+
+
+def executable_digest(kind: str, text: str) -> str:
+    """Hash what a run depends on of stored content: no texts, no places of files.
+
+    Args:
+        kind: ``scenario``, ``architecture`` or ``faults``.
+        text: Its stored content.
+
+    Raises:
+        ValueError: It is not such content.
+    """
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.fault import FAULT
+    from adeye.spec.quantity import SI
+    from adeye.spec.scenario import LogicalScenario
+    from adeye.sweep.case import content_digest
+
+    content = json.loads(text)
+    if kind == "scenario":
+        return content_digest(LogicalScenario.model_validate(content, context=SI))
+    if kind == "faults":
+        return digest([FAULT.validate_python(item, context=SI).executable() for item in content])
+    content.pop(FOLDER, None)
+    return content_digest(Architecture.model_validate(content, context=SI))
 
 
 def save_content(connection: Connection, kind: str, record: ContentRecord) -> str:

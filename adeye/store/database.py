@@ -67,9 +67,26 @@ class Database:
 
     @contextmanager
     def read(self) -> Iterator[Connection]:
-        """Give a connection that sees one state of the database throughout."""
+        """Give a connection that sees one state of the database throughout.
+
+        Raises:
+            PlatformError: A file that nobody seemed to write, and is read without locks, changed.
+        """
+        before = self._still_state()
         with errors_in_words(self.location), self._connect() as connection:
             yield connection
+        if before is not None and self._still_state() != before:
+            raise PlatformError(
+                f"database {self.location} was written while it was read. Run again."
+            )
+
+    def _still_state(self) -> tuple[int, ...] | None:
+        path = self.location.path
+        if path is None or not path.exists():
+            return None
+        from adeye.store.sqlite import still_state
+
+        return still_state(path)
 
     @contextmanager
     def write(self, *, shared: bool = False) -> Iterator[Connection]:

@@ -1,13 +1,19 @@
-"""Where a database is: a file of SQLite, or a database of a PostgreSQL server."""
+"""Where a database is: a file of SQLite, or a database of a PostgreSQL server.
+
+An address may hold a password. Whoever prints one takes ``str`` of a location, or ``option`` for a
+command; ``masked`` is for texts that may quote what a person typed.
+"""
 
 from __future__ import annotations
 
 import os
 import re
+import shlex
 import unicodedata
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Self, TypeAlias
+from typing import Any, Final, Self, TypeAlias
+from urllib.parse import quote_plus
 
 from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
@@ -42,6 +48,21 @@ _NO_NAMES: Final = tuple(
     )
 )
 """Texts that are no name of a file, why, and what to write instead."""
+VARIABLE: Final = "ADEYE_DB"
+"""Environment variable that names the database."""
+_MASK: Final = "***"
+_SHOWN: Final = frozenset(
+    {"application_name", "connect_timeout", "dbname", "host", "hostaddr", "passfile", "port"}
+    | {"service", "sslcert", "sslkey", "sslmode", "sslrootcert", "target_session_attrs", "user"}
+)
+"""Parameters of an address that hold no secret; what others hold is not known."""
+_SECRETS: Final = ("password", "sslpassword")
+_LIKE_A_SERVER: Final = re.compile(r"\s*postgres\w*(\+\w+)?:|.*passw(or)?d\s*=", re.I | re.S)
+_TYPED: Final = re.compile(
+    r"(\bpostgres\w*(?:\+\w+)?:/*[^\s:@]*:).*@[^\s'\"]*|"
+    r"(passw(?:or)?d\s*=\s*)(?:'[^']*'|[^\s&'\"]+)",
+    re.I,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +81,25 @@ class Location:
     def of_file(cls, path: Path) -> Self:
         """Name a file."""
         return cls(URL.create("sqlite", database=str(path)), path)
+
+    @property
+    def secrets(self) -> tuple[str, ...]:
+        """Passwords that its address holds."""
+        held = [self.url.password, *(self.url.query.get(name) for name in _SECRETS)]
+        flat = (one for item in held for one in (item if isinstance(item, tuple) else (item,)))
+        return tuple(str(item) for item in flat if item)
+
+    def without_secrets(self, text: str) -> str:
+        """Mask the passwords of its address in a text, however they are spelt there."""
+        for secret in self.secrets:
+            text = re.sub("".join(map(_spellings, secret)), _MASK, text)
+        return text
+
+    def driver_arguments(self) -> dict[str, Any]:
+        """What the driver of the server needs, as every verb gives it."""
+        from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
+
+        return dict(PGDialect_psycopg().create_connect_args(self.url)[1])
 
     def __str__(self) -> str:
         """Name it for people, without a password."""
@@ -103,7 +143,11 @@ def locate(place: Place = None) -> Location:
         raise InputError(f"database: {shown(place)} is neither text nor a path", remedy=_FORMS)
     text = str(place)
     scheme, separator, rest = text.partition("://")
-    if isinstance(place, Path) or not separator:
+    if isinstance(place, Path):
+        return Location.of_file(_file(text))
+    if not separator:
+        if _LIKE_A_SERVER.match(text):
+            raise InputError("database: an address of a server has another form", remedy=_FORMS)
         return Location.of_file(_file(text))
     if scheme in _SERVERS:
         return _server(rest)
@@ -134,14 +178,72 @@ def _file(text: str) -> Path:
 
 
 def _server(rest: str) -> Location:
+    # With an @ in a password, a part of it would be taken for the name of the host, and shown.
+    if rest.count("@") > 1 or "@" in rest.partition("?")[2]:
+        raise _unreadable()
     try:
         url = make_url(f"postgresql+psycopg://{rest}")
     except (ArgumentError, ValueError):
         # Neither what was raised nor what raised it may show the password.
-        raise InputError(
-            "database: postgresql://… cannot be read as a URL",
-            remedy=f"{_FORMS} Write characters such as @ or / in a name as %40 or %2F.",
-        ) from None
+        raise _unreadable() from None
+    if "@" in rest and url.username is None:
+        raise _unreadable()
     if not url.database:
         raise InputError("database: postgresql://… names no database", remedy=_FORMS)
+    if _MASK in {url.password, *url.query.values()}:
+        raise InputError(
+            f"database: the password of postgresql://… is masked as {_MASK}",
+            remedy=f"Put it there, or into {VARIABLE} or the file that PGPASSFILE names.",
+        )
     return Location(url, None)
+
+
+def _unreadable() -> InputError:
+    return InputError(
+        "database: postgresql://… cannot be read as a URL",
+        remedy=f"{_FORMS} Write @, / or ? in a name or a password as %40, %2F or %3F.",
+    )
+
+
+def _spellings(character: str) -> str:
+    """Make a pattern of the ways in which a character of a secret may be written."""
+    encoded = "".join(f"%{byte:02x}" for byte in character.encode("utf-8", "surrogateescape"))
+    quoted = repr(character)[1:-1]
+    plus = r"|\+" if character == " " else ""
+    return f"(?:{re.escape(character)}|(?i:{encoded})|{re.escape(quoted)}{plus})"
+
+
+def option(place: Place) -> str:
+    """Write how a command names a database again, with a space before it; nothing for the default.
+
+    A password is never in it: the variable is named if the address came from there, else the
+    password is masked, and ``locate`` says what to put there.
+
+    Raises:
+        InputError: The place names no database.
+    """
+    if place is None or place == "":
+        return ""
+    location = locate(place)
+    if location.path is not None:
+        return f" --db {shlex.quote(str(place))}"
+    masks = {name: _MASK for name in location.url.query if name not in _SHOWN}
+    if not (masks or location.url.password):
+        return f" --db {shlex.quote(_address(location.url))}"
+    if os.environ.get(VARIABLE) == str(place):
+        return f' --db "${VARIABLE}"'
+    return f" --db {shlex.quote(_address(location.url.update_query_dict(masks)))}"
+
+
+def _address(url: URL) -> str:
+    text = url.set(drivername="postgresql").render_as_string(hide_password=True)
+    return text.replace(quote_plus(_MASK), _MASK)
+
+
+def masked(text: str) -> str:
+    """Mask what looks like a password of a server in a text that may quote what a person typed.
+
+    >>> masked("postgresql://me:a@b@host/db: no such file; password=a")
+    'postgresql://me:*** no such file; password=***'
+    """
+    return _TYPED.sub(lambda match: (match[1] or match[2]) + _MASK, text)

@@ -24,6 +24,7 @@ from adeye.store import tables
 from adeye.store.basis_tables import kept_trace
 from adeye.store.catalog import table_names
 from adeye.store.column_kinds import metadata
+from adeye.store.content import CONTENT_TABLES, executable_digest
 from adeye.store.database import Database
 from adeye.store.encoding import row
 from adeye.store.inserting import insert_rows
@@ -71,6 +72,12 @@ _FIRST_STAYS: Final = {
     "verdict": {"predicate"},
 }
 """Columns that may differ in a row that is here already."""
+_EXECUTED: Final = {
+    "scenario_digest": "scenario",
+    "architecture_digest": "architecture",
+    "faults": "faults",
+}
+"""Columns of a test case that may differ where what is executed is the same."""
 _PLUGIN_TABLE: Final = re.compile(r"metric_[a-z0-9_]{1,80}")
 
 
@@ -152,6 +159,7 @@ class _Merge:
         self._source, self._into, self._path = source, into, path
         self._numbers: dict[int, int] = {}
         self._differing: set[int] = set()
+        self._alike: dict[tuple[str, str], bool] = {}
         self._rows = 0
         self._runs = 0
 
@@ -292,11 +300,35 @@ class _Merge:
                 here = known.get(tuple(values[place] for place in key))
                 if here is None:
                     fresh.append(values)
-                elif any(here[place] != values[place] for place in compared):
-                    differing = next(names[at] for at in compared if here[at] != values[at])
-                    shown = " ".join(str(values[place]) for place in key)
-                    raise self._contradiction(table, shown, differing)
+                    continue
+                for at in compared:
+                    if here[at] != values[at] and not self._same(names[at], here[at], values[at]):
+                        shown = " ".join(str(values[place]) for place in key)
+                        raise self._contradiction(table, shown, names[at])
             self._insert(table, fresh)
+
+    def _same(self, name: str, here: Any, there: Any) -> bool:
+        """Tell whether what a test case has in a column runs as what the source has there.
+
+        It has one identity whatever its files are called and their texts say.
+        """
+        if name not in _EXECUTED:
+            return False
+        if (here, there) not in self._alike:
+            kind = _EXECUTED[name]
+            texts = [here, there]
+            if kind in CONTENT_TABLES:
+                table = CONTENT_TABLES[kind]
+                texts = [
+                    on.execute(select(table.c.content).where(table.c.digest == value)).scalar_one()
+                    for on, value in ((self._into, here), (self._source, there))
+                ]
+            try:
+                one, other = (executable_digest(kind, text) for text in texts)
+            except ValueError:
+                return False
+            self._alike[here, there] = one == other
+        return self._alike[here, there]
 
     def _known(self, table: Table, chunk: Sequence[Any], key: str) -> dict[Any, Row[Any]]:
         place = table.columns.keys().index(key)

@@ -194,8 +194,7 @@ def errors_in_words(location: Location) -> Iterator[None]:
 def _in_words(error: BaseException, location: Location) -> PlatformError | IntegrityError:
     text = str(error).partition("\n")[0]
     state = getattr(error, "sqlstate", None) or _state_of_refusal(text)
-    if location.url.password:
-        text = text.replace(str(location.url.password), "***")
+    text = location.without_secrets(text)
     if state.startswith("23") or state == "P0001":
         return IntegrityError(
             f"database {location} refused a change: {text}. "

@@ -15,11 +15,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlencode
 
 from adeye.errors import InputError
 from adeye.store.database import Database, errors_in_words
 from adeye.store.location import Location, Place, locate
 from adeye.store.schema import require_current, require_exists
+from adeye.store.sqlite import reading_options
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -116,7 +118,9 @@ def run_query(
     with _ours(location):
         with errors_in_words(location):
             connection = sqlite3.connect(
-                f"{location.path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None
+                f"{location.path.resolve().as_uri()}?{urlencode(reading_options(location.path))}",
+                uri=True,
+                isolation_level=None,
             )
         try:
             guard = _Guard(timeout_s)

@@ -107,8 +107,8 @@ def _require_ours(location: Location) -> None:
 def _connect(location: Location) -> Any:
     import psycopg
 
-    url = location.url.set(drivername="postgresql").render_as_string(hide_password=False)
-    return psycopg.connect(url, autocommit=True, connect_timeout=10, application_name="adeye query")
+    own = {"connect_timeout": 10, "application_name": "adeye query"}
+    return psycopg.connect(**{**location.driver_arguments(), **own}, autocommit=True)
 
 
 @contextmanager

@@ -1,7 +1,12 @@
-"""SQLite: its connections, its transactions, and its errors in words."""
+"""SQLite: its connections, its transactions, and its errors in words.
+
+Who may not write here reads all the same: an archive, a mounted medium, the folder of a colleague.
+SQLite then needs the files of the log beside the database, or to be told that nobody writes it.
+"""
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import time
 from contextlib import contextmanager
@@ -14,6 +19,7 @@ from adeye.errors import IntegrityError, PlatformError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from sqlalchemy import Connection, Engine
 
@@ -73,6 +79,12 @@ def errors_in_words(location: Location) -> Iterator[None]:
 
 def _in_words(error: BaseException, path: Location) -> PlatformError | IntegrityError:
     name = str(getattr(error, "sqlite_errorname", ""))
+    if name.startswith("SQLITE_CANTOPEN") and path.path is not None and _is_logged(path.path):
+        return PlatformError(
+            f"database {path} cannot be read here: its log {path.path.name}-wal holds what is not "
+            "in the file yet, and this user may not write into the folder. Copy both to a folder "
+            "of your own, or let the owner run 'adeye db info', which brings them together."
+        )
     if name.startswith("SQLITE_CONSTRAINT"):
         return IntegrityError(
             f"database {path} refused a change: {error}. "
@@ -96,6 +108,8 @@ def make_engine(location: Location, writes_option: str) -> Engine:
         location: A file.
         writes_option: Execution option of a connection whose transaction writes.
     """
+    if location.path is not None and not _may_write(location.path):
+        return make_reader(location, writes_option)
     engine = create_engine(location.url, connect_args={"timeout": BUSY_TIMEOUT_S})
 
     @event.listens_for(engine, "connect")
@@ -117,9 +131,9 @@ def make_engine(location: Location, writes_option: str) -> Engine:
 def make_reader(location: Location, _writes_option: str) -> Engine:
     """Prepare connections to a file of somebody else: it is read, and nothing in it is executed."""
     assert location.path is not None
-    query = {"mode": "ro", "uri": "true"}
+    query = {**reading_options(location.path), "uri": "true"}
     url = URL.create("sqlite", database=location.path.resolve().as_uri(), query=query)
-    engine = create_engine(url)
+    engine = create_engine(url, connect_args={"timeout": BUSY_TIMEOUT_S})
 
     @event.listens_for(engine, "connect")
     def _prepare(connection: Any, _record: object) -> None:
@@ -132,6 +146,42 @@ def make_reader(location: Location, _writes_option: str) -> Engine:
         connection.exec_driver_sql("BEGIN")
 
     return engine
+
+
+def reading_options(path: Path) -> dict[str, str]:
+    """Say how to open a file that is only read, as parameters of its URI.
+
+    Where no log can be made beside it and none is there, nobody writes it.
+    """
+    is_still = not os.access(path.resolve().parent, os.W_OK) and not (
+        _is_logged(path) or _beside(path, "-shm").exists()
+    )
+    return {"mode": "ro", **({"immutable": "1"} if is_still else {})}
+
+
+def still_state(path: Path) -> tuple[int, ...] | None:
+    """Tell by what a change of a file shows that is taken for one that nobody writes; else None."""
+    if "immutable" not in reading_options(path):
+        return None
+    found = path.stat()
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def _may_write(path: Path) -> bool:
+    if not path.exists():
+        return True
+    return os.access(path, os.W_OK) and os.access(path.resolve().parent, os.W_OK)
+
+
+def _is_logged(path: Path) -> bool:
+    """Tell whether what was written lies in a log beside the file and not in it."""
+    logs = (_beside(path, suffix) for suffix in ("-wal", "-journal"))
+    return any(log.exists() and log.stat().st_size > 0 for log in logs)
+
+
+def _beside(path: Path, suffix: str) -> Path:
+    real = path.resolve()
+    return real.with_name(f"{real.name}{suffix}")
 
 
 def _enter_wal(connection: sqlite3.Connection) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.content import FOLDER, Contents, recreate
+from adeye.campaign.content import FOLDERS, Contents, folder_of_plugins, recreate
 from adeye.errors import IntegrityError
 from adeye.store.repository import Repository
 
@@ -28,21 +28,31 @@ def stored_case(mini: Executed, ordinal: int) -> tuple[StoredCase, Any]:
 def test_every_test_case_comes_out_of_the_database_as_it_went_in(mini: Executed) -> None:
     for ordinal, case in enumerate(mini.plan.cases):
         stored, odd = stored_case(mini, ordinal)
-        made, folder = recreate(stored, case.scenario_id, odd, inside_odd=case.inside_odd)
+        made = recreate(stored, case.scenario_id, odd, inside_odd=case.inside_odd)
         assert made.digest == case.digest
         assert made.stream_seed == case.stream_seed
         assert made.scenario.executable() == case.scenario.executable()
         assert made.architecture == case.architecture
         assert made.faults == case.faults
         assert made.attributes == case.attributes
-        assert folder == mini.plan.folders[case.architecture.architecture]
 
 
-def test_folder_of_plugins_is_content_but_no_part_of_the_architecture(mini: Executed) -> None:
+def test_folder_of_plugins_is_where_the_campaign_was_made_or_executed(
+    mini: Executed, tmp_path: Path
+) -> None:
     stored, odd = stored_case(mini, 0)
-    assert stored.architecture[FOLDER] == mini.plan.folders["legacy_camera"].as_posix()
-    made, _ = recreate(stored, "cut_in", odd, inside_odd=True)
-    assert FOLDER not in made.architecture.executable()
+    with Repository.open(mini.db, create=False) as repository:
+        made = repository.find_campaign(mini.summary.campaign).provenance
+    folder = mini.plan.folders["legacy_camera"]
+    gone = {FOLDERS: {"legacy_camera": str(tmp_path / "gone")}}
+    assert folder_of_plugins(stored, [made], "legacy_camera") == folder
+    assert folder_of_plugins(stored, [gone, {}, made], "legacy_camera") == folder
+    assert folder_of_plugins(stored, [gone], "legacy_camera") == tmp_path / "gone"
+    assert folder_of_plugins(stored, [{}], "legacy_camera") == Path()
+    # As releases stored it that had it in the content.
+    former = replace(stored, architecture={**stored.architecture, "plugin_folder": str(tmp_path)})
+    assert folder_of_plugins(former, [made], "legacy_camera") == tmp_path
+    assert recreate(former, "cut_in", odd, inside_odd=True).digest == stored.test_case
 
 
 @pytest.mark.parametrize(
@@ -67,6 +77,6 @@ def test_one_record_is_shared_by_the_cases_of_one_content(mini: Executed) -> Non
     cases = [case for case in mini.plan.cases if case.scenario_id == "cut_in"]
     records = {id(contents.scenario(case.scenario)) for case in cases}
     assert len(records) == 1
-    one = contents.architecture(cases[0].architecture, Path("here"))
-    assert contents.architecture(cases[0].architecture, Path("here")) is one
-    assert (one.id, one.content[FOLDER]) == (cases[0].architecture.architecture, "here")
+    one = contents.architecture(cases[0].architecture)
+    assert contents.architecture(cases[0].architecture) is one
+    assert one.id == cases[0].architecture.architecture

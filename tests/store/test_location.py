@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from adeye.errors import InputError
-from adeye.store.location import Location, locate
+from adeye.store.location import Location, locate, masked, option
 
 
 @pytest.mark.parametrize(
@@ -92,3 +92,83 @@ def test_what_is_no_file_name_is_refused(text: str | Path, problem: str) -> None
 
 def test_location_of_a_file_needs_no_parsing() -> None:
     assert str(Location.of_file(Path("what://ever"))) == "what:/ever"
+
+
+SECRET = "p@s/s:w?o#r d%41é"  # noqa: S105 - made up
+SPELT = "p%40s%2Fs%3Aw%3Fo%23r%20d%2541%C3%A9"
+PARTS = ("p@s", "p%40s", "w?o", "w%3F", "w%3f", "o#r", "o%23r", "r d", "r%20d", "r+d", "d%2541")
+
+
+def secretive() -> list[str]:
+    """Spell addresses with a secret, right and wrong."""
+    lower = SPELT.replace("%2F", "%2f").replace("%3F", "%3f").replace("%3A", "%3a")
+    right = [
+        f"postgresql://me:{SPELT}@host/evidence",
+        f"postgresql://me:{lower}@host:6543/evidence?sslmode=require",
+        f"postgres://me@host/evidence?password={SPELT}",
+        f"postgresql://me@host/evidence?sslpassword={SPELT}&host=other",
+        "postgresql://me:p%40s/s:w@host/evidence",
+        "postgresql://me:o#r d@host/evidence",
+    ]
+    wrong = [
+        f"postgresql://me:{SECRET}@host/evidence",
+        "postgresql://me:p@s@host/evidence",
+        "postgresql://host:5432/evidence?password=p@s",
+        "postgresql://host/evidence?password=p@s",
+        "postgresql://m/e:o#r@host/evidence",
+        "postgresql://me:w?o@host/evidence",
+        "postgresql://me:o#r@host:p%40s/evidence",
+        f"postgresql+psycopg://me:{SPELT}@host/evidence",
+        f"postgresql:/me:{SPELT}@host/evidence",
+        f"host=host user=me password='{SECRET}' dbname=evidence",
+        f"postgresql:me:{SECRET}@host/evidence",
+    ]
+    return right + wrong
+
+
+@pytest.mark.parametrize("address", secretive())
+@pytest.mark.parametrize("by_variable", [0, 1])
+def test_no_word_about_an_address_holds_a_part_of_its_secret(
+    address: str, by_variable: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if by_variable:
+        monkeypatch.setenv("ADEYE_DB", address)
+    try:
+        location = locate(address)
+        said = [str(location), repr(location), option(address), option(location)]
+    except InputError as error:
+        said = [str(error), *map(str, (error.__cause__,))]
+    said.append(masked(f"{address}: no such file"))
+    assert not [(text, part) for text in said for part in PARTS if part in text]
+
+
+def test_command_names_the_variable_or_a_masked_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    address = f"postgresql://me:{SPELT}@host/evidence?sslmode=require"
+    shown = " --db 'postgresql://me:***@host/evidence?sslmode=require'"
+    assert option(address) == shown
+    monkeypatch.setenv("ADEYE_DB", address)
+    assert option(address) == ' --db "$ADEYE_DB"'
+    with pytest.raises(InputError, match="is masked as"):
+        locate(shown.split("'")[1])
+    assert option(None) == option("") == ""
+    assert option("my runs.db") == " --db 'my runs.db'"
+    assert option("postgresql://me@host/evidence") == " --db postgresql://me@host/evidence"
+
+
+@pytest.mark.parametrize(
+    "spelt",
+    [SPELT, SPELT.replace("%20", " "), SPELT.replace("%2F", "/"), SPELT.replace("%23", "#")],
+)
+def test_driver_gets_the_password_as_it_is(spelt: str) -> None:
+    for address in (
+        f"postgresql://me:{spelt}@host/evidence",
+        f"postgresql://me@host/evidence?password={spelt.replace('#', '%23')}",
+    ):
+        assert locate(address).driver_arguments()["password"] == SECRET
+
+
+def test_what_a_driver_quotes_is_masked() -> None:
+    location = locate(f"postgresql://me:{SPELT}@host/evidence?sslpassword=other")
+    for text in (SECRET, SPELT, SPELT.replace("%2F", "%2f"), repr(SECRET), "other"):
+        said = location.without_secrets(f'invalid "{text}" given')
+        assert not [part for part in (*PARTS, "other") if part in said]

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import adeye
 from adeye.campaign.choosing import Choice, Shard
 from adeye.campaign.keyword import Keyword
+from adeye.campaign.plan import make_plan
 from adeye.campaign.runner import run_campaign
 from adeye.campaign.session import Session
 from adeye.errors import InputError, IntegrityError, PlatformError
@@ -18,7 +20,7 @@ from adeye.store import merging, tables
 from adeye.store.column_kinds import metadata
 from adeye.store.database import Database
 from adeye.store.repository import Repository
-from tests.project import Executed, Project, count_rows, table_hash
+from tests.project import CANDIDATE, CONCEPT, MINI, Executed, Project, count_rows, table_hash
 from tests.tampering import unguarded
 
 if TYPE_CHECKING:
@@ -215,3 +217,120 @@ def test_every_table_goes_over_or_is_named_as_left() -> None:
     assert set(metadata.tables) >= merging.OF_CAMPAIGN
     with_work = {table.name for table in metadata.sorted_tables if "work_id" in table.columns}
     assert with_work <= merging.LEFT
+
+
+SMALL: dict[str, Any] = {
+    **MINI,
+    "scenarios": [
+        {
+            "use": "cut_in",
+            "faults": ["nominal_silent"],
+            "sweep": {"parameters": {"gap": ["30 m", "50 m"]}},
+        }
+    ],
+    "architectures": ["architectures/camera_radar.yaml"],
+}
+OWN = """from adeye.signals import ControlCommand
+
+class Own:
+    def reset(self, context): pass
+    def act(self, observation): return ControlCommand(0.0, 0.0, observation.time_s)
+"""
+
+
+def with_plugin(folder: Path) -> Project:
+    """Make a small project whose architecture names a file of code."""
+    project = Project(folder, SMALL)
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["own"] = {
+            "kind": "./own.py:Own", "rate": "20 Hz", "links": ["front_radar"],
+        }  # fmt: skip
+    (folder / "odd" / "architectures" / "own.py").write_text(OWN, encoding="utf-8")
+    return project
+
+
+def spellings(folder: Path, elsewhere: Path) -> list[tuple[Path, str]]:
+    """Name the ODD of a project in ways, each with the working folder in which it holds."""
+    (folder / "link").symlink_to(folder / "odd", target_is_directory=True)
+    shutil.copytree(folder, elsewhere, symlinks=True)
+    return [
+        (folder, "odd/tested.yaml"),
+        (folder, str(folder / "odd" / "tested.yaml")),
+        (folder, "./odd/../odd/./tested.yaml"),
+        (folder, "link/tested.yaml"),
+        (folder / "odd", "tested.yaml"),
+        (folder / "odd" / "concepts", "../tested.yaml"),
+        (elsewhere, "odd/tested.yaml"),
+    ]
+
+
+CONTENT = "SELECT digest FROM {} ORDER BY 1"
+
+
+def test_shards_of_the_same_files_merge_however_they_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project = with_plugin(tmp_path / "here")
+    ways = spellings(project.folder, tmp_path / "there")
+    contents, summaries = [], []
+    for number, (folder, name) in enumerate(ways):
+        monkeypatch.chdir(folder)
+        db = tmp_path / f"{number}.db"
+        choice = Choice(shard=Shard(1 + number % 2, 2))
+        summaries.append(run_campaign(make_plan(name), db=db, session=Session(choice=choice)))
+        with sqlite3.connect(db) as connection:
+            contents.append(
+                [connection.execute(CONTENT.format(table)).fetchall()
+                 for table in ("odd", "scenario", "architecture", "concept", "test_case")]
+            )  # fmt: skip
+        connection.close()
+    assert all(item == contents[0] for item in contents)
+    assert len({item.campaign for item in summaries}) == 1
+    into = tmp_path / "all.db"
+    merged(into, *(tmp_path / f"{number}.db" for number in range(len(ways))))
+    sound(into)
+    # And every one of them executes nothing more.
+    for folder, name in ways:
+        monkeypatch.chdir(folder)
+        again = run_campaign(make_plan(name), db=into)
+        assert (again.executed, again.reused) == (0, again.planned)
+    run = str(adeye.results(db=into)["run"].iloc[0])
+    monkeypatch.chdir("/")
+    assert adeye.replay(run, db=into).identical
+
+
+FORGERIES = {
+    "scenario_digest": "UPDATE scenario SET content = json_set(content, '$.horizon', 9.5)",
+    "architecture_digest": (
+        "UPDATE architecture SET content = json_set(content, '$.vehicle.length', 9.5)"
+    ),
+    "faults": "UPDATE test_case SET faults = json_set(faults, '$[0].onset.at', 9.5)",
+}
+
+
+def test_texts_of_files_are_no_contradiction_and_what_runs_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project = Project(tmp_path / "p", SMALL)
+    plan = project.plan()
+    run_campaign(plan, db=tmp_path / "1.db", session=Session(choice=Choice(shard=Shard(1, 2))))
+    with project.edited(CANDIDATE) as candidate:
+        candidate |= {"title": "Another", "cost": 7}
+    with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
+        scenario["title"] = "Another"
+    with project.edited_odd() as odd:
+        odd["title"] = "Another"
+        odd["faults"][1]["text"] = "Another"
+    with project.edited(CONCEPT) as concept:
+        concept["title"] = "Another"
+    run_campaign(project.plan(), db=tmp_path / "2.db")
+    into = tmp_path / "all.db"
+    found = merged(into, tmp_path / "1.db", tmp_path / "2.db")
+    assert sum(item.runs for item in found) == plan.expansion.count
+    sound(into)
+    assert project.run(db=str(into)).executed == 0
+    # As if it were sound: one identity over what would run otherwise.
+    monkeypatch.setattr(merging, "verify", lambda _: iter(()))
+    for column, statement in FORGERIES.items():
+        source = altered(Path(shutil.copy(tmp_path / "2.db", tmp_path / column)), statement)
+        refused(tmp_path / "1.db", source, IntegrityError, ["test_case ", f"another {column}"])

@@ -1,4 +1,10 @@
+import json
+import os
+import shutil
 import sqlite3
+import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +14,7 @@ from adeye.errors import IntegrityError, PlatformError
 from adeye.store import sqlite
 from adeye.store.database import Database, errors_in_words
 from adeye.store.location import Location
+from adeye.store.repository import Repository
 
 
 @pytest.fixture
@@ -143,3 +150,120 @@ def test_message_that_is_not_utf_8_is_damage_in_words(tmp_path: Path) -> None:
         errors_in_words(Location.of_file(tmp_path / "a.db")),
     ):
         b"malformed database schema (\xa7)".decode("utf-8")
+
+
+VERBS = (
+    ("db", "info"),
+    ("db", "verify"),
+    ("query", "SELECT COUNT(*) AS runs FROM v_runs"),
+    ("gate",),
+    ("matrix",),
+    ("show", "0"),
+    ("export", "--format", "csv", "-o", "OUT"),
+)
+SCRIPT = """import json, os, sys
+from adeye.cli.entry import main
+for verb in json.loads(sys.argv[2]):
+    print(main([*verb, "--db", sys.argv[1]]), flush=True)
+"""
+WITHOUT_RIGHTS = "--bounding-set=-dac_override,-dac_read_search,-fowner"
+
+
+@pytest.fixture
+def archive(tmp_path: Path, example: Any) -> Iterator[Path]:
+    """A database in a folder that nobody may write into."""
+    folder = tmp_path / "archive"
+    folder.mkdir()
+    with Repository.open(folder / "a.db") as repository:
+        example.campaign(repository, 8)
+    yield folder / "a.db"
+    folder.chmod(0o755)
+
+
+def as_reader(db: Path, *verbs: tuple[str, ...]) -> tuple[list[int], str]:
+    """Run verbs as somebody whom the rights of files bind; return their codes and what they said."""
+    (db.parent.parent / "out").mkdir(exist_ok=True)
+    given = [[str(db.parent.parent / "out") if w == "OUT" else w for w in verb] for verb in verbs]
+    words = [sys.executable, "-c", SCRIPT, str(db), json.dumps(given)]
+    if os.getuid() == 0:
+        words = ["setpriv", WITHOUT_RIGHTS, *words]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=db.parent.parent)
+    codes = [int(line) for line in done.stdout.splitlines() if line.isdecimal()]
+    return codes, done.stdout + done.stderr
+
+
+needs_rights = pytest.mark.skipif(
+    os.getuid() == 0 and shutil.which("setpriv") is None, reason="root may write everywhere"
+)
+
+
+@needs_rights
+@pytest.mark.parametrize("file_mode", [0o444, 0o644])
+def test_archive_that_nobody_may_write_is_read(archive: Path, file_mode: int) -> None:
+    before = archive.read_bytes()
+    archive.chmod(file_mode)
+    archive.parent.chmod(0o555)
+    codes, said = as_reader(archive, *VERBS)
+    assert len(codes) == len(VERBS), said
+    assert 5 not in codes, said
+    assert codes[:3] == [0, 0, 0]
+    assert [item.name for item in archive.parent.iterdir()] == ["a.db"]
+    assert archive.read_bytes() == before
+
+
+@needs_rights
+def test_file_that_may_not_be_written_is_read_in_a_folder_that_may(archive: Path) -> None:
+    archive.chmod(0o444)
+    codes, said = as_reader(archive, *VERBS[:4])
+    assert 5 not in codes, said
+    assert codes[:3] == [0, 0, 0]
+
+
+@needs_rights
+def test_who_writes_into_an_archive_is_told(archive: Path) -> None:
+    archive.parent.chmod(0o555)
+    codes, said = as_reader(archive, ("db", "withdraw", "0", "--author", "A", "--reason", "B"))
+    assert codes == [5]
+    assert "is read-only" in said
+    assert "write access to file and folder" in said
+
+
+@needs_rights
+def test_log_that_is_not_in_the_file_yet_is_read_or_named(archive: Path) -> None:
+    writing = sqlite3.connect(archive)
+    writing.execute("PRAGMA wal_autocheckpoint = 0")
+    writing.execute("CREATE TABLE more (x)")
+    writing.commit()
+    archive.parent.chmod(0o555)
+    # Beside a writer the log is read, too.
+    codes, said = as_reader(archive, ("query", "SELECT COUNT(*) FROM more"))
+    assert codes == [0], said
+    archive.parent.chmod(0o755)
+    log = Path(f"{archive}-wal").read_bytes()
+    writing.close()
+    # As a copy has it that was made while somebody wrote.
+    Path(f"{archive}-wal").write_bytes(log)
+    archive.parent.chmod(0o555)
+    codes, said = as_reader(archive, ("db", "info"))
+    assert codes == [5]
+    assert "a.db-wal holds what is not in the file yet" in said
+
+
+def test_file_that_is_written_after_all_while_it_is_read_is_not_believed(
+    database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = database.location.path
+    assert path is not None
+    database.close()
+    monkeypatch.setattr(sqlite, "_may_write", lambda _: False)
+    monkeypatch.setattr("os.access", lambda *_: False)
+    reader = Database(path)
+    with reader.read() as connection:
+        assert connection.exec_driver_sql("SELECT COUNT(*) FROM t").scalar() == 0
+    with (
+        pytest.raises(PlatformError, match="was written while it was read"),
+        reader.read() as connection,
+        sqlite3.connect(path) as other,
+    ):
+        other.execute("INSERT INTO t VALUES (1)")
+    other.close()
