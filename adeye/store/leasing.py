@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from sqlalchemy import func, select, update
 
+from adeye.store.accounts import account_whole
 from adeye.store.basis import record_basis
 from adeye.store.block import JudgedBlock
 from adeye.store.catalog import is_server
@@ -265,6 +266,7 @@ def complete_block(
         counted = count_block(connection, block.id, runs)
         if counted is not None:
             counted.save(connection)
+            account_whole(connection, block.campaign)
             return True
     bounds = connection.execute(
         select(work.c.from_ordinal, work.c.to_ordinal).where(work.c.id == block.id)
@@ -272,6 +274,7 @@ def complete_block(
     judge_with_uncertainty(connection, block.campaign, *bounds)
     _require_complete(connection, block, *bounds)
     write_tallies(connection, block.id)
+    account_whole(connection, block.campaign)
     return True
 
 
@@ -303,6 +306,8 @@ def close_blocks(connection: Connection, campaign_id: str) -> int:
         )
         write_tallies(connection, block.id)
         closed += 1
+    if closed:
+        account_whole(connection, campaign_id)
     return closed
 
 
