@@ -173,7 +173,8 @@ def _named(judgement: Judgement, formula: Formula, nested: Sequence[int]) -> Jud
     ):
         if kind != HELD and detail is not None:
             detail = detail.replace(
-                f"nested implication {at} ", f"nested implication {at} ({formula.quote(node.left)}) "
+                f"nested implication {at} ",
+                f"nested implication {at} ({formula.quote(node.left)}) ",
             )
     if NEEDED not in nested:
         return replace(judgement, detail=detail)

@@ -68,7 +68,7 @@ class OddFiles:
     def gate(self) -> tuple[str, ...]:
         """Architectures whose verdicts decide: those of ``gate``, else all."""
         gate = self.odd.spec.gate
-        return gate.architectures if gate else tuple(self.architectures)
+        return tuple(dict.fromkeys(gate.architectures)) if gate else tuple(self.architectures)
 
 
 def load_odd(path: str | Path) -> OddFiles:

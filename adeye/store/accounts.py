@@ -62,7 +62,7 @@ _DONE: Final = f"""
     WHERE w.id = ? ORDER BY c.ordinal
 """  # noqa: S608 - JUDGED is a constant of this package
 
-# Most campaigns have no two equal traces, which one sort tells; verdicts are read of equal ones only.
+# Most campaigns have no two equal traces, which one sort tells; no verdict is read then.
 _REPEATED: Final = f"""
     WITH done AS (
         SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number, r.trace_digest
@@ -192,10 +192,11 @@ def never_held_rows(connection: Connection, campaign_id: str) -> list[Row]:
 def _antecedents(content: str) -> tuple[str, ...]:
     try:
         told = json.loads(content)
-        named = {name: read_quantity(str(value)) for name, value in told["parameters"].items()}
-        return nested_antecedents(told["formula"], named)
+        values = told.get("parameters", {}).items()
+        named = {name: read_quantity(str(value)) for name, value in values}
+        return nested_antecedents(told.get("formula"), named)
     except (ValueError, LookupError, TypeError, AttributeError, InputError):
-        # What is no formula is refused where a plan is made, and what was altered is named by itself.
+        # What is no formula is refused where a plan is made; what was altered is named by itself.
         return ()
 
 
@@ -217,8 +218,8 @@ def _never_held(
 
 def account_whole(connection: Connection, campaign_id: str) -> None:
     """Account for what only a whole campaign tells, if its last block is done by now."""
-    insert_rows(connection, case_repeat, repeat_rows(connection, campaign_id))
-    insert_rows(connection, never_held, never_held_rows(connection, campaign_id))
+    for table, rows in ((case_repeat, repeat_rows), (never_held, never_held_rows)):
+        insert_rows(connection, table, rows(connection, campaign_id), ignore_existing=True)
 
 
 def _is_whole(connection: Connection, campaign_id: str) -> bool:
@@ -226,12 +227,11 @@ def _is_whole(connection: Connection, campaign_id: str) -> bool:
     return connection.execute(open_blocks.limit(1)).first() is None
 
 
-def account_all(connection: Connection, *, is_before_results: bool) -> None:
+def account_all(connection: Connection) -> None:
     """Account for the campaigns of a database from before there were accounts.
 
     Args:
         connection: In a write transaction, the database of the present schema.
-        is_before_results: Whether repeated results were not accounted for.
     """
     known = set(connection.execute(select(case_count.c.campaign_id).distinct()).scalars())
     found = connection.execute(select(campaign.c.id).order_by(campaign.c.number)).scalars()
@@ -241,8 +241,7 @@ def account_all(connection: Connection, *, is_before_results: bool) -> None:
         for work_id in connection.execute(done.order_by(work.c.id)).scalars().all():
             account_block(connection, work_id)
     for campaign_id in connection.execute(select(campaign.c.id)).scalars().all():
-        if is_before_results:
-            account_whole(connection, campaign_id)
+        account_whole(connection, campaign_id)
 
 
 def wrong_plans(connection: Connection) -> Iterator[Finding]:

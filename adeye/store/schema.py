@@ -20,7 +20,6 @@ _HEAD: Final = "0006"
 _FIRST_OF_SERVERS: Final = "0005"
 """Before it there was SQLite only: its migration makes everything on a server."""
 _FIRST_WITH_LEDGER: Final = "0005"
-_FIRST_WITH_RESULTS: Final = "0006"
 _FOLDER: Final = Path(__file__).parent / "migrations"
 
 
@@ -82,7 +81,7 @@ def upgrade_database(database: Database) -> None:
         if version is not None:
             # These views are made of what the database holds, and v_runs has other columns now.
             ensure_scenario_views(connection)
-            account_all(connection, is_before_results=version < _FIRST_WITH_RESULTS)
+            account_all(connection)
         if version is not None and version < _FIRST_WITH_LEDGER:
             open_ledger(connection)
 

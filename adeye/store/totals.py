@@ -66,7 +66,7 @@ class Total:
 
 
 def distinct(runs: int, repeated: int) -> int:
-    """Count results: runs without those that repeat one; of withdrawn ones at least that is left."""
+    """Count results: runs without those that repeat one."""
     return max(runs - repeated, min(runs, 1))
 
 
@@ -129,7 +129,7 @@ def asked_for(verdict: Verdict, never_held: Sequence[NeverHeld]) -> Verdict:
 
 
 def said_of_results(item: Total) -> str:
-    """Say what an FSR was never asked for, and how many of its runs repeat a result; often nothing."""
+    """Say what an FSR was never asked for, and how many of its runs repeat a result."""
     said = [f"{part.antecedent} never held" for part in item.never_held]
     if item.repeated:
         said.append(f"{item.repeated:,} runs repeat a result, which counts once")
@@ -138,9 +138,7 @@ def said_of_results(item: Total) -> str:
 
 def _folded(item: FsrStatus, counts: Mapping[Verdict, int]) -> Verdict:
     try:
-        return fold_runs(
-            counts, min_exercised=item.min_exercised, repeated=item.repeated_passes
-        )
+        return fold_runs(counts, min_exercised=item.min_exercised, repeated=item.repeated_passes)
     except ValueError as error:
         # Nothing that was written counts below zero.
         raise IntegrityError(

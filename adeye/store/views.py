@@ -266,10 +266,9 @@ WORST_FIRST: Final = (
 
 
 def _distinct(runs: str, repeated: str) -> str:
-    """Count results: runs without those that repeat one; of withdrawn runs at least that is left."""
+    """Count results: runs without those that repeat one; of withdrawn runs one at least is left."""
     return (
-        f"CASE WHEN {runs} > {repeated} THEN {runs} - {repeated} "
-        f"WHEN {runs} > 0 THEN 1 ELSE 0 END"
+        f"CASE WHEN {runs} > {repeated} THEN {runs} - {repeated} WHEN {runs} > 0 THEN 1 ELSE 0 END"
     )
 
 

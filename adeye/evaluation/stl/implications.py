@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from adeye.evaluation.stl.operators import is_open_ended
 from adeye.evaluation.stl.program import (
     ALWAYS,
@@ -36,6 +34,7 @@ from adeye.evaluation.stl.program import (
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from adeye.signals import Floats, Ints
@@ -44,7 +43,7 @@ if TYPE_CHECKING:
 
 
 @compiled
-def find_held(  # noqa: PLR0913, PLR0917 - a kernel
+def find_held(  # noqa: PLR0913, PLR0917, PLR0912, C901 - one branch for each operator
     nodes: Ints,
     nested: Ints,
     known: int,
@@ -103,7 +102,7 @@ def _holds(part: int, row: int, above: Ints, truth: Bytes, start: Floats) -> boo
 
 
 @compiled
-def _ask_over_time(
+def _ask_over_time(  # noqa: C901, PLR0912 - one branch for each operator
     node: int, what: Ints, known: int, last: int, truth: Bytes, scope: Bytes
 ) -> None:
     """Mark the rows that the parts of a temporal operator are asked for at."""

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @allocating
-def evaluate_runs(  # noqa: C901, PLR0913, PLR0915, PLR0917 - a kernel over a whole program
+def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole program
     chosen: Bools,
     length: Ints,
     horizon: Ints,

@@ -344,7 +344,9 @@ def nested_implications(root: Condition) -> list[Connective]:
     return [
         node
         for node in _walk(root)
-        if isinstance(node, Connective) and node.operator == "implies" and id(node.left) not in outer
+        if isinstance(node, Connective)
+        and node.operator == "implies"
+        and id(node.left) not in outer
     ]
 
 
