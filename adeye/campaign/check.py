@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -27,8 +28,9 @@ from adeye.world.check import check_scenario, check_worlds
 from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
+    from adeye.campaign.parts import Parts
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Concept
     from adeye.spec.fault import Fault
@@ -145,6 +147,55 @@ def over_budget(concept: Concept) -> Iterator[str]:
                     f"{goal.id}: {' and '.join(said)} of {' and '.join(budget.fsrs)} "
                     f"{'exceed' if len(said) > 1 else 'exceeds'} its FTTI of {goal.ftti:g} s"
                 )
+
+
+def same_architectures(files: OddFiles, parts: Mapping[str, Parts]) -> Iterator[str]:
+    """Say which architectures are one under several ids, and which the gate names twice."""
+    gate = files.odd.spec.gate
+    for name, count in Counter(gate.architectures if gate else ()).items():
+        if count > 1:
+            yield f"the gate names {name} {count} times; it counts once"
+    known: dict[tuple[str, str], str] = {}
+    for name, item in files.architectures.items():
+        first = known.setdefault((content_digest(item.spec), parts[name].digest), name)
+        if first != name:
+            yield (
+                f"architecture {name} is {first} under another id: each run is executed once, and "
+                "both have its result"
+            )
+
+
+def same_scenarios(expansion: Expansion) -> Iterator[str]:
+    """Say which test cases of a scenario are those of another one, or of a copy of it.
+
+    A copy of a file has an id of its own, which its random draws depend on, and nothing else.
+    """
+    alike: dict[str, dict[str, list[Section]]] = {}
+    for section in expansion.sections:
+        shared = expansion.shared(section)
+        scenario = {**shared.scenario.executable(), "scenario": ""}
+        faults = [fault.executable() for fault in shared.faults]
+        key = digest([scenario, content_digest(shared.architecture), faults])
+        uses = alike.setdefault(f"{shared.architecture.architecture} {key}", {})
+        uses.setdefault(shared.scenario_id, []).append(section)
+    repeated: Counter[tuple[str, str]] = Counter()
+    for uses in alike.values():
+        seen: dict[tuple[str, int], str] = {}
+        for name, sections in uses.items() if len(uses) > 1 else ():
+            for section in sections:
+                for columns in expansion.columns(section.first, section.end):
+                    for case in zip(columns.parameters_json, columns.replicate, strict=True):
+                        first = seen.setdefault(case, name)
+                        repeated[name, first] += first != name
+    planned = Counter[str]()
+    for factor in expansion.factors:
+        planned[factor.scenario] += factor.test_cases
+    for (name, first), count in repeated.items():
+        if count:
+            yield (
+                f"{count:,} of {planned[name]:,} test cases of {name} are those of {first} under "
+                "another name; equal results count once"
+            )
 
 
 def check_cases(expansion: Expansion) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,8 @@ from adeye.campaign.check import (
     check_onsets,
     check_scenarios,
     over_budget,
+    same_architectures,
+    same_scenarios,
 )
 from adeye.campaign.content import FOLDERS, Contents
 from adeye.campaign.factors import axes_text, design_counts
@@ -321,7 +323,8 @@ def make_plan(
     if not plan.cases:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
     check_cases(expansion)
-    return plan
+    alike = *same_architectures(files, parts), *same_scenarios(expansion)
+    return replace(plan, notices=(*plan.notices, *alike))
 
 
 def _load_metrics(files: OddFiles) -> tuple[Part, ...]:

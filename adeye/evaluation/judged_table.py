@@ -11,10 +11,11 @@ import numpy as np
 from adeye.errors import InputError, suggest
 from adeye.evaluation.rulings import Frame
 from adeye.evaluation.stl.check import TRUTH_LABELS
-from adeye.evaluation.stl.columns import evaluate_columns
+from adeye.evaluation.stl.columns import HELD, NEEDED, evaluate_columns
 from adeye.evaluation.stl.formula import parse_formula
 from adeye.evaluation.stl.lexer import KEYWORDS
 from adeye.evaluation.stl.profile import evaluate_rows
+from adeye.evaluation.stl.syntax import nested_implications
 from adeye.evaluation.stl.table import TableSignals, sampling, time_column
 from adeye.evaluation.verdict import Verdict
 from adeye.units import Dimension, parse_quantity, read_quantity, shown
@@ -120,6 +121,7 @@ def judge_table(text: str, table: Table, reading: Reading) -> JudgedTable:
     frame = Frame(step, (), np.array([False]), (None,))
     judgement = frame.judge_formula(result, text).of_run(0)
     assert judgement is not None
+    judgement = _named(judgement, formula, result.nested[0].tolist())
     return JudgedTable(
         formula=text,
         judgement=_placed(judgement, signals, formula, times, step),
@@ -165,6 +167,22 @@ def _horizon(text: str | None, step: float, rows: int) -> tuple[float, int]:
     if horizon < 0.0:
         raise InputError(f"the horizon {shown(text)} is below 0", remedy="Write 0 s or more.")
     return horizon, math.floor(min(horizon / step + _SLACK, rows))
+
+
+def _named(judgement: Judgement, formula: Formula, nested: Sequence[int]) -> Judgement:
+    """Name the nested implications that this one run never asked for; they may be all there is."""
+    detail = judgement.detail
+    for node, (at, kind) in zip(
+        nested_implications(formula.root), enumerate(nested, start=1), strict=True
+    ):
+        if kind != HELD and detail is not None:
+            detail = detail.replace(
+                f"nested implication {at} ",
+                f"nested implication {at} ({formula.quote(node.left)}) ",
+            )
+    if NEEDED not in nested:
+        return replace(judgement, detail=detail)
+    return replace(judgement, verdict=Verdict.VACUOUS, is_exercised=False, detail=detail)
 
 
 def _placed(

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from adeye.evaluation.stl.canonical import canonical
 from adeye.evaluation.stl.formula import parse_formula
+from adeye.evaluation.stl.syntax import nested_implications
 
 if TYPE_CHECKING:
+    from adeye.evaluation.stl.parser import Parameters
     from adeye.spec.concept import Requirement
 
 
@@ -25,7 +27,7 @@ def measured(requirement: Requirement) -> dict[str, Any]:
     part.pop("parameters", None)
     part["scenarios"] = sorted(set(requirement.scenarios))
     if requirement.formula is not None:
-        part["formula"], _ = _formula(requirement)
+        part["formula"] = _formula(requirement)[0]
     elif requirement.bound is not None:
         limit = requirement.bound.limit
         value = requirement.constants[limit][0] if isinstance(limit, str) else limit
@@ -42,7 +44,20 @@ def reads_odd(requirement: Requirement) -> bool:
     return requirement.formula is not None and "in_odd" in _formula(requirement)[1]
 
 
-def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...]]:
+def nested_antecedents(formula: str | None, constants: Parameters) -> tuple[str, ...]:
+    """Quote the antecedents of the implications below the top level of a formula.
+
+    Args:
+        formula: Its text; None for a bound, which has none.
+        constants: Parameters in SI with their exponents.
+
+    Raises:
+        ExpressionError: The formula cannot be read.
+    """
+    return () if formula is None else _written(formula, tuple(sorted(constants.items())))[2]
+
+
+def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
     constants = tuple(sorted(requirement.constants.items()))
     return _written(requirement.formula or "", constants)
 
@@ -50,7 +65,8 @@ def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...]]:
 @lru_cache(maxsize=1024)
 def _written(
     text: str, constants: tuple[tuple[str, tuple[float, tuple[int, int, int]]], ...]
-) -> tuple[str, tuple[str, ...]]:
-    """Read a formula; give its canonical text and the signals that it names."""
+) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    """Read a formula; give its canonical text, the signals that it names and nested antecedents."""
     formula = parse_formula(text, parameters=dict(constants))
-    return canonical(formula.root), formula.names
+    nested = tuple(formula.quote(node.left) for node in nested_implications(formula.root))
+    return canonical(formula.root), formula.names, nested

@@ -135,6 +135,7 @@ def gate_verdict(
     *,
     min_exercised: int = 1,
     is_waived: bool = False,
+    repeated: int = 0,
 ) -> tuple[Verdict, int, int]:
     """Fold the verdicts of an FSR for the gate, without the collisions that no model prevents.
 
@@ -147,8 +148,9 @@ def gate_verdict(
         failures: For each run that FAILs: the cell by model, empty where the failure is none of a
             contact.
         models: Every one of them must be in a contact too.
-        min_exercised: Runs that must PASS.
+        min_exercised: Results that must PASS.
         is_waived: Whether a waiver of open runs is in force.
+        repeated: Runs that PASS and repeat the result of another one.
 
     Returns:
         What the gate takes for the verdict, how many failures are set aside, and how many are not
@@ -168,4 +170,5 @@ def gate_verdict(
     # What is set aside is neutral, and nothing but that is no PASS.
     left[Verdict.VACUOUS] = counts.get(Verdict.VACUOUS, 0) + aside
     waived = {name: left[name] for name in WAIVABLE if is_waived and left.get(name, 0)}
-    return fold_runs(left, min_exercised=min_exercised, waived=waived), aside, unknown
+    verdict = fold_runs(left, min_exercised=min_exercised, waived=waived, repeated=repeated)
+    return verdict, aside, unknown

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.evaluation.bounds import Bound, bound_of
-from adeye.evaluation.measured import measured, reads_odd
+from adeye.evaluation.measured import measured, nested_antecedents, reads_odd
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import is_decision, plan_dictionary
 from adeye.evaluation.stl.check import TRUTH_LABELS
@@ -122,6 +122,9 @@ def requirement_digest(requirement: Requirement, attributes: Attributes | None =
         ExpressionError: The formula cannot be read.
     """
     preimage: dict[str, Any] = {"requirement": measured(requirement), "judge": JUDGE_VERSION}
+    if nested_antecedents(requirement.formula, requirement.constants):
+        # Of these a verdict tells what no verdict told before.
+        preimage["nested"] = 1
     if requirement.bound is not None and requirement.bound.metric in METRICS:
         preimage["metric"] = METRICS[requirement.bound.metric].uid
     if attributes is not None and reads_odd(requirement):

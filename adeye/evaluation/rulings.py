@@ -26,12 +26,13 @@ from adeye.evaluation.judgement import (
 from adeye.evaluation.metrics import statuses
 from adeye.evaluation.metrics.statuses import CODES as _CODES
 from adeye.evaluation.metrics.statuses import STATUSES, status_codes
+from adeye.evaluation.stl.columns import HELD, NEEDED, SPARE
 from adeye.evaluation.stl.descent import BINDING_STATUSES
 from adeye.evaluation.stl.program import KIND, WORD
 from adeye.evaluation.uncertainty import is_uncertain, uncertain_detail
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from adeye.evaluation.bounds import Bound
     from adeye.evaluation.requirements import CheckedRequirement
@@ -232,14 +233,18 @@ class Frame:
         # A word is part of the reason; where a sample does not apply there is none.
         code = np.where((kinds[node] == WORD) & (status == 0), result.value[runs] + 1.0, 0.0)
         widest = 1 + max((len(item.values) for item in words), default=0)
+        patterns, pattern = _patterns(result.nested[runs])
         reason = (
             verdict * (_KINDS * len(words)) + _KINDS * node + status
         ) * widest + np.nan_to_num(code).astype(np.int64)
+        reason = reason * len(patterns) + pattern
 
         def explain(key: int) -> str | None:
+            key, which = divmod(key, len(patterns))
             rest, word = divmod(key, widest)
             kind, place = divmod(rest, _KINDS * len(words))
-            return _reason(kind, words[place // _KINDS], place % _KINDS, word)
+            said = _reason(kind, words[place // _KINDS], place % _KINDS, word)
+            return _and(said, never_held(patterns[which].tolist()))
 
         return _Ruling(
             verdict,
@@ -350,6 +355,39 @@ def _reason(verdict: int, words: Words, status: int, word: int) -> str | None:
     if word and words.values:
         return _and(detail, f"{words.signal} is {words.values[word - 1].lower()}")
     return detail
+
+
+_NEVER_HELD: Final = {
+    NEEDED: "the antecedent of nested implication {} never held",
+    SPARE: "the antecedent of nested implication {} never held, and it was not needed",
+}
+
+
+def _patterns(nested: Ints) -> tuple[Ints, Ints]:
+    """Number the different rows (R, J): each once, and the number of each row."""
+    if not nested.any():
+        return np.zeros((1, nested.shape[1]), dtype=np.int64), np.zeros(len(nested), dtype=np.int64)
+    patterns, pattern = np.unique(nested, axis=0, return_inverse=True)
+    return patterns, pattern.reshape(-1)
+
+
+def never_held(nested: Sequence[int]) -> str | None:
+    """Name the nested implications, from 1, whose antecedent held nowhere.
+
+    Args:
+        nested: What became of each: ``HELD``, ``NEEDED`` or ``SPARE``.
+    """
+    numbered = enumerate(nested, start=1)
+    return _and(*(_NEVER_HELD[kind].format(at) for at, kind in numbered if kind != HELD))
+
+
+def read_never_held(detail: str | None, count: int) -> tuple[int, ...]:
+    """Read from the detail of a verdict what became of each of its nested implications."""
+    parts = set((detail or "").split("; "))
+    return tuple(
+        next((kind for kind, text in _NEVER_HELD.items() if text.format(at) in parts), HELD)
+        for at in range(1, count + 1)
+    )
 
 
 def _and(*parts: str | None) -> str | None:

@@ -99,17 +99,19 @@ def fold_runs(
     *,
     min_exercised: int = 1,
     waived: Mapping[Verdict, int] = MappingProxyType({}),
+    repeated: int = 0,
 ) -> Verdict:
     """Fold the verdicts of one FSR over its runs.
 
     FAIL if any run failed; else ERROR; else INVALID, INCONCLUSIVE, NOT_RUN, the first that is
-    present and not waived; else PASS if at least ``min_exercised`` runs pass; else VACUOUS. A
-    VACUOUS run is neutral. No runs at all are NOT_RUN.
+    present and not waived; else PASS if at least ``min_exercised`` different results pass; else
+    VACUOUS. A VACUOUS run is neutral. No runs at all are NOT_RUN.
 
     Args:
         verdicts: Verdict of every planned run, or the number of runs per verdict.
-        min_exercised: Runs that must PASS, at least 1.
+        min_exercised: Results that must PASS, at least 1.
         waived: Number of runs set aside by a waiver in force, per verdict.
+        repeated: Runs that PASS and repeat the result of another one, which counts once.
 
     Raises:
         ValueError: Negative counts, ``min_exercised`` below 1, a waiver of a verdict that cannot
@@ -125,7 +127,10 @@ def fold_runs(
     for verdict in _RUN_ORDER:
         if remaining.get(verdict, 0) > 0:
             return verdict
-    return Verdict.PASS if remaining.get(Verdict.PASS, 0) >= min_exercised else Verdict.VACUOUS
+    passed = remaining.get(Verdict.PASS, 0)
+    # Whatever repeats what: of runs that PASS, one result is left.
+    is_enough = max(passed - repeated, min(passed, 1)) >= min_exercised
+    return Verdict.PASS if is_enough else Verdict.VACUOUS
 
 
 def exercised_of(verdict: Verdict | None, exercised: int, runs: int, needed: int | None) -> str:

@@ -39,6 +39,11 @@ def _file(name: str, wrong: str, words: str, bad: Edit, good: str = "") -> Maste
     return Master(name, "file", wrong, _CHECK, 2, words, running(bad, odd=odd), twin)
 
 
+_SWEEP: Final = "    sweep:\n      parameters:\n        ego_speed: [20 m/s, 25 m/s]\n"
+_AGAIN: Final = f"{_SWEEP}  - use: closing\n    as: again\n    faults: [none]\n"
+_FOUR: Final = Edit(DRIVING_CONCEPT, "min_exercised: 1", "min_exercised: 4")
+_NOW: Final = "sensor.front.age <= 0.3 s)"
+
 THRESHOLDS: Final = (
     _threshold(
         "threshold_swapped",
@@ -95,6 +100,28 @@ THRESHOLDS: Final = (
         "FSR-01 VACUOUS",
         Edit(DRIVING_CONCEPT, "min_exercised: 1", "min_exercised: 3"),
         "min_exercised: 2",
+    ),
+    Master(
+        "run_counted_twice",
+        "threshold",
+        "two runs are there under two names, where four are asked for",
+        "counting of results",
+        3,
+        "FSR-01 VACUOUS",
+        running(Edit(DRIVING, _SWEEP, f"{_AGAIN}{_SWEEP}"), _FOUR),
+        running(Edit(DRIVING, _SWEEP, _AGAIN + _SWEEP.replace("20 m/s, 25", "22 m/s, 24")), _FOUR),
+    ),
+    _threshold(
+        "implication_never_asked_for",
+        "the condition inside of a condition never holds",
+        3,
+        "FSR-06 VACUOUS",
+        Edit(
+            DRIVING_CONCEPT,
+            f"time >= 0.5 s implies {_NOW}",
+            f"time >= 0.5 s implies always[0 s, 1 s](time >= 500 s implies {_NOW})",
+        ),
+        f"time >= 0.5 s implies always[0 s, 1 s](time >= 5 s implies {_NOW})",
     ),
     _threshold(
         "fault_never_comes",

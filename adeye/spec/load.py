@@ -69,7 +69,7 @@ class OddFiles:
     def gate(self) -> tuple[str, ...]:
         """Architectures whose verdicts decide: those of ``gate``, else all."""
         gate = self.odd.spec.gate
-        return gate.architectures if gate else tuple(self.architectures)
+        return tuple(dict.fromkeys(gate.architectures)) if gate else tuple(self.architectures)
 
     def named_files(self) -> Iterator[Path]:
         """Give the files beside them that a text in them names: plug-ins, programs, data."""

@@ -1,11 +1,13 @@
 """Accounts of the cases of a campaign: made with plan and results, made again to check them.
 
 The plan is accounted for in ``case_count`` and ``case_match``, a block that is done in ``case_run``
-and ``case_tally``. A block just executed is counted from its columns by ``tallying`` instead.
+and ``case_tally``, a campaign of which every block is done in ``case_repeat`` and ``never_held``. A
+block just executed is counted from its columns by ``tallying`` instead.
 """
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from itertools import groupby
 from operator import itemgetter
@@ -13,13 +15,25 @@ from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import and_, select
 
-from adeye.store.case_tables import case_count, case_match, case_run, case_tally
+from adeye.errors import InputError
+from adeye.evaluation.measured import nested_antecedents
+from adeye.evaluation.rulings import read_never_held
+from adeye.evaluation.stl.columns import HELD, NEEDED
+from adeye.store.case_tables import (
+    case_count,
+    case_match,
+    case_repeat,
+    case_run,
+    case_tally,
+    never_held,
+)
 from adeye.store.encoding import Row, row, rows_of_columns
 from adeye.store.inserting import insert_rows
 from adeye.store.matching import CaseGroups
 from adeye.store.pending import JUDGED
 from adeye.store.stored import Finding
 from adeye.store.tables import campaign, campaign_case, work
+from adeye.units import read_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -46,6 +60,35 @@ _DONE: Final = f"""
     JOIN test_case t ON t.digest = c.test_case_digest
     JOIN run r ON r.result_digest = c.result_digest
     WHERE w.id = ? ORDER BY c.ordinal
+"""  # noqa: S608 - JUDGED is a constant of this package
+
+# Most campaigns have no two equal traces, which one sort tells; no verdict is read then.
+_REPEATED: Final = f"""
+    WITH done AS (
+        SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number, r.trace_digest
+        FROM case_run o
+        JOIN campaign_case c ON c.campaign_id = o.campaign_id AND c.ordinal = o.ordinal
+        JOIN run r ON r.number = o.run_number
+        WHERE o.campaign_id = ?),
+    same AS (
+        SELECT architecture, trace_digest FROM done
+        GROUP BY architecture, trace_digest HAVING COUNT(*) > 1)
+    SELECT f.fsr_id, c.architecture, c.scenario, c.trace_digest, v.robustness_low, v.margin,
+        SUM(CASE v.verdict WHEN 'PASS' THEN 1 ELSE 0 END), SUM(v.exercised)
+    FROM same s
+    JOIN done c ON c.architecture = s.architecture AND c.trace_digest = s.trace_digest
+    JOIN campaign_fsr f ON {JUDGED}
+    JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
+    GROUP BY f.fsr_id, c.architecture, c.scenario, c.trace_digest, v.robustness_low, v.margin
+"""  # noqa: S608 - JUDGED is a constant of this package
+
+_PASSED: Final = f"""
+    SELECT DISTINCT c.architecture, v.detail
+    FROM campaign_case c
+    JOIN campaign_fsr f ON {JUDGED}
+    JOIN case_run o ON o.campaign_id = c.campaign_id AND o.ordinal = c.ordinal
+    JOIN verdict v ON v.run_number = o.run_number AND v.fsr_digest = f.fsr_digest
+    WHERE c.campaign_id = ? AND f.fsr_id = ? AND v.verdict = 'PASS'
 """  # noqa: S608 - JUDGED is a constant of this package
 
 Done = tuple[str, int, int, str, str, str, int]
@@ -106,6 +149,84 @@ def account_block(connection: Connection, work_id: int) -> None:
     save_done(connection, work_id, done_cases(connection, work_id))
 
 
+def repeat_rows(connection: Connection, campaign_id: str) -> list[Row]:
+    """Count the runs that repeat a result, by FSR, architecture and scenario; none before the end.
+
+    Two runs of one architecture with equal traces and equal robustness are one result, whatever
+    their test cases are called: nothing that was recorded tells them apart.
+    """
+    if not _is_whole(connection, campaign_id):
+        return []
+    runs: Counter[tuple[Any, ...]] = Counter()
+    for fsr, architecture, scenario, *result, passed, exercised in connection.exec_driver_sql(
+        _REPEATED, (campaign_id,)
+    ):
+        for where in (scenario, ""):
+            runs[fsr, architecture, where, 0, *result] += int(passed)
+            runs[fsr, architecture, where, 1, *result] += int(exercised)
+    repeats: dict[tuple[str, ...], list[int]] = {}
+    for (fsr, architecture, where, kind, *_), count in runs.items():
+        if count > 1:
+            repeats.setdefault((fsr, architecture, where), [0, 0])[kind] += count - 1
+    return [
+        row(case_repeat, (campaign_id, *place, *counts))
+        for place, counts in sorted(repeats.items())
+    ]
+
+
+def never_held_rows(connection: Connection, campaign_id: str) -> list[Row]:
+    """List the nested implications whose antecedent held in no run that PASSes."""
+    if not _is_whole(connection, campaign_id):
+        return []
+    found = connection.exec_driver_sql(
+        "SELECT f.id, f.content FROM campaign c JOIN fsr f ON f.concept_digest = c.concept_digest "
+        "WHERE c.id = ? ORDER BY f.id",
+        (campaign_id,),
+    )
+    rows: list[Row] = []
+    for fsr, content in found.all():
+        rows += _never_held(connection, campaign_id, fsr, _antecedents(content))
+    return rows
+
+
+def _antecedents(content: str) -> tuple[str, ...]:
+    try:
+        told = json.loads(content)
+        values = told.get("parameters", {}).items()
+        named = {name: read_quantity(str(value)) for name, value in values}
+        return nested_antecedents(told.get("formula"), named)
+    except (ValueError, LookupError, TypeError, AttributeError, InputError):
+        # What is no formula is refused where a plan is made; what was altered is named by itself.
+        return ()
+
+
+def _never_held(
+    connection: Connection, campaign_id: str, fsr: str, antecedents: Sequence[str]
+) -> Iterator[Row]:
+    if not antecedents:
+        return
+    told: dict[str, set[tuple[int, ...]]] = {}
+    for architecture, detail in connection.exec_driver_sql(_PASSED, (campaign_id, fsr)):
+        kinds = read_never_held(detail, len(antecedents))
+        told.setdefault(architecture, set()).add(kinds)
+    for architecture, runs in sorted(told.items()):
+        for place, kinds in enumerate(zip(*runs, strict=True)):
+            if HELD not in kinds:
+                values = place + 1, antecedents[place], int(NEEDED in kinds)
+                yield row(never_held, (campaign_id, fsr, architecture, *values))
+
+
+def account_whole(connection: Connection, campaign_id: str) -> None:
+    """Account for what only a whole campaign tells, if its last block is done by now."""
+    for table, rows in ((case_repeat, repeat_rows), (never_held, never_held_rows)):
+        insert_rows(connection, table, rows(connection, campaign_id), ignore_existing=True)
+
+
+def _is_whole(connection: Connection, campaign_id: str) -> bool:
+    open_blocks = select(work.c.id).where(work.c.campaign_id == campaign_id, work.c.state != "done")
+    return connection.execute(open_blocks.limit(1)).first() is None
+
+
 def account_all(connection: Connection) -> None:
     """Account for the campaigns of a database from before there were accounts.
 
@@ -119,6 +240,8 @@ def account_all(connection: Connection) -> None:
         done = select(work.c.id).where(work.c.campaign_id == campaign_id, work.c.state == "done")
         for work_id in connection.execute(done.order_by(work.c.id)).scalars().all():
             account_block(connection, work_id)
+    for campaign_id in connection.execute(select(campaign.c.id)).scalars().all():
+        account_whole(connection, campaign_id)
 
 
 def wrong_plans(connection: Connection) -> Iterator[Finding]:
@@ -132,6 +255,8 @@ def wrong_plans(connection: Connection) -> Iterator[Finding]:
         yield from _differences(connection, case_count, campaign_id, groups.counts(campaign_id))
         matches = (item for rows in groups.matches(campaign_id) for item in rows)
         yield from _differences(connection, case_match, campaign_id, matches)
+        for table, whole in ((case_repeat, repeat_rows), (never_held, never_held_rows)):
+            yield from _differences(connection, table, campaign_id, whole(connection, campaign_id))
     unplanned = case_run.outerjoin(
         campaign_case,
         and_(

@@ -176,6 +176,7 @@ def without_unpreventable(
         models,
         min_exercised=status.min_exercised,
         is_waived=until is not None and until >= today.isoformat(),
+        repeated=status.repeated_passes,
     )
     by, notes = ", ".join(models), []
     if aside:

@@ -10,7 +10,14 @@ from typing import Final
 
 from sqlalchemy import CheckConstraint, Column, ForeignKey, Index, Integer, Table
 
-from adeye.store.column_kinds import coded, count_column, metadata, row_hash_column, text_column
+from adeye.store.column_kinds import (
+    coded,
+    count_column,
+    flag_column,
+    metadata,
+    row_hash_column,
+    text_column,
+)
 
 
 def _campaign(*, key: bool = False) -> Column[str]:
@@ -71,6 +78,34 @@ case_tally = Table(
 )
 """How many cases of a block that is done have a run, and a run that exercises an FSR."""
 
-RECOUNTED: Final = (case_count, case_match, case_run, case_tally)
+case_repeat = Table(
+    "case_repeat",
+    metadata,
+    _campaign(key=True),
+    text_column("fsr_id", key=True),
+    text_column("architecture", key=True),
+    text_column("scenario", key=True),
+    count_column("passed"),
+    count_column("exercised"),
+    row_hash_column(),
+)
+"""How many of the runs that PASS, or exercise, an FSR repeat the result of another such run, in a
+scenario or (an empty word) in all of them; a row only where one does, once all blocks are done."""
+
+never_held = Table(
+    "never_held",
+    metadata,
+    _campaign(key=True),
+    text_column("fsr_id", key=True),
+    text_column("architecture", key=True),
+    count_column("place", key=True),
+    text_column("antecedent"),
+    flag_column("decides"),
+    row_hash_column(),
+)
+"""Implications below the top level whose antecedent held in no run that PASSes, once all blocks are
+done; they decide where a run satisfies the FSR only because of that."""
+
+RECOUNTED: Final = (case_count, case_match, case_run, case_tally, case_repeat, never_held)
 """Tables that plan and results tell whole: verification makes them again instead of trusting a
 ledger, which would list a million of their rows."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from adeye.store import tables
+from adeye.store.accounts import account_whole
 from adeye.store.pending import lacks_result, lacks_verdict
 from adeye.store.recording import write_tallies
 
@@ -61,3 +62,5 @@ def save_work(
         work_id = inserted.scalar_one()
         if kind == "reused":
             write_tallies(connection, work_id)
+    # If everything is known already, no block comes to an end later.
+    account_whole(connection, campaign_id)

@@ -174,6 +174,7 @@ FSR_STATUS: Final = ExportTable(
         _UNIT,
         *_numbers("worst_robustness"),
         *_texts("worst_run", "verdict"),
+        *_counts("runs_exercised", "repeated", "repeated_pass"),
     ),
 )
 

@@ -11,8 +11,9 @@ from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from sqlalchemy import func, select, update
+from sqlalchemy import func, select, text, update
 
+from adeye.store.accounts import account_whole
 from adeye.store.basis import record_basis
 from adeye.store.block import JudgedBlock
 from adeye.store.catalog import is_server
@@ -39,6 +40,16 @@ if TYPE_CHECKING:
 
     from adeye.store.block import RunBlock
 
+# A word that is no column keeps the search for a digest from becoming one through all ordinals.
+_SHARES_NOTHING: Final = text("""NOT EXISTS (
+    SELECT 1 FROM work held
+    JOIN campaign_case own ON own.campaign_id = work.campaign_id
+        AND own.ordinal >= work.from_ordinal AND own.ordinal < work.to_ordinal
+    JOIN campaign_case other ON other.result_digest = own.result_digest
+        AND other.campaign_id || '' = own.campaign_id AND other.ordinal >= held.from_ordinal
+        AND other.ordinal < held.to_ordinal
+    WHERE held.campaign_id = work.campaign_id AND held.state = 'leased' AND held.owner = :owner)""")
+"""That a block has no result of one that its owner executes already: it will have it by then."""
 MAX_FAILURES: Final = 3
 """Infrastructure errors of a block before it is split or quarantined."""
 
@@ -63,7 +74,9 @@ def claim_block(
     if campaign_id is not None:
         candidates = candidates.where(work.c.campaign_id == campaign_id)
     asked = wanted or Wanted()
-    pending = candidates.where(work.c.state == "pending")
+    pending = candidates.where(work.c.state == "pending", _SHARES_NOTHING).params(
+        owner=owner.to_text()
+    )
     leased = candidates.where(work.c.state == "leased")
     now = _now(connection)
     if asked.is_anything:
@@ -265,6 +278,7 @@ def complete_block(
         counted = count_block(connection, block.id, runs)
         if counted is not None:
             counted.save(connection)
+            account_whole(connection, block.campaign)
             return True
     bounds = connection.execute(
         select(work.c.from_ordinal, work.c.to_ordinal).where(work.c.id == block.id)
@@ -272,6 +286,7 @@ def complete_block(
     judge_with_uncertainty(connection, block.campaign, *bounds)
     _require_complete(connection, block, *bounds)
     write_tallies(connection, block.id)
+    account_whole(connection, block.campaign)
     return True
 
 
@@ -303,6 +318,8 @@ def close_blocks(connection: Connection, campaign_id: str) -> int:
         )
         write_tallies(connection, block.id)
         closed += 1
+    if closed:
+        account_whole(connection, campaign_id)
     return closed
 
 

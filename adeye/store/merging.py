@@ -57,7 +57,8 @@ OF_CAMPAIGN: Final = frozenset(
 APPENDED: Final = frozenset({"session", "withdrawal", "certificate"})
 """Tables of what was done: what is not here yet goes over under a number of its own."""
 LEFT: Final = frozenset(
-    {"campaign_use", "tally", "case_run", "case_tally", "work", "artifact", kept_trace.name}
+    {"campaign_use", "tally", "case_run", "case_tally", "case_repeat", "never_held"}
+    | {"work", "artifact", kept_trace.name}
     | {"ledger", "seal", "campaign_root"}
 )
 """Tables of which nothing goes over: local history, what is counted here, and names of files."""

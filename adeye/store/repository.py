@@ -66,6 +66,7 @@ if TYPE_CHECKING:
         DatabaseInfo,
         Finding,
         FsrStatus,
+        NeverHeld,
         Plan,
         Progress,
         ResultTable,
@@ -309,6 +310,11 @@ class Repository:
         """Fold every mandatory FSR for every architecture; waivers must be valid on a day."""
         with self._database.read() as connection:
             return summaries.gate(connection, campaign, on or datetime.now(UTC).date())
+
+    def never_held(self, campaign: str) -> dict[tuple[str, str], tuple[NeverHeld, ...]]:
+        """List the nested implications that no run asked for, by FSR and architecture."""
+        with self._database.read() as connection:
+            return summaries.never_held(connection, campaign)
 
     def failed_channels(
         self, campaign: str, about: Sequence[tuple[str, str]] = ()

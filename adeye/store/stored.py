@@ -180,9 +180,12 @@ class FsrStatus:
         is_applicable: Whether the architecture has the signals that it names.
         reason: Why not.
         counts: Runs by verdict, NOT_RUN among them.
-        exercised: Runs in which its precondition held.
+        exercised: Different results in which its precondition held.
+        runs_exercised: Runs in which it held.
+        repeated: Of these, over all scenarios, the ones that repeat the result of another.
+        repeated_passes: The same of the runs that PASS.
         planned: Runs planned.
-        min_exercised: Runs that must PASS.
+        min_exercised: Different results that must PASS.
         waived_until: Expiry date of its waiver.
         worst_margin: Margin of the worst run, in ``unit``.
         worst_robustness: Robustness of that run.
@@ -201,6 +204,9 @@ class FsrStatus:
     reason: str | None
     counts: Mapping[Verdict, int]
     exercised: int
+    runs_exercised: int
+    repeated: int
+    repeated_passes: int
     planned: int
     min_exercised: int
     waived_until: str | None
@@ -209,6 +215,19 @@ class FsrStatus:
     unit: str | None
     worst_run: str | None
     verdict: Verdict | None
+
+
+@dataclass(frozen=True, slots=True)
+class NeverHeld:
+    """An implication below the top level of an FSR that no run of an architecture asked for.
+
+    Attributes:
+        antecedent: What never held.
+        decides: Whether a run satisfies the FSR only because of that.
+    """
+
+    antecedent: str
+    decides: bool
 
 
 @dataclass(frozen=True)

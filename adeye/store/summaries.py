@@ -12,7 +12,14 @@ from adeye.evaluation.verdict import Verdict
 from adeye.store import catalog, schema, tables
 from adeye.store.pending import JUDGED, is_judged
 from adeye.store.reading import run_ref, verdict_record
-from adeye.store.stored import DatabaseInfo, FsrStatus, Progress, ResultTable, RunRef
+from adeye.store.stored import (
+    DatabaseInfo,
+    FsrStatus,
+    NeverHeld,
+    Progress,
+    ResultTable,
+    RunRef,
+)
 from adeye.store.views import COUNTED
 
 if TYPE_CHECKING:
@@ -55,6 +62,18 @@ def gate(connection: Connection, campaign_id: str, on: date) -> tuple[FsrStatus,
     return tuple(rows)
 
 
+def never_held(
+    connection: Connection, campaign_id: str
+) -> dict[tuple[str, str], tuple[NeverHeld, ...]]:
+    """List the nested implications that no run asked for, by FSR and architecture."""
+    found: dict[tuple[str, str], tuple[NeverHeld, ...]] = {}
+    query = tables.never_held.select().where(tables.never_held.c.campaign_id == campaign_id)
+    for item in connection.execute(query.order_by(*tables.never_held.primary_key.columns)):
+        key = item.fsr_id, item.architecture
+        found[key] = (*found.get(key, ()), NeverHeld(item.antecedent, bool(item.decides)))
+    return found
+
+
 def _status(item: Row[Any], scenario: str, verdict: str | None) -> FsrStatus:
     values = item._mapping
     counts = {Verdict(name): int(values[column]) for name, column in COUNTED.items()}
@@ -69,6 +88,9 @@ def _status(item: Row[Any], scenario: str, verdict: str | None) -> FsrStatus:
         reason=item.reason,
         counts={**counts, Verdict.NOT_RUN: int(item.n_not_run)},
         exercised=item.exercised,
+        runs_exercised=item.runs_exercised,
+        repeated=item.repeated,
+        repeated_passes=item.repeated_pass,
         planned=item.planned,
         min_exercised=item.min_exercised,
         waived_until=item.waived_until,

@@ -23,8 +23,10 @@ from sqlalchemy import (
 from adeye.store import basis_tables, column_kinds
 from adeye.store.case_tables import case_count as case_count
 from adeye.store.case_tables import case_match as case_match
+from adeye.store.case_tables import case_repeat as case_repeat
 from adeye.store.case_tables import case_run as case_run
 from adeye.store.case_tables import case_tally as case_tally
+from adeye.store.case_tables import never_held as never_held
 from adeye.store.certificate_tables import certificate as certificate
 from adeye.store.column_kinds import coded
 from adeye.store.concept_tables import allocation as allocation

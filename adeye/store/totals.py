@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from adeye.store.evidence import Withdrawal
     from adeye.store.repository import Repository
     from adeye.store.rows import VerdictRecord
-    from adeye.store.stored import CampaignInfo, Finding, FsrStatus, RunRef
+    from adeye.store.stored import CampaignInfo, Finding, FsrStatus, NeverHeld, RunRef
 
 
 _NAMED: Final = 3
@@ -51,10 +51,12 @@ class Total:
         is_in_gate: Whether the architecture decides the exit code.
         verdict: Folded; None where the FSR is not applicable.
         counts: Runs by verdict.
-        exercised: Runs in which its precondition held.
+        exercised: Different results in which its precondition held.
+        repeated: Further runs in which it held, each with the result of another.
         worst: The run that it holds in least, if any was judged.
         note: Why it is not applicable.
         min_exercised: Runs that must PASS.
+        never_held: Nested implications that no run asked for.
     """
 
     fsr: str
@@ -65,14 +67,21 @@ class Total:
     verdict: Verdict | None
     counts: Mapping[Verdict, int]
     exercised: int
+    repeated: int
     worst: tuple[RunRef, VerdictRecord] | None
     note: str
     min_exercised: int
+    never_held: tuple[NeverHeld, ...] = ()
 
     @property
     def runs(self) -> int:
         """Runs planned for it."""
         return sum(self.counts.values())
+
+
+def distinct(runs: int, repeated: int) -> int:
+    """Count results: runs without those that repeat one."""
+    return max(runs - repeated, min(runs, 1))
 
 
 def totals(repository: Repository, campaign: CampaignInfo) -> tuple[Total, ...]:
@@ -83,11 +92,13 @@ def totals(repository: Repository, campaign: CampaignInfo) -> tuple[Total, ...]:
         campaign: The campaign.
     """
     gate = {(item.fsr, item.architecture): item for item in repository.gate(campaign.id)}
+    nested = repository.never_held(campaign.id)
     groups: dict[tuple[str, str], list[FsrStatus]] = defaultdict(list)
     for item in repository.fsr_status(campaign.id):
         groups[item.fsr, item.architecture].append(item)
     return tuple(
-        _total(repository, campaign, items, gate.get(key)) for key, items in groups.items()
+        _total(repository, campaign, items, gate.get(key), nested.get(key, ()))
+        for key, items in groups.items()
     )
 
 
@@ -96,6 +107,7 @@ def _total(
     campaign: CampaignInfo,
     items: list[FsrStatus],
     gate: FsrStatus | None,
+    never_held: tuple[NeverHeld, ...],
 ) -> Total:
     first = items[0]
     counts: Counter[Verdict] = Counter()
@@ -104,7 +116,7 @@ def _total(
     verdict: Verdict | None = None
     worst: tuple[tuple[RunRef, VerdictRecord], ...] = ()
     if first.is_applicable:
-        verdict = gate.verdict if gate else _folded(first, counts)
+        verdict = gate.verdict if gate else asked_for(_folded(first, counts), never_held)
         worst = repository.worst_runs(
             campaign.id, first.fsr, architecture=first.architecture, limit=1
         )
@@ -116,16 +128,30 @@ def _total(
         is_in_gate=first.architecture in campaign.gate,
         verdict=verdict,
         counts={key: count for key, count in counts.items() if count},
-        exercised=sum(item.exercised for item in items),
+        exercised=distinct(sum(item.runs_exercised for item in items), first.repeated),
+        repeated=first.repeated,
         worst=worst[0] if worst else None,
         note="" if first.is_applicable else first.reason or "not applicable",
-        min_exercised=first.min_exercised,
     )
+
+
+def asked_for(verdict: Verdict, never_held: Sequence[NeverHeld]) -> Verdict:
+    """Take a PASS for VACUOUS that hangs on implications whose antecedent never held."""
+    is_empty = verdict is Verdict.PASS and any(item.decides for item in never_held)
+    return Verdict.VACUOUS if is_empty else verdict
+
+
+def said_of_results(item: Total) -> str:
+    """Say what an FSR was never asked for, and how many of its runs repeat a result."""
+    said = [f"{part.antecedent} never held" for part in item.never_held]
+    if item.repeated:
+        said.append(f"{item.repeated:,} runs repeat a result, which counts once")
+    return "; ".join(said)
 
 
 def _folded(item: FsrStatus, counts: Mapping[Verdict, int]) -> Verdict:
     try:
-        return fold_runs(counts, min_exercised=item.min_exercised)
+        return fold_runs(counts, min_exercised=item.min_exercised, repeated=item.repeated_passes)
     except ValueError as error:
         # Nothing that was written counts below zero.
         raise IntegrityError(
@@ -137,9 +163,12 @@ def _why(repository: Repository, campaign: CampaignInfo, item: Total) -> str:
     """Say why a run has no verdict; a violation is explained by its margin."""
     if item.verdict is None:
         return f" ({item.note})"
-    if item.verdict is Verdict.VACUOUS and item.min_exercised > 1:
-        told = exercised_of(item.verdict, item.exercised, item.runs, item.min_exercised)
-        return f" (exercised in {told})"
+    if item.verdict is Verdict.VACUOUS:
+        said = [said_of_results(item)]
+        if item.min_exercised > 1:
+            told = exercised_of(item.verdict, item.exercised, item.runs, item.min_exercised)
+            said.insert(0, f"exercised in {told}")
+        return f" ({'; '.join(filter(None, said))})" if any(said) else ""
     if item.verdict not in _EXPLAINED:
         return ""
     found = repository.worst_runs(
@@ -192,6 +221,7 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
     verdicts: dict[str, list[Verdict]] = {name: [] for name in campaign.gate}
     reasons: list[str] = []
     aside: list[str] = []
+    beside: list[str] = []
     models = preventable_by(repository, campaign)
     for item in totals(repository, campaign):
         if not (item.is_in_gate and item.is_mandatory):
@@ -203,12 +233,15 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
             verdict, note = without_unpreventable(
                 repository, campaign, item.fsr, item.architecture, models
             )
+            verdict = asked_for(verdict, item.never_held)
         verdicts[item.architecture].append(verdict)
         if verdict is not Verdict.PASS:
             why = _why(repository, campaign, item)
             reasons.append(f"{text}{note and f' ({note})'}{why}")
         elif note:
             aside.append(f"{text}, {note}")
+        if verdict is Verdict.PASS and (said := said_of_results(item)):
+            beside.append(f"{item.fsr} for {item.architecture}: {said}")
     planned, accounted, lost = _accounted(repository, campaign)
     code = gate_exit(verdicts, planned=planned, accounted=accounted)
     reasons += lost
@@ -218,10 +251,15 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
     told = sorted(failures, key=lambda item: not item.refused)
     if code is not ExitCode.OK:
         return code, "; ".join([*reasons, *aside, *map(str, told)]) or code.meaning
+    # A contact that no FSR forbids and a failure that is mastered are green, and are said.
+    also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
+    return code, _passed(campaign, aside, also)
+
+
+def _passed(campaign: CampaignInfo, aside: Sequence[str], also: Sequence[str]) -> str:
+    """Say that the gate is green, with what is beside it."""
     gate = ", ".join(campaign.gate)
     passed = f"Every mandatory requirement passes for {gate}"
     if aside:
         passed = f"{'; '.join(aside)}. Nothing else of what is mandatory fails for {gate}"
-    # A contact that no FSR forbids and a failure that is mastered are green, and are said.
-    also = [*contacts_in_words(repository, campaign), *map(str, told)]
-    return code, "; ".join([passed, *also]) + ("" if also else ".")
+    return "; ".join([passed, *also]) + ("" if also else ".")

@@ -106,14 +106,20 @@ worst AS (
 SELECT f.campaign_id AS campaign, f.fsr_id AS fsr, f.architecture, f.scenario, f.asil,
     f.mandatory, f.in_gate, f.applicable, f.reason, f.min_exercised, f.waived_until, f.planned,
     $filled,
-    f.planned - COALESCE(n.judged, 0) AS n_not_run, COALESCE(n.exercised, 0) AS exercised,
+    f.planned - COALESCE(n.judged, 0) AS n_not_run, $exercised AS exercised,
     w.worst_margin, w.worst_unit AS unit, w.worst_robustness, w.worst_result_digest AS worst_run,
-    CASE WHEN f.applicable = 0 THEN NULL $fold END AS verdict
+    CASE WHEN f.applicable = 0 THEN NULL $fold END AS verdict,
+    COALESCE(n.exercised, 0) AS runs_exercised, COALESCE(a.exercised, 0) AS repeated,
+    COALESCE(a.passed, 0) AS repeated_pass
 FROM campaign_fsr f
 LEFT JOIN counted n ON n.campaign_id = f.campaign_id AND n.fsr_id = f.fsr_id
     AND n.architecture = f.architecture AND n.scenario = f.scenario
 LEFT JOIN worst w ON w.campaign_id = f.campaign_id AND w.fsr_id = f.fsr_id
-    AND w.architecture = f.architecture AND w.scenario = f.scenario AND w.place = 1"""
+    AND w.architecture = f.architecture AND w.scenario = f.scenario AND w.place = 1
+LEFT JOIN case_repeat o ON o.campaign_id = f.campaign_id AND o.fsr_id = f.fsr_id
+    AND o.architecture = f.architecture AND o.scenario = f.scenario
+LEFT JOIN case_repeat a ON a.campaign_id = f.campaign_id AND a.fsr_id = f.fsr_id
+    AND a.architecture = f.architecture AND a.scenario = ''"""
 
 _GATE = """CREATE VIEW v_gate AS
 WITH summed AS (
@@ -122,7 +128,8 @@ WITH summed AS (
         MAX(min_exercised) AS min_exercised, MAX(waived_until) AS waived_until,
         SUM(planned) AS planned,
         $sums,
-        SUM(n_not_run) AS n_not_run, SUM(exercised) AS exercised
+        SUM(n_not_run) AS n_not_run, SUM(runs_exercised) AS runs_exercised,
+        MAX(repeated) AS repeated, MAX(repeated_pass) AS repeated_pass
     FROM v_fsr_status WHERE mandatory = 1
     GROUP BY campaign, architecture, fsr),
 worst AS (
@@ -132,7 +139,7 @@ worst AS (
             ORDER BY n_fail > 0 DESC, (worst_robustness IS NULL) = (n_fail = 0),
                 worst_robustness, worst_run) AS place
     FROM v_fsr_status WHERE worst_run IS NOT NULL)
-SELECT s.*, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
+SELECT s.*, $exercised AS exercised, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
     CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END $fold END AS verdict,
     CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END $waived_fold
         END AS verdict_waived
@@ -258,8 +265,25 @@ WORST_FIRST: Final = (
 )
 
 
+def _distinct(runs: str, repeated: str) -> str:
+    """Count results: runs without those that repeat one; of withdrawn runs one at least is left."""
+    return (
+        f"CASE WHEN {runs} > {repeated} THEN {runs} - {repeated} WHEN {runs} > 0 THEN 1 ELSE 0 END"
+    )
+
+
+_ALL_HELD: Final = (
+    "NOT EXISTS (SELECT 1 FROM never_held h WHERE h.campaign_id = s.campaign "
+    "AND h.fsr_id = s.fsr AND h.architecture = s.architecture AND h.decides = 1)"
+)
+
+
 def _fold(table: str, min_exercised: str, *, waived: bool = False) -> str:
     """Fold counted verdicts as ``evaluation.verdict.fold_runs`` does."""
+    # In a single scenario one result is enough, and what never held may have held in another.
+    passed, held = "n_pass", ""
+    if table == "s":
+        passed, held = _distinct("n_pass", "repeated_pass"), f" AND {_ALL_HELD}"
     waivable = (
         ""
         if waived
@@ -269,7 +293,7 @@ def _fold(table: str, min_exercised: str, *, waived: bool = False) -> str:
     return (
         f"WHEN {table}.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' "
         f"WHEN n_error > 0 THEN 'ERROR' {waivable}"
-        f"WHEN n_pass >= {min_exercised} THEN 'PASS' ELSE 'VACUOUS'"
+        f"WHEN {passed} >= {min_exercised}{held} THEN 'PASS' ELSE 'VACUOUS'"
     )
 
 
@@ -314,10 +338,12 @@ def view_ddl() -> dict[str, str]:
             worst_first=WORST_FIRST,
             filled=_lines([f"COALESCE(n.{name}, 0) AS {name}" for name in COUNTED.values()]),
             fold=_fold("f", "1"),
+            exercised=_distinct("COALESCE(n.exercised, 0)", "COALESCE(o.exercised, 0)"),
         ),
         "v_gate": Template(_GATE).substitute(
             sums=_lines([f"SUM({name}) AS {name}" for name in COUNTED.values()]),
             fold=_fold("s", "s.min_exercised"),
+            exercised=_distinct("runs_exercised", "repeated"),
             waived_fold=_fold("s", "s.min_exercised", waived=True),
         ),
         "v_architecture_pairs": Template(_PAIRS).substitute(

@@ -177,7 +177,9 @@ def test_every_verb_takes_a_campaign_of_foreign_parts(
     for verb, arguments in VERBS.items():
         use_plugin_metrics((), project.folder)  # as another process begins
         done = adeye(*verb.split(), *(item.format(**words) for item in arguments))
-        troubles = [word for word in ("no metric", "Traceback", "defect of adeye") if word in done.err]
+        troubles = [
+            word for word in ("no metric", "Traceback", "defect of adeye") if word in done.err
+        ]
         if done.code not in {0, 1, 3} or troubles:
             failed[verb] = (done.code, done.err)
     assert not failed

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from adeye.evaluation.injections import Injection
+from adeye.evaluation.rulings import never_held
 from adeye.evaluation.timeline import Timeline
 from adeye.evaluation.uncertainty import Difference
 from adeye.evaluation.verdict import Outcome, Verdict
@@ -92,6 +93,8 @@ class Example:
         self.odd = ContentRecord("motorway", "1", {"odd": "motorway", "seed": 7})
         self.verdict_of: Callable[[BlockCase, str], Verdict] = lambda _case, _fsr: Verdict.PASS
         self.margin_of: Callable[[BlockCase], float] = lambda case: 1.0 + case.ordinal
+        self.trace_of: Callable[[BlockCase], str] = lambda case: sha(case.result_digest)[:32]
+        self.detail_of: Callable[[BlockCase], str | None] = lambda _case: None
 
     def concept(self) -> Concept:
         return Concept(
@@ -204,6 +207,7 @@ class Example:
             actor="cutter",
             value=2.0 + margin,
             threshold=2.0,
+            detail=self.detail_of(case),
         )
 
     def run(self, case: BlockCase, **changes: Any) -> RunRecord:
@@ -213,7 +217,7 @@ class Example:
             "outcome": Outcome.COMPLETED,
             "trace_rows": 301,
             "duration_s": 15.0,
-            "trace_digest": sha(case.result_digest)[:32],
+            "trace_digest": self.trace_of(case),
             "is_realised": True,
             "end_reason": "horizon",
             "metrics": self.metrics(case),
@@ -270,6 +274,16 @@ class Example:
         plan = repository.plan_campaign(self.record(), self.cases(count), block_size=block_size)
         self.work_off(repository, plan.campaign)
         return plan.campaign
+
+    def repeat(self, *kinds: int) -> None:
+        """Give all runs one result, and FSR1 nested implications that became of it what is said."""
+        nested = " or ".join(f"(gap >= {9 + at} implies gap >= 3)" for at in range(len(kinds)))
+        first = requirement("FSR1", formula=f"always(gap >= 2 or {nested})")
+        self.requirements = (first, *self.requirements[1:])
+        self.engine = replace(self.engine, variant="float32")
+        self.trace_of = lambda _case: "5" * 32
+        self.margin_of = lambda _case: 1.0
+        self.detail_of = lambda _case: never_held(kinds)
 
     def fork(self, repository: Repository, campaign: str) -> ForkRecord:
         """Save a fork of the first run of a campaign."""

@@ -62,16 +62,10 @@ def stored(asset: Path) -> dict[str, tuple[str, str]]:
 
 def statements(dialect: str) -> list[str]:
     """List the statements of the newest migration."""
-    if dialect == "postgresql":
-        made = described(postgresql.dialect())  # type: ignore[no-untyped-call]
-        return [
-            f"{statement}{SEPARATOR}COMMENT ON VIEW {name} IS "
-            f"'{hashlib.sha256(statement.encode()).hexdigest()}'"
-            if statement.startswith("CREATE VIEW")
-            else statement
-            for name, statement in made
-        ]
     former = f"{int(schema.head()) - 1:04}"
+    if dialect == "postgresql":
+        made = dict(described(postgresql.dialect()))  # type: ignore[no-untyped-call]
+        return [*_dropped(made, _written(former)), *_added(made, _written(former))]
     before = stored(ASSETS / f"v{former}.db")
     wanted = dict(described(sqlite_dialect.dialect()))
     changed = [
@@ -88,6 +82,44 @@ def statements(dialect: str) -> list[str]:
         statement for name, statement in wanted.items() if name in changed or name not in before
     ]
     return [*dropped, *added]
+
+
+def _written(head: str) -> frozenset[str]:
+    """Read what the migrations of a server have made so far, up to one of them."""
+    files = sorted(FOLDER.glob("*.postgresql.sql"))
+    return frozenset(
+        normal(statement)
+        for file in files
+        if file.name[:4] <= head
+        for statement in file.read_text("utf-8").split(SEPARATOR)
+    )
+
+
+def _changed(made: dict[str, str], before: frozenset[str]) -> list[str]:
+    """Name what is not as it was; with a view, every one that names it, which hinders its drop."""
+    changed: list[str] = []
+    for name, statement in made.items():
+        is_view = statement.startswith("CREATE VIEW")
+        if normal(statement) not in before or (
+            is_view and any(f"{other}" in statement.split() for other in changed)
+        ):
+            changed.append(name)
+    return changed
+
+
+def _dropped(made: dict[str, str], before: frozenset[str]) -> list[str]:
+    known = {words.split()[2] for words in before if words.startswith("CREATE VIEW")}
+    return [f"DROP VIEW {name}" for name in reversed(_changed(made, before)) if name in known]
+
+
+def _added(made: dict[str, str], before: frozenset[str]) -> list[str]:
+    return [
+        f"{made[name]}{SEPARATOR}COMMENT ON VIEW {name} IS "
+        f"'{hashlib.sha256(made[name].encode()).hexdigest()}'"
+        if made[name].startswith("CREATE VIEW")
+        else made[name]
+        for name in _changed(made, before)
+    ]
 
 
 def script(dialect: str) -> str:

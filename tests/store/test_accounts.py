@@ -7,14 +7,22 @@ from typing import Any
 
 import pytest
 
+from adeye.evaluation.stl.columns import NEEDED, SPARE
 from adeye.store import schema, tables
 from adeye.store.accounts import account_all
-from adeye.store.case_tables import case_count, case_match, case_run, case_tally
+from adeye.store.case_tables import (
+    case_count,
+    case_match,
+    case_repeat,
+    case_run,
+    case_tally,
+    never_held,
+)
 from adeye.store.encoding import row_hash
 from adeye.store.repository import Repository
 from tests.store.raw import guarded, unguarded
 
-ACCOUNTS = (case_count, case_match, case_run, case_tally)
+ACCOUNTS = (case_count, case_match, case_run, case_tally, case_repeat, never_held)
 
 
 @contextmanager
@@ -64,6 +72,7 @@ def test_accounts_tell_the_plan_and_what_is_done(repository: Repository, example
 def test_accounts_made_afterwards_are_those_made_along_the_way(
     repository: Repository, example: Any, raw: sqlite3.Connection, times: int
 ) -> None:
+    example.repeat(NEEDED, SPARE)
     example.campaign(repository, 12)
     if times == 2:
         example.thresholds["FSR1"] = "3 m"
@@ -92,6 +101,10 @@ CHANGES = [
     (case_tally, "runs", 1),
     (case_tally, "exercised", -1),
     (case_tally, "scenario", "x"),
+    (case_repeat, "passed", 1),
+    (case_repeat, "scenario", "x"),
+    (never_held, "antecedent", "x"),
+    (never_held, "decides", 0),
 ]
 
 

@@ -16,7 +16,8 @@ def test_tables_are_those_of_the_design() -> None:
         "test_case campaign campaign_use campaign_case campaign_fsr work run metric verdict "
         "event chain fork timing criticality injection takeover benchmark tally artifact half_step "
         "uncertainty uid_set basis extreme kept_trace ledger seal campaign_root session withdrawal "
-        "certificate case_count case_match case_run case_tally"
+        "certificate case_count case_match case_run case_tally case_repeat "
+        "never_held"
     )
     assert set(tables.metadata.tables) == set(expected.split())
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from adeye.evaluation.rulings import never_held
+from adeye.evaluation.stl.columns import HELD, NEEDED, SPARE
 from adeye.evaluation.verdict import ExitCode, Outcome, Verdict
 from adeye.store.rows import ContentRecord, EventRecord
 from adeye.store.totals import Total, gate_code, totals
@@ -296,3 +298,86 @@ def test_run_without_a_verdict_says_why(repository: Repository, example: Any) ->
     assert code is ExitCode.INCOMPLETE
     assert message.startswith("FSR1 ERROR for new")
     assert (f"({said})" in message) is bool(found[1].detail)
+
+
+def test_results_count_once_and_runs_as_they_are(repository: Repository, example: Any) -> None:
+    example.trace_of = lambda case: ("5" if case.ordinal < 6 else "6") * 32
+    example.margin_of = lambda _case: 1.0
+    campaign = example.campaign(repository, 8)
+    found = folded(repository, campaign)["FSR1", "new"]
+    assert (found.runs, found.exercised, found.repeated) == (4, 2, 2)
+    cells = {
+        item.scenario: item.exercised
+        for item in repository.fsr_status(campaign)
+        if (item.fsr, item.architecture) == ("FSR1", "new")
+    }
+    # The two of one scenario are one result; so is one of the other scenario, over both.
+    assert cells == {"cut_in": 1, "braking": 2}
+
+
+@pytest.mark.parametrize("mandatory", [True, False])
+@pytest.mark.parametrize(("asked", "verdict"), [(1, Verdict.PASS), (2, Verdict.VACUOUS)])
+def test_min_exercised_asks_for_different_results(
+    repository: Repository, example: Any, asked: int, verdict: Verdict, *, mandatory: bool
+) -> None:
+    example.requirements = tuple(
+        item.model_copy(update={"min_exercised": asked, "mandatory": mandatory})
+        for item in example.requirements
+    )
+    example.trace_of = lambda _case: "5" * 32
+    example.margin_of = lambda _case: 1.0
+    campaign = example.campaign(repository, 8)
+    assert {item.verdict for item in folded(repository, campaign).values()} == {verdict}
+
+
+def test_equal_traces_with_other_margins_are_other_results(
+    repository: Repository, example: Any
+) -> None:
+    example.trace_of = lambda _case: "5" * 32
+    found = folded(repository, example.campaign(repository, 8))["FSR1", "new"]
+    assert (found.runs, found.exercised, found.repeated) == (4, 4, 0)
+
+
+def test_withdrawn_results_never_count_below_what_is_left(
+    repository: Repository, example: Any
+) -> None:
+    example.trace_of = lambda _case: "5" * 32
+    example.margin_of = lambda _case: 1.0
+    campaign = example.campaign(repository, 8)
+    run = repository.find_run("1", campaign=campaign)
+    assert repository.evidence.withdraw(run.result_digest, author="me", reason="wrong map")
+    assert folded(repository, campaign)["FSR1", "new"].exercised == 1
+
+
+@pytest.mark.parametrize(
+    ("kinds", "verdict"),
+    [((NEEDED,), Verdict.VACUOUS), ((SPARE,), Verdict.PASS), ((HELD, HELD), Verdict.PASS)],
+)
+@pytest.mark.parametrize("mandatory", [True, False])
+def test_nested_implication_that_no_run_asked_for(
+    repository: Repository,
+    example: Any,
+    kinds: tuple[int, ...],
+    verdict: Verdict,
+    *,
+    mandatory: bool,
+) -> None:
+    example.repeat(*kinds)
+    example.requirements = tuple(
+        item.model_copy(update={"mandatory": mandatory}) for item in example.requirements
+    )
+    campaign = example.campaign(repository, 8)
+    found = folded(repository, campaign)["FSR1", "new"]
+    assert found.verdict is verdict
+    named = [item.antecedent for item in found.never_held]
+    assert named == (["gap >= 9"] if kinds[0] != HELD else [])
+    if mandatory and named:
+        assert "gap >= 9 never held" in gate(repository, campaign)[1]
+
+
+def test_one_run_that_asks_for_it_is_enough(repository: Repository, example: Any) -> None:
+    example.repeat(NEEDED)
+    example.detail_of = lambda case: None if case.ordinal == 3 else never_held([NEEDED])
+    campaign = example.campaign(repository, 8)
+    assert folded(repository, campaign)["FSR1", "new"].verdict is Verdict.PASS
+    assert folded(repository, campaign)["FSR1", "legacy"].verdict is Verdict.VACUOUS

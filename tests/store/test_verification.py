@@ -9,6 +9,7 @@ import pytest
 from sqlalchemy import Boolean, Float, Integer
 
 from adeye.errors import IntegrityError, PlatformError
+from adeye.evaluation.stl.columns import NEEDED
 from adeye.store import tables
 from adeye.store.repository import Repository
 from adeye.store.stored import Finding
@@ -27,6 +28,8 @@ def campaign(repository: Repository, example: Any) -> str:
     example.campaign(repository, 2)
     example.campaign(repository, 8)
     example.vouched(repository, planned)
+    example.repeat(NEEDED)
+    example.campaign(repository, 4)
     return planned
 
 
@@ -79,6 +82,7 @@ def test_every_altered_value_is_named_with_its_table(
 DELETABLE = (
     *("run", "metric", "verdict", "event", "tally", "campaign_case", "campaign_fsr"),
     *("case_count", "case_match", "case_run", "case_tally"),
+    *("case_repeat", "never_held"),
 )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from adeye.evaluation.stl.machine import evaluate_runs
 from adeye.evaluation.stl.measures import NO_STATUS
 from adeye.evaluation.stl.program import Program, compile_formula
+from adeye.evaluation.stl.syntax import nested_implications, without
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from adeye.signals import Bools, Floats, Ints
 
 
+HELD, NEEDED, SPARE = range(3)
+"""What became of an implication below the top level."""
 SATISFIED: Final = 1
 VIOLATED: Final = -1
 UNDECIDED: Final = 0
@@ -38,6 +41,9 @@ class StlColumns:
             sign of the robustness decides; at exactly 0 the boolean semantics does.
         vacuous: (B,) whether a top-level implication was never exercised: its antecedent held at
             no obligation.
+        nested: (B, J) of the implications below the top level ``HELD``; where the formula is
+            satisfied and the antecedent held nowhere that it was asked for, ``NEEDED`` if the
+            formula is not satisfied without such implications, else ``SPARE``.
         node: (B,) condition that binds, index into ``program.words``.
         row: (B,) its row, -1 beyond the trace.
         obligation: (B,) row at which the obligation began.
@@ -55,6 +61,7 @@ class StlColumns:
     error: Bools
     verdict: Ints
     vacuous: Bools
+    nested: Ints
     node: Ints
     row: Ints
     obligation: Ints
@@ -109,33 +116,52 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
     inputs = checked_inputs(formula, source, step_s, (length, horizon, complete, chosen))
     program = compile_formula(formula, inputs, step_s)
     samples, statuses = stacked(inputs)
-    runs = length.shape[0]
-    numbers = np.full((runs, 5), np.nan)
-    facts = np.zeros((runs, 7), dtype=np.int64)
-    facts[:, 4] = -1
-    evaluate_runs(
-        np.asarray(chosen, dtype=np.bool_),
-        np.asarray(length, dtype=np.int64),
-        np.asarray(horizon, dtype=np.int64),
-        np.asarray(complete, dtype=np.bool_),
-        samples,
-        statuses,
-        program.signals,
-        program.terms,
-        program.constants,
-        program.nodes,
-        program.limits,
-        program.implied,
-        program.antecedents,
-        numbers,
-        facts,
-    )
+
+    def run(program: Program, chosen: Bools) -> tuple[Floats, Ints, NDArray[np.int8]]:
+        numbers = np.full((len(length), 5), np.nan)
+        facts = np.zeros((len(length), 7), dtype=np.int64)
+        facts[:, 4] = -1
+        held = np.ones((len(length), len(program.nested)), dtype=np.int8)
+        evaluate_runs(
+            np.asarray(chosen, dtype=np.bool_),
+            np.asarray(length, dtype=np.int64),
+            np.asarray(horizon, dtype=np.int64),
+            np.asarray(complete, dtype=np.bool_),
+            samples,
+            statuses,
+            program.signals,
+            program.terms,
+            program.constants,
+            program.nodes,
+            program.limits,
+            program.implied,
+            program.antecedents,
+            program.nested,
+            numbers,
+            facts,
+            held,
+        )
+        return numbers, facts, held
+
+    numbers, facts, held = run(program, chosen)
+    nested = np.where(held == 0, NEEDED, HELD)
+    nested[(facts[:, 1] != SATISFIED) | (facts[:, 2] != 0)] = HELD
+    implications = nested_implications(formula.root)
+    for pattern in np.unique(nested[nested.any(axis=1)], axis=0):
+        same = (nested == pattern).all(axis=1)
+        left_out = {id(implications[place]) for place in np.flatnonzero(pattern)}
+        # Programs are known by their text, which quotes are cut from.
+        text = f"{formula.text}\n{pattern.tolist()}"
+        other = replace(formula, text=text, root=without(formula.root, left_out))
+        _, found, _ = run(compile_formula(other, inputs, step_s), same)
+        nested[same & (found[:, 1] == SATISFIED)] *= SPARE
     return StlColumns(
         robustness_low=numbers[:, 0],
         robustness_high=numbers[:, 1],
         error=facts[:, 0] != 0,
         verdict=facts[:, 1],
         vacuous=facts[:, 2] != 0,
+        nested=nested,
         node=facts[:, 3],
         row=facts[:, 4],
         obligation=facts[:, 5],

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.evaluation.stl.descent import find_binding_row
+from adeye.evaluation.stl.implications import find_held
 from adeye.evaluation.stl.measures import fill_predicate, fill_term
 from adeye.evaluation.stl.operators import fill_operator, fill_start, is_vacuous, needs_rows
 from adeye.evaluation.stl.program import (
@@ -50,8 +51,10 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
     limits: Floats,
     implied: Ints,
     antecedents: Ints,
+    nested: Ints,
     numbers: Floats,
     facts: Ints,
+    held: Bytes,
 ) -> None:
     """Evaluate a formula on B runs and find what each robustness comes from.
 
@@ -69,10 +72,12 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
         limits: (N, 4).
         implied: (I, 5).
         antecedents: Conditions of the implications.
+        nested: (J,) implications below the top level.
         numbers: (B, 5) out: bounds of the robustness; value, threshold and difference of the
             binding predicate, NaN for none.
         facts: (B, 7) out: error, verdict (1 satisfied, -1 violated, 0 open), vacuous, and of the
             binding predicate node, row (-1 beyond the trace), obligation, status.
+        held: (B, J) out: whether the antecedent held where a nested implication was asked for.
     """
     rows = samples.shape[2]
     values = np.zeros((terms.shape[0], rows))
@@ -83,6 +88,7 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
     exact = np.zeros(nodes.shape[0], dtype=np.int8)
     scratch = np.zeros((3, rows))
     queue = np.zeros(rows, dtype=np.int64)
+    scope = np.zeros((nodes.shape[0] if nested.shape[0] else 0, rows), dtype=np.int8)
     root = nodes.shape[0] - 1
     for run in range(length.shape[0]):
         if not chosen[run]:
@@ -117,6 +123,8 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
             verdict = -1
         facts[run, 1] = verdict
         facts[run, 2] = is_vacuous(implied, antecedents, known, last, truth, start)
+        if nested.shape[0]:
+            find_held(nodes, nested, known, last, truth, start, scope, held[run])
         numbers[run, 0] = start[root, 0]
         numbers[run, 1] = start[root, 1]
         find_binding_row(

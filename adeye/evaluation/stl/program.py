@@ -36,6 +36,7 @@ from adeye.evaluation.stl.syntax import (
     find_implications,
     label_of,
     names_in,
+    nested_implications,
     window_of,
     window_rows,
 )
@@ -110,6 +111,7 @@ class Program:
         implied: (I, 5) implications: first antecedent, their number, 1 if they are judged row by
             row, first row, last row (-1: of the obligations).
         antecedents: Conditions of the implications.
+        nested: (J,) implications below the top level, by their conditions.
         words: N, what people see.
     """
 
@@ -121,6 +123,7 @@ class Program:
     limits: Floats
     implied: Ints
     antecedents: Ints
+    nested: Ints
     words: tuple[Words, ...]
 
 
@@ -170,6 +173,7 @@ class _Compiler:
     def program(self) -> Program:
         self._condition(self.formula.root, is_start=True)
         implied, antecedents = self._implied()
+        nested = nested_implications(self.formula.root)
         signals = [
             (int(series.cap is not None), _KINDS[series.kind], len(series.labels))
             for series in self.inputs.values()
@@ -183,6 +187,7 @@ class _Compiler:
             np.array(self.limits, dtype=np.float64),
             np.array(implied, dtype=np.int64).reshape(-1, 5),
             np.array(antecedents, dtype=np.int64),
+            np.array([self.numbers[id(node)] for node in nested], dtype=np.int64),
             tuple(self.words),
         )
 

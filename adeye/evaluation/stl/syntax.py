@@ -8,13 +8,13 @@ conditions, which hold or do not.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from adeye.errors import ExpressionError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
 _ROW_SLACK: Final = 1e-6
 """Part of a step by which a window bound may miss a row, for bounds such as 0.3 s at 0.1 s."""
@@ -354,3 +354,40 @@ def find_implications(root: Condition, operator: Temporal | None = None) -> Iter
             yield tuple(antecedents), operator
         case Temporal() if operator is None:
             yield from find_implications(root.operand, root)
+
+
+def nested_implications(root: Condition) -> list[Connective]:
+    """List the implications below the top level, in the order of the text."""
+    outer = {id(part) for parts, _ in find_implications(root) for part in parts}
+    return [
+        node
+        for node in _walk(root)
+        if isinstance(node, Connective)
+        and node.operator == "implies"
+        and id(node.left) not in outer
+    ]
+
+
+def _walk(node: Node) -> Iterator[Node]:
+    yield node
+    for child in children(node):
+        yield from _walk(child)
+
+
+def without(node: Condition, implications: Collection[int]) -> Condition:
+    """Write a formula with the antecedents of some implications in the place of these.
+
+    Where an antecedent never held, its implication is false then instead of true.
+
+    Args:
+        node: The formula's root.
+        implications: Identities of the nodes.
+    """
+    if isinstance(node, PREDICATES):
+        return node
+    if id(node) in implications and isinstance(node, Connective):
+        return without(node.left, implications)
+    if isinstance(node, Connective | Until | Since):
+        left, right = (without(part, implications) for part in (node.left, node.right))
+        return replace(node, left=left, right=right)
+    return replace(node, operand=without(node.operand, implications))
