@@ -17,6 +17,7 @@ from adeye.campaign.content import FOLDER
 from adeye.evaluation.extremes import measure_of
 from adeye.evaluation.measured import measured, reads_odd
 from adeye.evaluation.metrics import METRICS
+from adeye.evaluation.outcome import bars
 from adeye.evaluation.requirements import JUDGE_VERSION
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Concept
@@ -380,7 +381,7 @@ def _judgeable(
     def is_known(number: int, item: CheckedRequirement) -> bool:
         if number not in bases:
             return False
-        if bases[number][1] is not None:
+        if bars(bases[number][1]):
             return True
         if item.bound is not None:
             name = item.bound.column

@@ -83,6 +83,9 @@ def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = Fa
 def lint(files: LintFiles, json: Json = False) -> None:
     """Check scenario files: syntax, units, names, lanes, the dimensions of every formula.
 
+    An event that is neither under realised nor optional is a finding, as is a parameter that
+    nothing depends on.
+
     Each finding has file, line and column. Exit codes: 0 nothing found, 2 something found.
     """
     from adeye.errors import InputErrors
@@ -116,14 +119,14 @@ def _scenarios_of(path: Path) -> Iterable[Path]:
 def _findings(path: Path) -> Iterator[InputError]:
     from adeye.errors import InputError, SpecError
     from adeye.spec.load import load_scenario
-    from adeye.world.check import check_scenario
+    from adeye.world.check import check_purpose, check_scenario
 
     try:
         loaded = load_scenario(path)
     except InputError as error:
         yield error
         return
-    for loc, message in check_scenario(loaded.spec):
+    for loc, message in check_scenario(loaded.spec) or check_purpose(loaded.spec):
         yield SpecError(message, where=loaded.locate(loc))
 
 
