@@ -146,9 +146,10 @@ def check_cases(expansion: Expansion) -> None:
         expansion: The test cases of the plan.
 
     Raises:
-        SweepError: A variant is not valid, or a point is outside an ODD that refuses such.
+        SweepError: A variant is not valid, a point is outside an ODD that refuses such, or an axis
+            makes no difference to any run.
         SpecError: A variant of a scenario or of a plug-in's parameters is not valid, an onset
-            condition is not, or a value is not possible.
+            condition is not, a fault never acts at some point, or a value is not possible.
     """
     files = expansion.files
     sweeps = {
@@ -205,7 +206,7 @@ def _check_presence(files: OddFiles, section: Section, shared: Shared, seen: set
             part = values[first : first + BATCH]
             why = _absence(fault, time, {name: part[:, [at]] for at, name in enumerate(names)})
             if why:
-                raise SweepError(
+                raise SpecError(
                     f"fault {fault.id} never acts in scenario {shared.scenario_id}: {why}",
                     where=_onset_place(files, section, fault),
                     remedy=f"Obligations begin up to the horizon of {scenario.horizon:g} s, and "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.errors import InputError, SpecError
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
+from adeye.spec.faults.idle import idle_faults
 from adeye.spec.load import OddFiles, load_odd
 from adeye.store.planned import PlannedCases
 from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
     from adeye.registry import Part
     from adeye.signals import SignalType
+    from adeye.spec.faults.idle import Injected
     from adeye.sweep.case import TestCase
 
 SUFFIXES = {
@@ -124,6 +126,12 @@ class CampaignPlan:
     def faults(self) -> tuple[str, ...]:
         """Fault ids of the ODD."""
         return tuple(fault.id for fault in self.files.odd.spec.faults)
+
+    @property
+    def injected(self) -> Iterator[Injected]:
+        """The faults of each section with its architecture, values of the sweep applied."""
+        shared = (self.expansion.shared(section) for section in self.expansion.sections)
+        return ((item.faults, item.architecture) for item in shared)
 
     @cached_property
     def judged(self) -> JudgedPlan:
@@ -320,7 +328,8 @@ def make_plan(
     if not plan.cases:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
     check_cases(expansion)
-    return plan
+    idle = tuple(f"fault {name} {why}" for name, why in idle_faults(plan.faults, plan.injected))
+    return replace(plan, notices=(*plan.notices, *idle))
 
 
 def _load_metrics(files: OddFiles) -> tuple[Part, ...]:

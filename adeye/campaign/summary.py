@@ -68,6 +68,7 @@ class CampaignSummary:
         to_execute: Test cases without a result.
         twins: Twins with half the step that were executed now.
         selected: Test cases that were to be executed if they lacked a result; None for all.
+        never_began: Storyboard events that need not begin, and did in no run.
     """
 
     campaign: str
@@ -84,6 +85,7 @@ class CampaignSummary:
     to_execute: int = 0
     twins: int = 0
     selected: int | None = None
+    never_began: tuple[str, ...] = ()
 
 
 def failed_channels(repository: Repository, campaign: str) -> str:
@@ -133,4 +135,8 @@ def summarise(
         exit_code=code,
         message=message,
         verdicts=tuple(lines),
+        never_began=tuple(
+            f"{event} of {scenario}"
+            for scenario, event, _ in repository.unbegun_events(campaign.id)
+        ),
     )

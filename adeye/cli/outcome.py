@@ -65,5 +65,6 @@ def document(summary: CampaignSummary) -> dict[str, object]:
         "rejudged_from": dict(summary.ways),
         "exit_code": int(summary.exit_code),
         "message": summary.message,
+        "never_began": summary.never_began,
         "verdicts": ordered(summary.verdicts),
     }

@@ -147,7 +147,7 @@ class MetricBound(GrownRecord):
     at_least: Limit | None = None
     at_most: Limit | None = None
     unusual_side: bool = False
-    """It is meant although it bounds what is harmless by the metric's declaration, or cannot fail."""
+    """It is meant, although it bounds what the metric declares harmless, or cannot fail."""
 
     _written: str | None = PrivateAttr(default=None)
 
