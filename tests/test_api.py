@@ -18,6 +18,8 @@ from adeye.evaluation.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.project import Executed
 
 

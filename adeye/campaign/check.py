@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from adeye.campaign.authorship import author
 from adeye.campaign.parts import load_code, named_files
 from adeye.channels.factory import make_channel
-from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, suggest
+from adeye.errors import (
+    ExpressionError,
+    InputError,
+    SourceLocation,
+    SpecError,
+    SweepError,
+    suggest,
+)
+from adeye.faults.plan import TIME_TOLERANCE
 from adeye.identity import digest
 from adeye.spec.budget import budgets_of
 from adeye.spec.clock import ticks
+from adeye.spec.columns import may_hold
 from adeye.spec.expression import to_program
 from adeye.spec.faults.sensing import SensorFault
 from adeye.spec.faults.switch import Late
@@ -24,13 +36,14 @@ from adeye.sweep.axes import default_values
 from adeye.sweep.case import content_digest
 from adeye.sweep.columns import World
 from adeye.units import Dimension, parse_quantity
-from adeye.world.check import check_scenario, check_worlds
+from adeye.world.check import check_scenario, check_worlds, parameters_used
 from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from adeye.campaign.parts import Parts
+    from adeye.signals import Floats
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Concept
     from adeye.spec.fault import Fault
@@ -208,9 +221,10 @@ def check_cases(expansion: Expansion) -> None:
         expansion: The test cases of the plan.
 
     Raises:
-        SweepError: A variant is not valid, or a point is outside an ODD that refuses such.
+        SweepError: A variant is not valid, a point is outside an ODD that refuses such, or an axis
+            makes no difference to any run.
         SpecError: A variant of a scenario or of a plug-in's parameters is not valid, an onset
-            condition is not, or a value is not possible.
+            condition is not, a fault never acts at some point, or a value is not possible.
     """
     files = expansion.files
     sweeps = {
@@ -237,6 +251,120 @@ def check_cases(expansion: Expansion) -> None:
                     raise SpecError(f"with the swept values, {text}", where=where)
         if _is_new((shared.scenario_id, *_worlds_key(section, shared)), seen):
             _check_worlds(expansion, section)
+        _check_presence(files, section, shared, seen)
+    _check_axes(expansion)
+
+
+def _check_presence(files: OddFiles, section: Section, shared: Shared, seen: set[object]) -> None:
+    """Check that every fault can be present at a tick up to the horizon, at every point.
+
+    Obligations begin within the horizon: a fault that comes later is tested by none of them.
+    """
+    scenario, step = shared.scenario, shared.step
+    end = round((scenario.horizon + scenario.tail) / step)
+    # Nothing is decided from the last row.
+    time = np.arange(min(round(scenario.horizon / step), end - 1) + 1) * step
+    points, varied = section.group.points, {axis.name for axis in section.group.axes}
+    for fault in shared.faults:
+        when = fault.onset.when
+        names = sorted(when.names & shared.parameters.keys()) if when is not None else []
+        values = np.array([[shared.parameters[name] for name in names]])
+        if varied.intersection(names):
+            columns = [
+                points.column(name, section.rows)
+                if name in varied
+                else value.repeat(len(section.rows))
+                for name, value in zip(names, values.T, strict=True)
+            ]
+            values = np.unique(np.stack(columns, axis=1).astype(np.float64), axis=0)
+        elif not _is_new((scenario.horizon, scenario.tail, values.tobytes(), fault), seen):
+            continue
+        for first in range(0, len(values), BATCH):
+            part = values[first : first + BATCH]
+            why = _absence(fault, time, {name: part[:, [at]] for at, name in enumerate(names)})
+            if why:
+                raise SpecError(
+                    f"fault {fault.id} never acts in scenario {shared.scenario_id}: {why}",
+                    where=_onset_place(files, section, fault),
+                    remedy=f"Obligations begin up to the horizon of {scenario.horizon:g} s, and "
+                    f"decisions are taken every {step:g} s: let it be present at one of them.",
+                )
+
+
+def _absence(fault: Fault, time: Floats, parameters: Mapping[str, Floats]) -> str:
+    """Say why a fault is never present at the times of the decisions; empty if it may be."""
+    onset, duration = fault.onset, math.inf if fault.duration is None else fault.duration
+    if duration <= TIME_TOLERANCE:
+        return f"it lasts {duration:g} s"
+    if onset.when is not None:
+        holds = np.atleast_2d(may_hold(onset.when.steps, {**parameters, "time": time}))
+        never = np.flatnonzero(~holds.any(axis=1))
+        values = [
+            f"{name} = {float(item[never[0], 0]):g}"
+            for name, item in parameters.items()
+            if len(never)
+        ]
+        said = f" with {' and '.join(values)} in SI" if values else ""
+        return f"'{onset.when.text}' cannot hold{said}" if len(never) else ""
+    latest = onset.between[1] if onset.between is not None else onset.at or 0.0
+    if latest > time[-1] + TIME_TOLERANCE:
+        return f"it begins at {latest:g} s"
+    if onset.between is not None:
+        return ""
+    gone = np.floor((time - latest + TIME_TOLERANCE) / (fault.every or math.inf))
+    again = np.minimum(gone, (fault.times or math.inf) - 1.0) * (fault.every or 0.0)
+    begun = latest + (again if fault.every is not None else 0.0)
+    is_present = (time >= latest - TIME_TOLERANCE) & (time < begun + duration - TIME_TOLERANCE)
+    if is_present.any():
+        return ""
+    return f"it lasts {duration:g} s from {latest:g} s on, between two decisions"
+
+
+def _onset_place(files: OddFiles, section: Section, fault: Fault) -> SourceLocation:
+    """Find what made a fault never act: an axis that varies it, or where it is written."""
+    for axis in section.group.axes:
+        if axis.kind == "faults" and axis.path[0] == fault.id:
+            return axis.where
+    number = [item.id for item in files.odd.spec.faults].index(fault.id)
+    onset = fault.onset
+    key = "when" if onset.when is not None else "at" if onset.at is not None else "between"
+    is_short = fault.duration is not None and fault.duration <= TIME_TOLERANCE
+    loc: Loc = ("duration",) if is_short else ("onset", key)
+    return files.odd.locate(("faults", number, *loc))
+
+
+def _check_axes(expansion: Expansion) -> None:
+    """Check that every axis makes a difference to some run: else it counts one run many times."""
+    used: dict[str, set[str]] = {}
+    alike: dict[object, Section] = {}
+    for section in expansion.sections:
+        shared, group = expansion.shared(section), section.group
+        onsets = [fault.onset.when for fault in shared.faults]
+        names = used.setdefault(shared.scenario_id, set())
+        names |= parameters_used(shared.scenario)
+        names |= {name for when in onsets if when is not None for name in when.names}
+        records = (content_digest(shared.scenario), content_digest(shared.architecture))
+        faults = digest([fault.executable() for fault in shared.faults])
+        other = alike.setdefault((id(group), *records, faults), section)
+        for axis in group.axes if other is not section else ():
+            levels = group.points.levels[axis.name]
+            pair = [axis.texts[int(levels[item.rows[0]])] for item in (other, section)]
+            if axis.kind != "parameter" and pair[0] != pair[1]:
+                raise SweepError(
+                    f"{axis.name}: no run differs between {pair[0]} and {pair[1]}",
+                    where=axis.where,
+                    remedy="Vary what runs depend on; texts, tags and costs are no part of them.",
+                )
+    for section in expansion.sections:
+        for axis in section.group.axes:
+            if axis.kind == "parameter" and axis.name not in used[section.group.use.name]:
+                raise SweepError(
+                    f"{axis.name}: nothing that happens in scenario {section.group.use.name} "
+                    "depends on it, so that each of its values would count the same run again",
+                    where=axis.where,
+                    remedy="Use it in the scenario or take it out of the sweep; for more samples "
+                    "of the noise there are replicates.",
+                )
 
 
 def _is_new(key: object, seen: set[object]) -> bool:

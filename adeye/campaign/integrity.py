@@ -15,6 +15,7 @@ from adeye.store.checking import (
     check_campaign,
     check_plan,
     count_unknown,
+    idle_violations,
 )
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ _KEYS: Final[Mapping[str, str]] = {
     "expired_waiver": "expires",
     "fhti_budget": "fdti",
     "response_beyond_budget": "formula",
+    "idle_fault": "model",
     "emergency_operation": "emergency_operation_interval",
 }
 """Key of what breaks a rule that has to be looked at."""
@@ -86,7 +88,7 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> Checked:
 
     plan = make_plan(path)
     record = plan.record()
-    found = list(check_plan(record, _counted(plan)))
+    found = [*check_plan(record, _counted(plan)), *idle_violations(plan.faults, plan.injected)]
     odd = plan.files.odd.spec.odd
     stored = check_campaign(db, odd=odd, rules=EVIDENCE_RULES)
     if stored is not None:
@@ -136,6 +138,9 @@ def _where(item: Violation, files: OddFiles) -> SourceLocation | None:
     if item.part == "architecture":
         known = files.architectures.get(item.id)
         return None if known is None else known.locate(("architecture",))
+    if item.part == "fault":
+        at = [fault.id for fault in files.odd.spec.faults].index(item.id)
+        return files.odd.locate(("faults", at, _KEYS[item.rule]))
     place = _place(item, files.concept.spec)
     return None if place is None else files.concept.locate((*place, _KEYS.get(item.rule, "id")))
 

@@ -27,6 +27,7 @@ from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.errors import InputError, SpecError
 from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
+from adeye.spec.faults.idle import idle_faults
 from adeye.spec.load import OddFiles, load_odd
 from adeye.store.planned import PlannedCases
 from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
     from adeye.registry import Part
     from adeye.signals import SignalType
+    from adeye.spec.faults.idle import Injected
     from adeye.sweep.case import TestCase
 
 SUFFIXES = {
@@ -126,6 +128,12 @@ class CampaignPlan:
     def faults(self) -> tuple[str, ...]:
         """Fault ids of the ODD."""
         return tuple(fault.id for fault in self.files.odd.spec.faults)
+
+    @property
+    def injected(self) -> Iterator[Injected]:
+        """The faults of each section with its architecture, values of the sweep applied."""
+        shared = (self.expansion.shared(section) for section in self.expansion.sections)
+        return ((item.faults, item.architecture) for item in shared)
 
     @cached_property
     def judged(self) -> JudgedPlan:
@@ -324,7 +332,8 @@ def make_plan(
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
     check_cases(expansion)
     alike = *same_architectures(files, parts), *same_scenarios(expansion)
-    return replace(plan, notices=(*plan.notices, *alike))
+    idle = tuple(f"fault {name} {why}" for name, why in idle_faults(plan.faults, plan.injected))
+    return replace(plan, notices=(*plan.notices, *alike, *idle))
 
 
 def _load_metrics(files: OddFiles) -> tuple[Part, ...]:

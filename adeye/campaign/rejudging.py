@@ -18,6 +18,7 @@ from adeye.campaign.work import verdict_block
 from adeye.evaluation.extremes import evaluate_extremes, measure_of
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.metrics.statuses import CODES, StatusColumn
+from adeye.evaluation.outcome import bars
 from adeye.evaluation.requirements import JUDGE_VERSION
 from adeye.evaluation.rulings import Frame
 from adeye.ports import MetricColumn
@@ -165,9 +166,9 @@ class _Judging:
     ) -> Iterator[tuple[str, JudgementColumns]]:
         """Give verdicts of an FSR on those of some results of which enough is known."""
         known = [run for run in wanted if self._numbers[run] in self._bases]
-        invalid = [run for run in known if self._basis(run)[1] is not None]
+        invalid = [run for run in known if bars(self._basis(run)[1])]
         yield from self._judged(INVALID, item, invalid, None, {})
-        valid = [run for run in known if self._basis(run)[1] is None]
+        valid = [run for run in known if not bars(self._basis(run)[1])]
         if item.bound is not None:
             yield from self._by_metric(item, valid)
         elif measure_of(item.formula) is not None:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.evaluation.extremes import measure_of
 from adeye.evaluation.measured import measured, reads_odd
 from adeye.evaluation.metrics import METRICS
+from adeye.evaluation.outcome import bars
 from adeye.evaluation.requirements import JUDGE_VERSION
 from adeye.spec.concept import Concept
 from adeye.spec.odd import Attributes
@@ -359,7 +360,7 @@ def _judgeable(
     def is_known(number: int, item: CheckedRequirement) -> bool:
         if number not in bases:
             return False
-        if bases[number][1] is not None:
+        if bars(bases[number][1]):
             return True
         if item.bound is not None:
             name = item.bound.column

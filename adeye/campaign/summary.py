@@ -80,6 +80,7 @@ class CampaignSummary:
         selected: Test cases that were to be executed if they lacked a result; None for all.
         channel_failures: How channels failed, also where that is mastered.
         contacts: Runs that a contact ended, by architecture.
+        never_began: Storyboard events that need not begin, and did in no run.
     """
 
     campaign: str
@@ -98,6 +99,7 @@ class CampaignSummary:
     selected: int | None = None
     channel_failures: tuple[ChannelFailure, ...] = ()
     contacts: Mapping[str, int] = field(default_factory=dict)
+    never_began: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         """Be as true as the gate, so that asserting what a run came to asserts something."""
@@ -139,4 +141,8 @@ def summarise(
         verdicts=tuple(lines),
         channel_failures=channel_failures(repository, campaign),
         contacts=repository.contacts(campaign.id),
+        never_began=tuple(
+            f"{event} of {scenario}"
+            for scenario, event, _ in repository.unbegun_events(campaign.id)
+        ),
     )

@@ -120,7 +120,7 @@ def _document(checked: Checked) -> dict[str, object]:
         "path": checked.path,
         "campaign": None if campaign is None else campaign.id,
         "rules": [
-            {"id": rule.name, "view": rule.view, "text": rule.text, "remedy": rule.remedy}
+            {"id": rule.name, "view": rule.view or None, "text": rule.text, "remedy": rule.remedy}
             for rule in checked.rules
         ],
         "findings": [

@@ -67,5 +67,6 @@ def document(summary: CampaignSummary) -> dict[str, object]:
         "message": summary.message,
         "contacts": dict(summary.contacts),
         "channel_failures": summary.channel_failures,
+        "never_began": summary.never_began,
         "verdicts": ordered(summary.verdicts),
     }

@@ -207,6 +207,8 @@ def run(
         emit_json("run", document(summary))
     else:
         print_summary(summary)
+    if summary.never_began and not quiet:
+        talk(clean(f"note: began in no run: {', '.join(summary.never_began)}", lines=True))
     code = int(summary.exit_code)
     if code in {130, 143}:
         talk(hint)

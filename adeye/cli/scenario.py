@@ -83,6 +83,9 @@ def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = Fa
 def lint(files: LintFiles, json: Json = False) -> None:
     """Check scenario files: syntax, units, names, lanes, the dimensions of every formula.
 
+    An event that is neither under realised nor optional is a finding, as is a parameter that
+    nothing depends on.
+
     Each finding has file, line and column. Exit codes: 0 nothing found, 2 something found.
     """
     from adeye.errors import InputErrors
@@ -117,15 +120,15 @@ def _findings(path: Path) -> Iterator[InputError]:
     from adeye.campaign.check import check_defaults
     from adeye.errors import InputError, SpecError
     from adeye.spec.load import load_scenario
-    from adeye.world.check import check_scenario
+    from adeye.world.check import check_purpose, check_scenario
 
     try:
         loaded = load_scenario(path)
     except InputError as error:
         yield error
         return
-    found = check_scenario(loaded.spec) or check_defaults(loaded.spec)
-    for loc, message in found:
+    spec = loaded.spec
+    for loc, message in check_scenario(spec) or [*check_defaults(spec), *check_purpose(spec)]:
         yield SpecError(message, where=loaded.locate(loc))
 
 

@@ -95,6 +95,37 @@ def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> B
     return Bound(name, float(limit), is_lower)
 
 
+def check_side(requirement: Requirement, bound: Bound, where: SourceLocation | None) -> None:
+    """Refuse a bound that keeps a metric from being good, or that no value violates.
+
+    Raises:
+        SpecError: It does, and ``unusual_side`` does not say that it is meant.
+    """
+    metric, written = bound.metric, requirement.bound
+    if written is None or written.unusual_side:
+        return
+    if bound.is_lower:
+        is_wrong, end = metric.worse == "higher", metric.least
+        cannot_fail = end is not None and bound.limit <= end
+    else:
+        is_wrong, end = metric.worse == "lower", metric.most
+        cannot_fail = end is not None and bound.limit >= end
+    if cannot_fail:
+        what = f"'{bound.text}' cannot fail: no value is {'below' if bound.is_lower else 'above'}"
+        what += f" {end:g}"
+    elif is_wrong:
+        what = f"'{bound.text}' bounds the harmless side: the {metric.worse} it is, the worse"
+    else:
+        return
+    other = "at_most" if bound.is_lower else "at_least"
+    remedy = "Write a limit that can be missed" if cannot_fail else f"Write {other}"
+    raise SpecError(
+        f"requirement {requirement.id}: {what}",
+        where=where,
+        remedy=f"{remedy}, or unusual_side: true in the bound if it is meant.",
+    )
+
+
 def _check_unit(name: str, column: str, text: str, where: SourceLocation | None) -> None:
     """Refuse a bound that was written with a unit of something else than its metric."""
     unit = METRICS[column].unit

@@ -36,6 +36,7 @@ def measured(requirement: Requirement) -> dict[str, Any]:
             **part["bound"],
             requirement.bound.side: None if value is None else float(value),
         }
+        part["bound"].pop("unusual_side", None)
     return part
 
 

@@ -20,6 +20,9 @@ EndReason = Literal["contact", "goal", "horizon"]
 END_REASONS: Final[tuple[EndReason, ...]] = ("contact", "goal", "horizon")
 OUTCOMES: Final = tuple(Outcome)
 
+UNTESTED: Final = "not tested: "
+"""Begins the reason of a run that is no evidence for what holds, but is for what fails."""
+
 _COMPLETED = OUTCOMES.index(Outcome.COMPLETED)
 _NOT_REALISED = OUTCOMES.index(Outcome.NOT_REALISED)
 
@@ -77,14 +80,15 @@ def outcomes(trace: Trace) -> OutcomeColumns:
 
     A failing channel is named first, for it may be why the scenario did not come about.
     """
-    missing = missing_events(trace)
-    realised = np.array([not names for names in missing], dtype=np.bool_)
+    missing, by_contact = missing_events(trace), ended_by_contact(trace)
+    # What had no time to act does not hide the contact, here as with events.
+    idle = [() if cut else names for names, cut in zip(idle_faults(trace), by_contact, strict=True)]
+    realised = np.array([not (a or b) for a, b in zip(missing, idle, strict=True)], dtype=np.bool_)
     code = np.where(realised, _COMPLETED, _NOT_REALISED)
     channels: dict[int, str] = {}
     details = {
-        run: f"{', '.join(names)} did not begin within the horizon"
-        for run, names in enumerate(missing)
-        if names
+        run: _not_begun(missing[run]) if missing[run] else _not_acted(idle[run])
+        for run in np.flatnonzero(~realised).tolist()
     }
     for run, event in enumerate(trace.channel_events):
         if event is not None:
@@ -142,15 +146,42 @@ def missing_events(trace: Trace) -> tuple[tuple[str, ...], ...]:
     return tuple(missing)
 
 
+def idle_faults(trace: Trace) -> tuple[tuple[str, ...], ...]:
+    """List for each run the planned faults that were never present within the horizon.
+
+    Obligations begin within the horizon, so that what comes later tests nothing.
+    """
+    rows = np.arange(trace.time.shape[0])
+    # Nothing is decided at the last row of a run, so no fault is present there.
+    counted = rows <= np.minimum(trace.horizon_row, last_rows(trace) - 1)[:, np.newaxis]
+    has_acted = ((trace["fault_active"] != 0) & counted[:, :, np.newaxis]).any(axis=1)
+    idle: list[tuple[str, ...]] = [()] * trace.runs
+    for run in np.flatnonzero(~has_acted.all(axis=1)):
+        names = zip(trace.layout.faults, has_acted[run], strict=True)
+        idle[run] = tuple(name for name, acted in names if not acted)
+    return tuple(idle)
+
+
+def bars(reason: str | None) -> bool:
+    """Tell whether a reason of ``invalid_reasons`` bars every verdict, that of a FAIL, too."""
+    return reason is not None and not reason.startswith(UNTESTED)
+
+
 def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
-    """Say for each run why no FSR can be judged on it, None where they can."""
+    """Say for each run why FSRs cannot be judged on it, None where they can.
+
+    A run whose planned fault never acted shows nothing about handling it: its reason begins with
+    ``UNTESTED``, and what fails in it fails nevertheless.
+    """
     rows = np.arange(trace.time.shape[0])
     known = rows < trace.length[:, np.newaxis]
     never = trace.time.shape[0]
     touched = _first(known & (trace["contact"] >= 0), never)
     foreign = _first(known & (trace["foreign_contact"] != 0), never)
     missing = missing_events(trace)
-    reasons: list[str | None] = [None] * trace.runs
+    reasons: list[str | None] = [
+        f"{UNTESTED}{_not_acted(names)}" if names else None for names in idle_faults(trace)
+    ]
     is_realised = np.array([not names for names in missing], dtype=np.bool_)
     for run in np.flatnonzero((touched == 0) | (foreign < touched) | ~is_realised):
         if touched[run] == 0:
@@ -159,10 +190,16 @@ def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
             at = trace.time[foreign[run]]
             reasons[run] = f"other traffic collided first, at {at:g} s"
         else:
-            reasons[run] = (
-                f"not realised: {', '.join(missing[run])} did not begin within the horizon"
-            )
+            reasons[run] = f"not realised: {_not_begun(missing[run])}"
     return tuple(reasons)
+
+
+def _not_begun(events: tuple[str, ...]) -> str:
+    return f"{', '.join(events)} did not begin within the horizon"
+
+
+def _not_acted(faults: tuple[str, ...]) -> str:
+    return f"fault {', '.join(faults)} did not act within the horizon"
 
 
 def _first(flags: Bools, never: int) -> Ints:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
-from adeye.evaluation.bounds import Bound, bound_of
+from adeye.evaluation.bounds import Bound, bound_of, check_side
 from adeye.evaluation.measured import measured, nested_antecedents, reads_odd
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import is_decision, plan_dictionary
@@ -218,6 +218,8 @@ class _Check:
         compiled = compile_requirement(
             self._requirement, self._where(*place), self._plan.attributes
         )
+        if compiled.bound is not None:
+            check_side(self._requirement, compiled.bound, self._where(*place))
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)

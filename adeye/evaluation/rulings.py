@@ -26,6 +26,7 @@ from adeye.evaluation.judgement import (
 from adeye.evaluation.metrics import statuses
 from adeye.evaluation.metrics.statuses import CODES as _CODES
 from adeye.evaluation.metrics.statuses import STATUSES, status_codes
+from adeye.evaluation.outcome import bars
 from adeye.evaluation.stl.columns import HELD, NEEDED, SPARE
 from adeye.evaluation.stl.descent import BINDING_STATUSES
 from adeye.evaluation.stl.program import KIND, WORD
@@ -95,7 +96,8 @@ class Frame:
         step_s: Time between rows [s].
         objects: Names of the objects.
         by_contact: (B,) whether a contact ended the run.
-        invalid: B reasons why no FSR can be judged, None where they can.
+        invalid: B reasons why FSRs cannot be judged, None where they can; see
+            ``outcome.invalid_reasons`` for those that spare what fails.
     """
 
     step_s: float
@@ -106,7 +108,7 @@ class Frame:
     @property
     def is_invalid(self) -> Bools:
         """(B,) whether no FSR can be judged."""
-        return np.array([reason is not None for reason in self.invalid], dtype=np.bool_)
+        return np.array([bars(reason) for reason in self.invalid], dtype=np.bool_)
 
     def judge(
         self,
@@ -165,6 +167,8 @@ class Frame:
         keys = (found.reason * len(found.bindings) + found.binding) * 3 + override
         place = {reason: number for number, reason in enumerate(own)}
         chosen = np.array([place.get(self.invalid[run] or "", -1) for run in runs])
+        stands = ~self.is_invalid[runs] & np.isin(verdict, (FAIL, ERROR))
+        chosen = np.where(stands, -1, chosen)
         unique, detail = np.unique(keys, return_inverse=True)
         details = [self._detail(found, int(key), least) for key in unique]
         judged = JudgementColumns(

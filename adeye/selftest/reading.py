@@ -126,10 +126,18 @@ THRESHOLDS: Final = (
     _threshold(
         "fault_never_comes",
         "the fault begins after the end of the run",
-        3,
-        "FSR-12 VACUOUS",
+        2,
+        "fault nominal_silent never acts in scenario closing: it begins at 200 s",
         Edit(HANDOVER, "onset: {at: 2 s}", "onset: {at: 200 s}"),
         "onset: {at: 2.5 s}",
+    ),
+    _threshold(
+        "fault_never_acts",
+        "the condition of the fault never holds, and no contact happens without it either",
+        3,
+        "FSR-11 INVALID",
+        Edit(HANDOVER, "onset: {at: 2 s}", "onset: {when: neighbour.gap >= 500 m}"),
+        "onset: {when: neighbour.gap <= 500 m and time >= 2 s}",
     ),
     _threshold(
         "event_never_comes",

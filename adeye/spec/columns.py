@@ -57,6 +57,57 @@ def evaluated(steps: Sequence[Step], columns: Mapping[str, Value]) -> Any:
     return result if result.ndim else result.item()
 
 
+def may_hold(steps: Sequence[Step], columns: Mapping[str, Value]) -> NDArray[np.bool_]:
+    """Tell where a condition can hold, whatever the names are of which nothing is known.
+
+    Args:
+        steps: The condition, without text.
+        columns: Scalars or arrays, broadcast together, of the names that are known.
+    """
+    # Each value with where it is certain; what is not certain has any value.
+    stack: list[tuple[Any, Any]] = []
+    with np.errstate(all="ignore"):
+        for step in steps:
+            count = POPS[step.word]
+            if step.word == "number":
+                stack.append((step.number, True))
+            elif step.word == "name":
+                stack.append((columns.get(step.text, 0.0), step.text in columns))
+            elif step.word == "found":
+                stack[-2:] = [stack[-1]]
+            elif step.word == "member":
+                item, found = stack.pop(), stack.pop()
+                stack.append(_joined("or", [found, _certain("==", [stack[-1], item])]))
+            else:
+                operands = stack[-count:]
+                del stack[-count:]
+                join = _joined if step.word in {"and", "or", "if_"} else _certain
+                stack.append(join(step.word, operands))
+    value, is_known = stack[0]
+    return np.asarray(_truth(value) | ~np.asarray(is_known))
+
+
+def _certain(word: str, operands: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
+    values, known = zip(*operands, strict=True)
+    certain: Any = np.True_
+    for is_known in known:
+        certain = certain & is_known
+    return _applied(word, values), certain
+
+
+def _joined(word: str, operands: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
+    """Apply what may be certain although an operand is not."""
+    (left, is_left), (right, is_right), *rest = operands
+    value, certain = _certain(word, operands)
+    if word == "if_":
+        chosen = np.where(_truth(left), is_right, rest[0][1])
+        return value, np.asarray(is_left) & chosen
+    # One that is false decides a conjunction, one that is true a disjunction.
+    decides = word == "or"
+    sure = (is_left & (_truth(left) == decides)) | (is_right & (_truth(right) == decides))
+    return np.where(sure, decides, value), certain | sure
+
+
 def _applied(word: str, operands: Sequence[Any]) -> Any:
     if word in COMPARISONS:
         return _compared(word, operands[0], operands[1])

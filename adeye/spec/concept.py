@@ -134,16 +134,20 @@ ParameterValue = Annotated[
 ]
 
 
-class MetricBound(Record):
+class MetricBound(GrownRecord):
     """A bound on a metric of the run: a number in the metric's own unit, or text with a unit.
 
     Text becomes a number in SI, so that both ways to write it are one FSR; whether its unit is
     one of the metric's is checked where the metric is known. The name of a parameter stays a name.
     """
 
+    later: ClassVar[tuple[str, ...]] = ("unusual_side",)
+
     metric: str
     at_least: Limit | None = None
     at_most: Limit | None = None
+    unusual_side: bool = False
+    """It is meant, although it bounds what the metric declares harmless, or cannot fail."""
 
     _written: str | None = PrivateAttr(default=None)
 

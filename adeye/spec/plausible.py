@@ -79,8 +79,8 @@ BOUNDS: Final[dict[str, tuple[str, str, str]]] = {
     "angular_rate": ("-1200 deg/s", "1200 deg/s", ""),
     "frequency": ("0 Hz", "100000 Hz", ""),
 }
-"""Least and most, and the ends of the dotted paths that it is of, ``*`` for an id; without ends it is
-of whatever has the dimension otherwise. Our choice: what no road vehicle, sensor, road or weather
+"""Least and most, and the ends of the dotted paths that it is of, ``*`` for an id; without ends it
+is of whatever has the dimension otherwise. Our choice: what no road vehicle, sensor, road or weather
 is beyond, with room to spare. Some are narrower where more is known: ``FileRecord.own_limits``.
 """
 

@@ -6,7 +6,7 @@ Numbers are formulas over the scenario's own parameters, so one file describes e
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
@@ -20,6 +20,7 @@ from adeye.spec.quantity import (
     ById,
     Condition,
     Duration,
+    GrownRecord,
     Identifier,
     JerkFormula,
     LengthFormula,
@@ -280,8 +281,10 @@ class Cross(Record):
     speed: SpeedFormula
 
 
-class Event(Record):
+class Event(GrownRecord):
     """When a condition first holds, an actor begins one action."""
+
+    later: ClassVar[tuple[str, ...]] = ("optional",)
 
     actor: Identifier
     when: Condition
@@ -289,6 +292,9 @@ class Event(Record):
     speed: SpeedChange | None = None
     stop: Stop | None = None
     cross: Cross | None = None
+    optional: bool = False
+    """It need not begin in a run; of an event that is neither optional nor under ``realised``,
+    ``adeye scenario lint`` asks for one of both."""
 
     @model_validator(mode="after")
     def _one_action(self) -> Self:
@@ -348,7 +354,7 @@ class LogicalScenario(FileRecord):
         Default values and ranges of parameters are left out, because the resolved values are part
         of a test case's identity beside this content.
         """
-        return self.model_dump(
+        part = self.model_dump(
             mode="json",
             exclude={
                 "beyond_plausible",
@@ -360,3 +366,7 @@ class LogicalScenario(FileRecord):
                 "constraints",
             },
         )
+        for event in part["storyboard"].values():
+            # What a run must bring about says ``realised``.
+            event.pop("optional", None)
+        return part

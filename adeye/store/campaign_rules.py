@@ -19,6 +19,20 @@ _JUDGED: Final = """SELECT campaign_id, fsr_id, architecture, scenario, SUM(runs
 FRAGMENTS: Final = {"ITS_SIDE": _SIDES, "JUDGED": _JUDGED}
 """What words in the rules stand for."""
 
+IDLE_FAULT: Final = Rule(
+    "idle_fault",
+    "A fault is planned that changes nothing, or is planned nowhere.",
+    "Give it a size, an entry or a target that matters; what it stands for is not tested.",
+    "",
+)
+UNBEGUN_EVENT: Final = Rule(
+    "unbegun_event",
+    "An event that need not begin, and does not say so, began in no run.",
+    "Name it under realised, or write optional: true; or let its condition come about.",
+    "",
+    needs_evidence=True,
+)
+
 CAMPAIGN_RULES: Final = (
     Rule(
         "fsr_without_scenario",
@@ -83,6 +97,7 @@ WHERE NOT EXISTS (
 FROM campaign_fsr p
 WHERE p.in_gate = 1 AND p.mandatory = 1 AND p.applicable = 0""",
     ),
+    IDLE_FAULT,
     Rule(
         "not_run",
         "Planned test cases have no result.",
@@ -161,5 +176,6 @@ GROUP BY campaign_id, fsr_id
 HAVING SUM(exercised) = 0""",
         needs_evidence=True,
     ),
+    UNBEGUN_EVENT,
 )
 """Rules about what is planned and what the runs gave."""

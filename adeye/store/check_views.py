@@ -1,5 +1,7 @@
 """The integrity rules of a concept and its evidence: SQL views that are empty when all is well.
 
+Rules without SQL are about records that only their own models read, see ``checking``.
+
 ``v_check_<rule>`` names, by campaign, what breaks the rule; ``v_check`` has all of them. A rule
 holds for what the database says, also where the reader of files refuses the same: databases are
 edited. JSON is read with ``json_each``, the one way to it that every SQLite allows in a view.
@@ -379,10 +381,11 @@ def _written_out(sql: str) -> str:
 
 def check_view_ddl() -> dict[str, str]:
     """Write the statement that creates each view, in the order of their dependencies."""
-    rules = {rule.view: f"CREATE VIEW {rule.view} AS\n{_written_out(rule.sql)}" for rule in RULES}
+    viewed = [rule for rule in RULES if rule.sql]
+    rules = {rule.view: f"CREATE VIEW {rule.view} AS\n{_written_out(rule.sql)}" for rule in viewed}
     union = "\nUNION ALL\n".join(
         f"SELECT '{rule.name}' AS rule, campaign, part, id, detail FROM {rule.view}"  # noqa: S608 - own names
-        for rule in RULES
+        for rule in viewed
     )
     return {
         "v_hazard_asil": _HAZARD_ASIL,

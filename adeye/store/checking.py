@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import create_engine, select
 
+from adeye.spec.architecture import Architecture
+from adeye.spec.fault import FAULT
+from adeye.spec.faults.idle import idle_faults
+from adeye.spec.quantity import SI
 from adeye.store import tables
+from adeye.store.campaign_rules import IDLE_FAULT, UNBEGUN_EVENT
 from adeye.store.check_views import RULES, check_view_ddl
 from adeye.store.content import save_concept, save_content
 from adeye.store.database import Database
@@ -27,6 +33,7 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from adeye.errors import SourceLocation
+    from adeye.spec.faults.idle import Injected
     from adeye.store.rows import CampaignRecord
     from adeye.store.rules import Rule
     from adeye.store.stored import CampaignInfo
@@ -144,7 +151,7 @@ def check_campaign(
     name: str | None = None,
     *,
     odd: str | None = None,
-    rules: Iterable[Rule] = RULES,
+    rules: Sequence[Rule] = RULES,
 ) -> CampaignViolations | None:
     """Ask rules of a campaign in a database.
 
@@ -177,6 +184,14 @@ def check_campaign(
             if campaign is None:
                 return None
             found = _ask(connection, rules, campaign.id)
+            if IDLE_FAULT in rules:
+                found += _idle_faults(connection, campaign)
+            if UNBEGUN_EVENT in rules:
+                found += tuple(
+                    Violation(UNBEGUN_EVENT.name, "scenario", scenario, f"{event} began in no run")
+                    for scenario, event, is_optional in unbegun_events(connection, campaign.id)
+                    if not is_optional
+                )
             return CampaignViolations(campaign, plain_digests(connection, campaign.id), found)
     finally:
         database.close()
@@ -218,8 +233,82 @@ def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[
     return tuple(
         Violation(rule.name, str(part), str(name), str(detail))
         for rule in rules
+        if rule.sql
         for part, name, detail in _rows(connection, rule.view, campaign)
     )
+
+
+def idle_violations(declared: Iterable[str], injected: Iterable[Injected]) -> tuple[Violation, ...]:
+    """Say which faults do nothing, see ``idle_faults``."""
+    return tuple(
+        Violation(IDLE_FAULT.name, "fault", name, f"{name} {reason}")
+        for name, reason in idle_faults(declared, injected)
+    )
+
+
+def _idle_faults(connection: Connection, campaign: CampaignInfo) -> tuple[Violation, ...]:
+    """Read the faults of a campaign with what they are injected into, values of sweeps applied."""
+    case, made = tables.test_case.c, tables.architecture.c
+    query = (
+        select(case.faults, made.content)
+        .join_from(tables.campaign_case, tables.test_case)
+        .join(tables.architecture, made.digest == case.architecture_digest)
+        .where(tables.campaign_case.c.campaign_id == campaign.id, case.faults != "[]")
+        .distinct()
+    )
+    injected = []
+    for faults, content in connection.execute(query):
+        known = json.loads(content)
+        # Beside its own keys there is the folder of its plug-ins.
+        fields = {name: known[name] for name in Architecture.model_fields if name in known}
+        planned = (FAULT.validate_python(fault, context=SI) for fault in json.loads(faults))
+        injected.append((tuple(planned), Architecture.model_validate(fields, context=SI)))
+    odd = _odd_content(connection, campaign.id).get("odd")
+    declared = odd["faults"] if isinstance(odd, dict) else ()
+    return idle_violations([item["id"] for item in declared], injected)
+
+
+def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, str, bool], ...]:
+    """List the storyboard events that need not begin, and did in none of the runs that there are.
+
+    Args:
+        connection: To the database.
+        campaign: Id of the campaign.
+
+    Returns:
+        Scenario, event, and whether it says that it is optional.
+    """
+    case, event = tables.campaign_case.c, tables.event.c
+    runs = (
+        select(tables.run.c.number)
+        .join_from(
+            tables.campaign_case, tables.run, case.result_digest == tables.run.c.result_digest
+        )
+        .where(case.campaign_id == campaign)
+        .limit(1)
+    )
+    began = runs.join(tables.event, event.run_number == tables.run.c.number).where(
+        event.kind == "storyboard"
+    )
+    return tuple(
+        (scenario, name, bool(written.get("optional")))
+        for scenario, content in _odd_content(connection, campaign).get("scenarios", {}).items()
+        for name, written in content["storyboard"].items()
+        if name not in content["realised"]
+        and connection.execute(runs.where(case.scenario == scenario)).first()
+        and not connection.execute(
+            began.where(case.scenario == scenario, event.subject == name)
+        ).first()
+    )
+
+
+def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:
+    query = select(tables.odd.c.content).join_from(
+        tables.campaign, tables.odd, tables.campaign.c.odd_digest == tables.odd.c.digest
+    )
+    found = connection.execute(query.where(tables.campaign.c.id == campaign)).scalar_one()
+    content: dict[str, Any] = json.loads(found)
+    return content
 
 
 def _rows(connection: Connection, view: str, campaign: str) -> Iterable[Any]:

@@ -37,6 +37,7 @@ from adeye.store import (
 )
 from adeye.store.again import Again
 from adeye.store.block import JudgedBlock, RunBlock, run_block
+from adeye.store.checking import unbegun_events
 from adeye.store.database import Database, create_parent
 from adeye.store.evidence import Evidence
 from adeye.store.hindsight import Hindsight
@@ -327,6 +328,11 @@ class Repository:
         """Count the runs that a contact ended, by architecture."""
         with self._database.read() as connection:
             return summaries.contacts(connection, campaign)
+
+    def unbegun_events(self, campaign: str) -> tuple[tuple[str, str, bool], ...]:
+        """List the events that began in no run, see ``checking.unbegun_events``."""
+        with self._database.read() as connection:
+            return unbegun_events(connection, campaign)
 
     def find_run(self, name: str, *, campaign: str | None = None) -> RunRef:
         """Find a run by the beginning of its result digest, or its ordinal in a campaign."""

@@ -14,7 +14,8 @@ class Rule:
         text: What is wrong where it finds something.
         remedy: What to do about it.
         sql: One SELECT of campaign, part, id and detail; ``RANK(x)`` counts an ASIL from 0 for QM
-            to 4 for D, ``BRACKET(x)`` what stands in its brackets.
+            to 4 for D, ``BRACKET(x)`` what stands in its brackets. Empty for a rule about records
+            that SQL does not read: it has no view.
         needs_evidence: Whether it is about runs and verdicts, not about what is planned.
     """
 
@@ -26,5 +27,5 @@ class Rule:
 
     @property
     def view(self) -> str:
-        """Name of its view."""
-        return f"v_check_{self.name}"
+        """Name of its view, empty for a rule that has none."""
+        return f"v_check_{self.name}" if self.sql else ""

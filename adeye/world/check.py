@@ -81,6 +81,47 @@ def check_worlds(cases: Sequence[Situation], lifted: Collection[str] = ()) -> No
             raise SpecError(item.text, remedy=item.remedy)
 
 
+def check_purpose(scenario: LogicalScenario) -> list[Finding]:
+    """Find what a scenario can do without, and so may lack without that anybody sees it.
+
+    Args:
+        scenario: One without findings of ``check_scenario``.
+
+    Returns:
+        As for ``check_scenario``: events that need not begin and do not say so, and parameters that
+        nothing depends on.
+    """
+    findings: list[Finding] = []
+    for name, event in scenario.storyboard.items():
+        if (name in scenario.realised) == event.optional:
+            text = (
+                "is optional, and realised says that it must begin. Take one of them away"
+                if event.optional
+                else "need not begin, and nobody sees if it never does. Add it to realised, or "
+                "write optional: true"
+            )
+            findings.append((("storyboard", name), f"event {name!r} {text}"))
+    used = parameters_used(scenario)
+    findings += [
+        (("parameters", name), f"nothing that happens depends on parameter {name!r}. Remove it")
+        for name in scenario.parameters
+        if name not in used
+    ]
+    return findings
+
+
+def parameters_used(scenario: LogicalScenario) -> frozenset[str]:
+    """Name what the formulas of a scenario use; constraints only choose among its values."""
+    formulas = quantities(scenario, ())
+    return frozenset[str]().union(
+        *(
+            item.names
+            for loc, item, _ in formulas
+            if isinstance(item, Expression) and loc[0] != "constraints"
+        )
+    )
+
+
 def _parameters(scenario: LogicalScenario) -> Iterator[Finding]:
     for name, parameter in scenario.parameters.items():
         loc = ("parameters", name)

@@ -17,7 +17,7 @@ from adeye.campaign.check import (
     check_scenarios,
     over_budget,
 )
-from adeye.errors import SpecError
+from adeye.errors import SpecError, SweepError
 from adeye.spec.load import load_odd
 from adeye.sweep.expand import expand
 
@@ -370,3 +370,105 @@ def test_detection_of_one_and_reaction_of_another_belong_together(
 def test_requirement_with_both_times_stands_for_itself(load: Callable[..., OddFiles]) -> None:
     times = {"FSR03": {"fdti": 0.1, "frti": 0.8}, "FSR04": {"fdti": 0.8, "frti": 0.1}}
     assert budgets(load, **times) == []
+
+
+# --- what can never act, and what makes no difference
+
+
+def drop(**changes: Any) -> dict[str, Any]:
+    return {**onset("time > 1 s"), **changes}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said", "key"),
+    [
+        ({"onset": {"at": "100 s"}}, "it begins at 100 s", "at"),
+        # The horizon of a cut-in is 12 s, with a tail of 13 s.
+        ({"onset": {"at": "12.05 s"}}, "it begins at 12.05 s", "at"),
+        ({"onset": {"between": ["11 s", "13 s"]}}, "it begins at 13 s", "between"),
+        ({"onset": {"when": "time >= 100 s"}}, "'time >= 100 s' cannot hold", "when"),
+        ({"onset": {"when": "time > 5 s and time < 5 s"}}, "cannot hold", "when"),
+        ({"onset": {"when": "cutter.gap < 9 m and not time < 20 s"}}, "cannot hold", "when"),
+        ({"onset": {"when": "time == 1.02 s or cut_in.begun and 2 < 1"}}, "cannot hold", "when"),
+        ({"onset": {"when": "if_(time < 20 s, 0, cutter.gap / 1 m) > 0"}}, "cannot hold", "when"),
+        ({"duration": "0 s"}, "it lasts 0 s", "duration"),
+        ({"onset": {"at": "2 s"}, "duration": "0 s"}, "it lasts 0 s", "duration"),
+        ({"onset": {"at": "2.01 s"}, "duration": "0.03 s"}, "between two decisions", "at"),
+    ],
+)
+def test_fault_that_can_never_act_is_refused_at_its_place(
+    project: Path, load: Callable[..., OddFiles], changes: dict[str, Any], said: str, key: str
+) -> None:
+    files = load(faults=[drop(**changes)], scenarios=[{"use": "cut_in"}])
+    with pytest.raises(SpecError, match="fault out never acts in scenario cut_in") as caught:
+        check(files)
+    assert said in caught.value.message
+    assert caught.value.where is not None
+    line = (project / "odd" / "example.yaml").read_text("utf-8").splitlines()
+    assert line[caught.value.where.line - 1].strip().startswith(f"{key}:")
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"onset": {"at": "12 s"}},
+        {"onset": {"at": "0 s"}, "duration": "0.01 s"},
+        {"onset": {"when": "time >= 12 s"}},
+        {"onset": {"when": "cutter.gap <= 0.5 m"}},
+        {"onset": {"when": "time >= 100 s or cutter.gap <= 5 m"}},
+        {"onset": {"when": "time in [3 s, 100 s]"}},
+        {"onset": {"at": "2.01 s"}, "duration": "0.03 s", "every": "0.32 s"},
+    ],
+)
+def test_fault_that_may_act_passes(load: Callable[..., OddFiles], changes: dict[str, Any]) -> None:
+    check(load(faults=[drop(**changes)], scenarios=[{"use": "cut_in"}]))
+
+
+@pytest.mark.parametrize(
+    ("axis", "values", "fault"),
+    [
+        ("faults.out.onset.at", ["2 s", "20 s"], {"onset": {"at": "1 s"}}),
+        ("faults.out.duration", ["2 s", "0 s"], {"duration": "1 s"}),
+        ("scenario.horizon", ["12 s", "1 s"], {"onset": {"at": "2 s"}}),
+        ("lateral_speed", ["1 m/s", "2 m/s"], {"onset": {"when": "lateral_speed < 1.5 m/s"}}),
+    ],
+)
+def test_swept_point_at_which_a_fault_never_acts_is_refused(
+    load: Callable[..., OddFiles], axis: str, values: list[str], fault: dict[str, Any]
+) -> None:
+    scenarios = [{"use": "cut_in", "sweep": {"parameters": {axis: values}}}]
+    with pytest.raises(SpecError, match=r"example.yaml:\d+:\d+: fault out never acts"):
+        check(load(faults=[drop(**fault)], scenarios=scenarios))
+
+
+def test_parameter_that_only_a_relation_names_makes_no_difference(
+    project: Path, load: Callable[..., OddFiles]
+) -> None:
+    path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
+    replace(path, "parameters:\n", "parameters:\n  shade: {default: 1, range: [0, 9]}\n")
+    sweep = {"parameters": {"shade": [1, 2, 3]}, "where": ["shade < 3"]}
+    said = r"example.yaml:\d+:\d+: shade: nothing that happens in scenario cut_in depends on it"
+    with pytest.raises(SweepError, match=said):
+        check(load(sweep))
+    begins = drop(onset={"when": "time >= shade * 1 s"})
+    check(load(faults=[begins], scenarios=[{"use": "cut_in", "sweep": sweep}]))
+
+
+@pytest.mark.parametrize(
+    ("axis", "values"),
+    [
+        ("architecture.cost", [1, 2]),
+        ("architecture.title", ["one", "other"]),
+        ("architecture.channels.safety.realises", ["safety", "nominal"]),
+        ("scenario.title", ["one", "other"]),
+        ("scenario.tags.r157", ["4.4", "4.5"]),
+        ("faults.out.text", ["one", "other"]),
+    ],
+)
+def test_axis_that_changes_no_run_is_refused(
+    load: Callable[..., OddFiles], axis: str, values: list[Any]
+) -> None:
+    sweep = {"parameters": {axis: values, "gap": ["30 m", "40 m"]}}
+    scenarios = [{"use": "cut_in", "sweep": sweep}]
+    with pytest.raises(SweepError, match=f"{axis}: no run differs between {values[0]} and"):
+        check(load(faults=[drop()], scenarios=scenarios))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.campaign.integrity import check_odd, check_stored
+from adeye.evaluation.verdict import Verdict
 from adeye.spec.load import shipped
 from adeye.store.check_views import RULES
 from adeye.store.checking import Checked, CheckFinding
@@ -153,3 +154,71 @@ def test_executed_campaign_breaks_no_rule(project: Project) -> None:
     checked = check_odd(project.odd, project.db)
     assert checked.rules == RULES
     assert checked.findings == ()
+
+
+def test_faults_that_change_nothing_are_named_in_files_and_in_what_is_stored(
+    project: Project,
+) -> None:
+    weak = {
+        "id": "weak",
+        "target": "channels.nominal",
+        "model": "bias",
+        "acceleration": "1 m/s^2",
+        "onset": {"at": "2 s"},
+    }
+    with project.edited_odd() as odd:
+        odd["faults"] += [weak, {**weak, "id": "unused"}]
+        sizes = {"faults.weak.acceleration": ["0 m/s^2", "1 m/s^2"]}
+        odd["scenarios"] = [
+            {
+                "use": "cut_in",
+                "faults": ["front_camera_out", ["nominal_silent", "weak"]],
+                "sweep": {"parameters": sizes},
+            }
+        ]
+    idle = [item for item in find(project) if item.rule == "idle_fault"]
+    expected = [
+        ("weak", "weak bias with acceleration 0 and steering_angle 0 changes nothing"),
+        ("unused", "unused is injected in no test case"),
+    ]
+    assert [(item.id, item.detail) for item in idle] == expected
+    assert line_of(project, idle[0]) == "model: bias"
+    plan = project.plan()
+    assert [f"fault {detail}" for _, detail in expected] == list(plan.notices)[-2:]
+    with Repository.open(project.db) as repository:
+        repository.plan_campaign(plan.record(), plan.planned())
+    stored = check_stored(project.db)
+    assert stored is not None
+    again = [(item.id, item.detail) for item in stored.findings if item.rule == "idle_fault"]
+    assert again == expected
+
+
+@pytest.mark.slow
+def test_run_of_faults_and_events_that_never_come_is_not_green(project: Project) -> None:
+    far = {
+        "id": "far",
+        "target": "channels.nominal",
+        "model": "silent",
+        "onset": {"when": "cutter.gap >= 900 m"},
+    }
+    with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
+        del scenario["storyboard"]["change_speed"]["optional"]
+    with project.edited_odd() as odd:
+        odd["faults"] = [far]
+        odd["scenarios"] = odd["scenarios"][:1]
+        odd["scenarios"][0]["faults"] = ["far"]
+        odd["architectures"] = odd["architectures"][1:]
+    summary = project.run()
+    assert int(summary.exit_code) == 3
+    assert summary.never_began == ("change_speed of cut_in",)
+    rows = project.rows()
+    told = {(row["fault_entry"], row["outcome"], row["outcome_detail"]) for row in rows}
+    assert told == {
+        ("none", "completed", None),
+        ("far", "not_realised", "fault far did not act within the horizon"),
+    }
+    verdicts = {item.fsr: item for item in summary.verdicts}
+    assert verdicts["FSR-01"].verdict is Verdict.INVALID
+    assert verdicts["FSR-01"].exercised * 2 == verdicts["FSR-01"].runs
+    found = {(item.rule, item.id, item.detail) for item in find(project, project.db)}
+    assert ("unbegun_event", "cut_in", "change_speed began in no run") in found

@@ -30,7 +30,7 @@ def test_sound_files_have_no_findings(adeye: Any, project: Project) -> None:
     assert ended.code == 0, ended.err
     assert ended.out == (
         "mini (no campaign of it is stored, so its evidence is not checked): "
-        "no findings by 24 rules.\n"
+        "no findings by 25 rules.\n"
     )
 
 
@@ -46,7 +46,7 @@ def test_finding_is_printed_with_place_and_remedy(adeye: Any, project: Project) 
     assert lines[int(line) - 1].strip() == "valid_until: '2001-01-31'"
     assert text == "AS-01: was valid until 2001-01-31, of system architect"
     assert remedy.strip().startswith("Ask its owner")
-    assert last.endswith("1 finding by 1 of 24 rules.")
+    assert last.endswith("1 finding by 1 of 25 rules.")
 
 
 def test_json_has_rules_and_findings(adeye: Any, project: Project) -> None:
@@ -83,7 +83,7 @@ def test_stored_campaign_is_named_by_its_number(adeye: Any, project: Project) ->
         assert ended.code == 1
         assert "not_run: Planned test cases have no result." in ended.out
         assert "cut_in: 12 of 12 test cases of camera_radar have no result" in ended.out
-        assert ended.out.strip().endswith("by 1 of 29 rules.")
+        assert ended.out.strip().endswith("by 1 of 31 rules.")
 
 
 def test_nothing_to_check_is_no_success(adeye: Any) -> None:

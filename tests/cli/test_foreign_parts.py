@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import sys
-from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +17,7 @@ from tests.project import CANDIDATE, CONCEPT, MINI, Project
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from tests.cli.conftest import Verb
 
@@ -162,7 +162,10 @@ def test_every_verb_takes_a_campaign_of_foreign_parts(
     assert adeye("run", odd, "--executor", executor).code in {0, 1, 3}
     runs = {
         entry: adeye(
-            "query", f"SELECT run FROM v_runs WHERE fault_entry = '{entry}'", "--format", "csv"
+            "query",
+            f"SELECT run FROM v_runs WHERE fault_entry = '{entry}'",  # noqa: S608 - two words
+            "--format",
+            "csv",
         ).out.split()[1]
         for entry in ("none", "nominal_silent")
     }

@@ -101,3 +101,13 @@ def test_one_broken_file_does_not_hide_another(adeye: Any, cut_in: Path) -> None
 def test_folder_without_scenarios_is_an_error(adeye: Any, folder: Path) -> None:
     (folder / "empty").mkdir()
     assert adeye("scenario", "lint", "empty").code == 2
+
+
+def test_lint_asks_what_must_begin_and_what_nothing_uses(adeye: Any, cut_in: Path) -> None:
+    replace_in(cut_in, "    optional: true\n", "")
+    replace_in(cut_in, "parameters:\n", "parameters:\n  shade: {default: 1}\n")
+    ended = adeye("scenario", "lint", str(cut_in))
+    assert ended.code == 2
+    assert "event 'change_speed' need not begin" in ended.out
+    assert "nothing that happens depends on parameter 'shade'" in ended.out
+    assert ended.out.count("my_cut_in.yaml:") == 2

@@ -64,8 +64,11 @@ class HandMade:
         step: float = 0.1,
         tail_rows: int = 5,
         events: tuple[str, ...] = (),
-        faults: tuple[str, ...] = ("camera_out",),
+        faults: tuple[str, ...] | None = None,
     ) -> None:
+        """Without faults of its own a run has ``camera_out``, if a test lets it act."""
+        self.has_own_faults = faults is not None
+        faults = ("camera_out",) if faults is None else faults
         self.rows, self.runs, self.step = rows, runs, step
         self.objects, self.events, self.faults = objects, events, faults
         self.horizon_rows = rows - 1 - tail_rows
@@ -160,6 +163,9 @@ class HandMade:
 
     def trace(self) -> Trace:
         runs, segments = self.runs, np.zeros((self.runs, 1, 5))
+        if not self.has_own_faults and not self.columns["fault_active"].any():
+            # A fault that is planned and never acts leaves a run untested.
+            self.faults, self.columns["fault_active"] = (), np.zeros((runs, self.rows, 0), np.bool_)
         segments[:, :, 3] = 10_000.0
         column = np.ones(runs)
         context = SceneContext(

@@ -395,3 +395,37 @@ def test_parts_that_are_measured_together_do_not_show(
         assert np.array_equal(parts.metrics[name].value, column.value, equal_nan=True)
         assert parts.metrics[name].status == column.status
         assert tuple(parts.metrics[name].actor) == tuple(column.actor)
+
+
+# --- runs whose planned fault never acted
+
+
+def test_run_that_its_fault_never_met_passes_nothing_and_fails_what_it_fails(
+    hand_made: Any,
+) -> None:
+    made = hand_made(faults=("late",))
+    fine, vacuous = fsr("FSR-01", formula="always(not contact)"), fsr("FSR-02", formula=TAKEOVER)
+    broken = fsr("FSR-03", formula="always(time_gap >= 2.5 s)")
+    far, near = fsr("FSR-04", bound=CLOSE), fsr("FSR-05", bound={**CLOSE, "at_least": 90.0})
+    found = evaluated(made, fine, vacuous, broken, far, near).judgements[0]
+    assert [item.verdict for item in found] == [INVALID, INVALID, FAIL, INVALID, FAIL]
+    assert [item.is_exercised for item in found] == [False, False, True, False, True]
+    assert found[0].detail == "not tested: fault late did not act within the horizon"
+    assert found[2].margin == pytest.approx(-0.5)
+
+
+def test_contact_before_the_fault_fails_and_leaves_the_rest_untested(hand_made: Any) -> None:
+    made = hand_made(faults=("late",)).touch(6, "lead")
+    contact = fsr("FSR-01", formula="always(not contact)")
+    lane = fsr("FSR-02", formula="always(abs(ego.lane_offset) <= 0.5 m)")
+    found = evaluated(made, contact, lane).judgements[0]
+    assert [item.verdict for item in found] == [FAIL, INVALID]
+
+
+def test_both_faults_of_an_entry_must_act(hand_made: Any) -> None:
+    made = hand_made(faults=("early", "late")).set("fault_active", 1, rows=slice(3, 5), at=0)
+    found = judged(made, fsr(formula="always(not contact)"))
+    assert (found.verdict, found.detail) == (
+        INVALID,
+        "not tested: fault late did not act within the horizon",
+    )

@@ -7,7 +7,9 @@ from typing import Any
 import pytest
 
 from adeye.evaluation.outcome import (
+    bars,
     ended_by_contact,
+    idle_faults,
     invalid_reasons,
     missing_events,
     obligation_rows,
@@ -101,3 +103,37 @@ def test_obligations_that_a_contact_cut_off_are_counted(hand_made: Any) -> None:
     assert ended_by_contact(trace).tolist() == [False, True, True]
     # To the horizon; to the horizon although the run ended before; to the contact in the tail.
     assert obligation_rows(trace).tolist() == [15, 15, 18]
+
+
+def faulty(made: Any, *rows: int, fault: str = "late") -> Any:
+    """Let a run have a fault that is present at some rows."""
+    made.faults, made.has_own_faults = (fault,), True
+    for row in rows:
+        made.set("fault_active", 1, rows=row, at=0)
+    return made
+
+
+def test_fault_within_the_horizon_has_acted(hand_made: Any) -> None:
+    trace = faulty(hand_made(), 15).trace()
+    assert idle_faults(trace) == ((),)
+    assert invalid_reasons(trace) == (None,)
+
+
+@pytest.mark.parametrize("rows", [(), (16,), (20,)])
+def test_fault_that_acts_never_or_in_the_tail_has_tested_nothing(
+    hand_made: Any, rows: tuple[int, ...]
+) -> None:
+    trace = faulty(hand_made(), *rows).trace()
+    assert idle_faults(trace) == (("late",),)
+    reason = invalid_reasons(trace)[0]
+    assert reason == "not tested: fault late did not act within the horizon"
+    assert not bars(reason)
+    found = outcomes(trace).run(0)
+    assert (found.outcome, found.is_realised) == (Outcome.NOT_REALISED, False)
+    assert found.detail == "fault late did not act within the horizon"
+
+
+def test_contact_before_the_fault_leaves_the_run_what_it_was(hand_made: Any) -> None:
+    trace = faulty(hand_made().touch(6, "lead"), 15).trace()
+    assert outcomes(trace).run(0).outcome is Outcome.COMPLETED
+    assert idle_faults(trace) == (("late",),)

@@ -18,6 +18,7 @@ from adeye.evaluation.requirements import (
     check_requirements,
     compile_requirement,
     last_decision,
+    requirement_digest,
 )
 from adeye.evaluation.stl.formula import parse_formula
 from adeye.spec.concept import Concept, Requirement
@@ -388,3 +389,38 @@ def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
     checked = check(formula="always(rise(contact) implies once[0 s, 30 s](authority.safety))")
     assert checked.formula is not None
     assert checked.formula.reach_s == 0.0
+
+
+@pytest.mark.parametrize(
+    ("bound", "said"),
+    [
+        ({"metric": "min_distance_m", "at_most": 6}, "bounds the harmless side: the lower"),
+        ({"metric": "max_drac_mps2", "at_least": 6}, "bounds the harmless side: the higher"),
+        ({"metric": "min_ttc_s", "at_most": "1 s"}, "bounds the harmless side"),
+        ({"metric": "contact", "at_most": 1}, "cannot fail: no value is above 1"),
+        ({"metric": "contact", "at_least": 0}, "cannot fail: no value is below 0"),
+        ({"metric": "fatality_probability", "at_most": 1.5}, "cannot fail"),
+        ({"metric": "min_distance_m", "at_least": "0 m"}, "cannot fail: no value is below 0"),
+    ],
+)
+def test_bound_on_the_wrong_side_is_refused_unless_it_is_meant(
+    check: Check, bound: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(SpecError, match=said) as caught:
+        check(bound=bound)
+    assert caught.value.where is not None
+    assert "/bound/at_" in caught.value.where.path
+    assert "unusual_side: true" in caught.value.remedy
+    meant = check(bound={**bound, "unusual_side": True})
+    assert meant.bound is not None
+    assert meant.digest == requirement_digest(requirement(bound=bound))
+
+
+def test_parameter_of_a_bound_is_on_its_side_too(check: Check) -> None:
+    bound = {"metric": "min_distance_m", "at_most": "most"}
+    with pytest.raises(SpecError, match="harmless side"):
+        check(bound=bound, parameters={"most": "6 m"})
+
+
+def requirement(**item: Any) -> Requirement:
+    return concept(item).requirements[0]

@@ -43,7 +43,7 @@ def test_every_name_of_the_dictionary_can_be_read(hand_made: Any) -> None:
 def test_plan_and_trace_have_the_same_dictionary(
     hand_made: Any, scenario: Any, architecture: Any
 ) -> None:
-    made = hand_made(objects=("lead", "other"))
+    made = hand_made(objects=("lead", "other"), faults=("camera_out",))
     planned = plan_dictionary(
         scenario("lead", "other"), architecture(), ["camera_out", "never"], ["danger"]
     )
@@ -82,7 +82,7 @@ def test_decisions_are_told_from_scenes(name: str, *, decided: bool) -> None:
     ],
 )
 def test_last_row_has_no_decision(hand_made: Any, name: str) -> None:
-    status = signals(hand_made()).series(name).status
+    status = signals(hand_made(faults=("camera_out",))).series(name).status
     assert status is not None
     assert status[0, -1] == SampleStatus.NOT_APPLICABLE
     assert np.all(status[0, :-1] == SampleStatus.VALUE)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.elementary import exp, power, sin
-from adeye.spec.columns import Value, evaluated
+from adeye.spec.columns import Value, evaluated, may_hold
 from adeye.spec.grammar import read_steps
 
 NAN = math.nan
@@ -144,3 +144,33 @@ def test_text_is_no_number(text: str) -> None:
 def test_columns_of_different_length_are_refused() -> None:
     with pytest.raises(ValueError, match="broadcast"):
         evaluate("a + b", a=np.zeros(2), b=np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("time >= 2", [False, False, True]),
+        ("time >= 2 and other > 3", [False, False, True]),
+        ("time >= 2 or other > 3", [True, True, True]),
+        ("not (time >= 2 or other > 3)", [True, True, False]),
+        ("other > 3 or 1 > 2", [True, True, True]),
+        ("other > 3 and 1 > 2", [False, False, False]),
+        ("other * 0 > 1", [True, True, True]),
+        ("if_(time >= 1, time - 1, other)", [True, False, True]),
+        ("if_(other > 1, 0, 0)", [True, True, True]),
+        ("time in [1, 7]", [False, True, False]),
+        ("time in [1, other]", [True, True, True]),
+        ("log(time - 1) > 0 and time < 2", [False, False, False]),
+    ],
+)
+def test_what_may_hold_whatever_the_unknown_is(text: str, expected: list[bool]) -> None:
+    held = may_hold(read_steps(text), {"time": np.array([0.0, 1.0, 2.0])})
+    assert np.broadcast_to(held, 3).tolist() == expected
+
+
+@pytest.mark.parametrize("other", [-2.0, 0.0, 4.0, NAN])
+def test_what_holds_for_a_value_may_hold_without_it(other: float) -> None:
+    time = np.array([0.0, 1.0, 2.0])
+    for text in ("time >= 2 and other > 3", "other in [time, 4]", "if_(other > 1, time, -other)"):
+        held = evaluate(text, time=time, other=other)
+        assert np.all(may_hold(read_steps(text), {"time": time}) >= (np.nan_to_num(held) != 0))

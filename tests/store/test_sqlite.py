@@ -181,7 +181,7 @@ def archive(tmp_path: Path, example: Any) -> Iterator[Path]:
 
 
 def as_reader(db: Path, *verbs: tuple[str, ...]) -> tuple[list[int], str]:
-    """Run verbs as somebody whom the rights of files bind; return their codes and what they said."""
+    """Run verbs as somebody whom the rights of files bind; return their codes and words."""
     (db.parent.parent / "out").mkdir(exist_ok=True)
     given = [[str(db.parent.parent / "out") if w == "OUT" else w for w in verb] for verb in verbs]
     words = [sys.executable, "-c", SCRIPT, str(db), json.dumps(given)]

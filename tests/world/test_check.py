@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from adeye.spec.scenario import LogicalScenario
-from adeye.world.check import check_scenario
+from adeye.world.check import check_purpose, check_scenario
 
 Make = Callable[..., LogicalScenario]
 
@@ -149,3 +149,38 @@ def test_an_actor_and_an_object_of_one_name_are_refused(make_scenario: Make) -> 
     }
     scenario = make_scenario(actors={"lead": car()}, world={"objects": {"lead": wall}})
     assert check_scenario(scenario) == [(("actors", "lead"), "'lead' is a static object as well")]
+
+
+def test_event_that_need_not_begin_says_so(make_scenario: Make) -> None:
+    sound = {"actors": {"lead": car()}, "storyboard": {"brake": event()}}
+    purposes = [loc for loc, _ in check_purpose(make_scenario(**sound))]
+    assert ("storyboard", "brake") in purposes
+    optional = {**sound, "storyboard": {"brake": {**event(), "optional": True}}}
+    for fine in ({**sound, "realised": ["brake"]}, optional):
+        found = [loc for loc, _ in check_purpose(make_scenario(**fine))]
+        assert ("storyboard", "brake") not in found
+    both = check_purpose(make_scenario(**optional, realised=["brake"]))
+    assert "Take one of them away" in dict(both)["storyboard", "brake"]
+
+
+def test_word_about_an_event_is_no_part_of_a_run(make_scenario: Make) -> None:
+    plain = make_scenario(actors={"lead": car()}, storyboard={"brake": event()})
+    said = {"brake": {**event(), "optional": True}}
+    assert plain.executable() == (
+        make_scenario(actors={"lead": car()}, storyboard=said).executable()
+    )
+    assert "optional" not in plain.model_dump_json()
+
+
+def test_parameter_that_only_a_constraint_names_is_used_by_nothing(make_scenario: Make) -> None:
+    scenario = make_scenario(
+        parameters={
+            "gap": {"default": "30 m"},
+            "shade": {"default": 1},
+            "ego_speed": {"default": "9 m/s"},
+        },
+        actors={"lead": car(s="100 m + gap")},
+        ego={"speed": "ego_speed"},
+        constraints=["shade < 3"],
+    )
+    assert [loc for loc, _ in check_purpose(scenario)] == [("parameters", "shade")]

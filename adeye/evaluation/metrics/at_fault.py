@@ -41,6 +41,8 @@ BEHIND: Final = math.radians(150.0)
     "higher",
     "after the classes of collisions of nuPlan (Karnchanachari et al. 2024), own geometry",
     scale=1.0,
+    least=0.0,
+    most=1.0,
 )
 def contact_at_fault(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object and is at fault, else 0.

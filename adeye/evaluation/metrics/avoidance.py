@@ -145,7 +145,7 @@ def min_ttr(series: TraceSeries) -> MetricColumn:
 @metric_entry(
     "adeye:criticality.min_rear_ttc@1", "min_rear_ttc_s", "s", "lower",
     "Hayward (1972), Near-miss determination through use of a scale of danger", scale=1.0,
-    cap=10.0,
+    cap=10.0, least=0.0,
 )  # fmt: skip
 def min_rear_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision of somebody who follows the ego in its path."""

@@ -30,7 +30,14 @@ if TYPE_CHECKING:
 
 
 @metric_entry(
-    "adeye:criticality.contact@1", "contact", "1", "higher", "geometry of swept boxes", scale=1.0
+    "adeye:criticality.contact@1",
+    "contact",
+    "1",
+    "higher",
+    "geometry of swept boxes",
+    scale=1.0,
+    least=0.0,
+    most=1.0,
 )
 def contact(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object, else 0."""
@@ -65,6 +72,7 @@ def impact_speed(series: TraceSeries) -> MetricColumn:
     SERIES["distance"].source,
     scale=10.0,
     cap=SERIES["distance"].type.cap,
+    least=0.0,
 )
 def min_distance(series: TraceSeries) -> MetricColumn:
     """Least distance between the bodies of the ego and any object; 0 at contact."""
@@ -79,6 +87,7 @@ def min_distance(series: TraceSeries) -> MetricColumn:
     SERIES["ttc"].source,
     scale=1.0,
     cap=SERIES["ttc"].type.cap,
+    least=0.0,
 )
 def min_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant speeds with an object in the path; 0 at contact."""
@@ -93,6 +102,7 @@ def min_ttc(series: TraceSeries) -> MetricColumn:
     SERIES["time_headway"].source,
     scale=1.0,
     cap=SERIES["time_headway"].type.cap,
+    least=0.0,
 )
 def min_time_headway(series: TraceSeries) -> MetricColumn:
     """Least time between the front bumpers of ego and object in the path passing one place."""

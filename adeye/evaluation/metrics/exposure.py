@@ -72,7 +72,16 @@ def tit(series: TraceSeries) -> MetricColumn:
     return _sum(series, INTEGRATED)
 
 
-@metric_entry("adeye:criticality.tet_share@1", "tet_share", "1", "higher", _MINDERHOUD, scale=0.1)
+@metric_entry(
+    "adeye:criticality.tet_share@1",
+    "tet_share",
+    "1",
+    "higher",
+    _MINDERHOUD,
+    scale=0.1,
+    least=0.0,
+    most=1.0,
+)
 def tet_share(series: TraceSeries) -> MetricColumn:
     """Share of the run with a time to collision of at most 3 s."""
     return _mean(series, EXPOSED)

@@ -187,6 +187,8 @@ def emergency_operation_time(series: TraceSeries) -> MetricColumn:
     "own definition: share of time",
     scale=1.0,
     cap=1.0,
+    least=0.0,
+    most=1.0,
 )
 def nominal_availability(series: TraceSeries) -> MetricColumn:
     """Share of the time of the run at which the default channel acts."""

@@ -41,7 +41,7 @@ _ALLEN: Final = "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and c
 @metric_entry(
     "adeye:criticality.min_ttc_2d@1", "min_ttc_2d_s", "s", "lower",
     "Westhofen et al. (2023), Criticality metrics for automated driving; by separating axes",
-    scale=1.0, cap=10.0,
+    scale=1.0, cap=10.0, least=0.0,
 )  # fmt: skip
 def min_ttc_2d(series: TraceSeries) -> MetricColumn:
     """Least time until the bodies of ego and any object touch at constant velocity and heading."""
@@ -51,7 +51,7 @@ def min_ttc_2d(series: TraceSeries) -> MetricColumn:
 @metric_entry(
     "adeye:criticality.min_wttc@1", "min_wttc_s", "s", "lower",
     "Wachenfeld et al. (2016), The worst-time-to-collision metric for situation identification",
-    scale=1.0, cap=10.0,
+    scale=1.0, cap=10.0, least=0.0,
 )  # fmt: skip
 def min_wttc(series: TraceSeries) -> MetricColumn:
     """Least time in which ego and any object can touch, whatever both do up to friction."""
@@ -59,7 +59,14 @@ def min_wttc(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_dce@1", "min_dce_m", "m", "lower", _EGGERT, scale=10.0, cap=100.0
+    "adeye:criticality.min_dce@1",
+    "min_dce_m",
+    "m",
+    "lower",
+    _EGGERT,
+    scale=10.0,
+    cap=100.0,
+    least=0.0,
 )
 def min_dce(series: TraceSeries) -> MetricColumn:
     """Least distance of closest encounter with any object within 10 s of constant velocity."""
@@ -67,14 +74,23 @@ def min_dce(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_ttce@1", "min_ttce_s", "s", "lower", _EGGERT, scale=1.0, cap=10.0
+    "adeye:criticality.min_ttce@1",
+    "min_ttce_s",
+    "s",
+    "lower",
+    _EGGERT,
+    scale=1.0,
+    cap=10.0,
+    least=0.0,
 )
 def min_ttce(series: TraceSeries) -> MetricColumn:
     """Least time to a closest encounter of at most 1 m with any object, at constant velocity."""
     return _encounter(series, TTCE)
 
 
-@metric_entry("adeye:criticality.min_pet@1", "min_pet_s", "s", "lower", _ALLEN, scale=1.0, cap=10.0)
+@metric_entry(
+    "adeye:criticality.min_pet@1", "min_pet_s", "s", "lower", _ALLEN, scale=1.0, cap=10.0, least=0.0
+)
 def min_pet(series: TraceSeries) -> MetricColumn:
     """Least time from the first one's exit of a conflict area to the second one's entry.
 
@@ -100,7 +116,7 @@ def max_encroachment_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.min_predicted_pet@1", "min_predicted_pet_s", "s", "lower",
-    f"{_ALLEN}; initially attempted post-encroachment time", scale=1.0, cap=10.0,
+    f"{_ALLEN}; initially attempted post-encroachment time", scale=1.0, cap=10.0, least=0.0,
 )  # fmt: skip
 def min_predicted_pet(series: TraceSeries) -> MetricColumn:
     """Least post-encroachment time predicted at constant speeds; 0 where both would be inside."""

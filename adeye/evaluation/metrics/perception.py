@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     "own definition: distance between the bodies at the first detection",
     scale=10.0,
     settles=True,
+    least=0.0,
 )
 def first_detection_distance(series: TraceSeries) -> MetricColumn:
     """Distance at which a sensor first has the object in the path that is found last.

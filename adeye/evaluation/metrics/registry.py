@@ -68,6 +68,8 @@ class MetricDefinition:
             run lasts, so that a contact leaves a bound that still holds open.
         measure: Computes it from the series of a trace.
         plugin: Class from outside the package that it is; empty for one of the package.
+        least: No value is below it; None where that is not known.
+        most: No value is above it.
     """
 
     uid: str
@@ -81,6 +83,8 @@ class MetricDefinition:
     cap: float | None = None
     settles: bool = False
     plugin: str = ""
+    least: float | None = None
+    most: float | None = None
 
     def compute(self, trace: Trace) -> MetricColumn:
         """Return one value per run, with the time and the actor of the worst case."""
@@ -103,6 +107,8 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     scale: float,
     cap: float | None = None,
     settles: bool = False,
+    least: float | None = None,
+    most: float | None = None,
 ) -> Callable[[Measure], Measure]:
     """Register a function over the series of a trace as a metric; its docstring is the text."""
 
@@ -110,7 +116,7 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
         text = (measure.__doc__ or "").partition("\n")[0]
         _add(
             MetricDefinition(
-                uid, column, unit, worse, source, text, scale, measure, cap=cap, settles=settles
+                *(uid, column, unit, worse, source, text, scale, measure, cap, settles, least, most)
             )
         )
         return measure
@@ -123,7 +129,8 @@ def register_metric(metric: M) -> M:
 
     The class takes no arguments and has, beside what ``ports.Metric`` asks for (``uid``, ``unit``,
     ``worse``, ``source``, ``compute(trace)``), the ``column`` that it is stored under. ``scale``
-    (default 1), ``cap`` and ``settles`` are optional, see ``MetricDefinition``.
+    (default 1), ``cap``, ``settles``, ``least`` and ``most`` are optional, see
+    ``MetricDefinition``.
 
     Raises:
         UsageError: Something is missing or not of its kind, or the column is taken.
@@ -167,6 +174,8 @@ def register_metric(metric: M) -> M:
             cap=cap,
             settles=bool(getattr(built, "settles", False)),
             plugin=f"{metric.__module__}:{metric.__qualname__}",
+            least=getattr(built, "least", None),
+            most=getattr(built, "most", None),
         )
     )
     return metric

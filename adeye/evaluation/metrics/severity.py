@@ -58,6 +58,7 @@ def other_delta_v(series: TraceSeries) -> MetricColumn:
 @metric_entry(
     "adeye:severity.fatality_probability@1", "fatality_probability", "1", "higher",
     "Joksch (1993), Velocity change and fatality risk in a crash: a rule of thumb", scale=0.1,
+    least=0.0, most=1.0,
 )  # fmt: skip
 def fatality(series: TraceSeries) -> MetricColumn:
     """Probability that somebody dies of the larger change of speed, by the rule for car occupants.

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     "higher",
     "own definition: rating of the place, kernel.stop_rating",
     scale=1.0,
+    least=0.0,
+    most=8.0,
 )
 def stop_rating(series: TraceSeries) -> MetricColumn:
     """Rating of the place where the ego stands at the end, from 0 for a refuge to 8 for contact.

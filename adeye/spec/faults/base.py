@@ -43,10 +43,14 @@ class Fault(Record):
     Attributes:
         fits: Kinds of targets that a model is for.
         STRUCTURE: Fields beside id, target and model that are equal inside a batch.
+        neutral: Sizes with which it does nothing although it is present: of one of these, all.
+        silences: Whether nothing of its target comes through while it is present.
     """
 
     fits: ClassVar[tuple[str, ...]] = ()
     STRUCTURE: ClassVar[tuple[str, ...]] = ()
+    neutral: ClassVar[tuple[dict[str, float], ...]] = ()
+    silences: ClassVar[bool] = False
 
     id: Identifier
     target: Target
@@ -89,6 +93,14 @@ class Fault(Record):
     def target_id(self) -> str:
         """Which of its kind fails: the target without its kind, empty where there is just one."""
         return self.target.partition(".")[2]
+
+    @property
+    def nothing(self) -> str:
+        """The sizes with which it does nothing, in words; empty if it does something."""
+        for sizes in self.neutral:
+            if all(getattr(self, name) == size for name, size in sizes.items()):
+                return " and ".join(f"{name} {size:g}" for name, size in sizes.items())
+        return ""
 
     def executable(self) -> dict[str, object]:
         """The part that a run depends on."""

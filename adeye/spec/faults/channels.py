@@ -18,6 +18,7 @@ class Silent(Fault):
     """A channel says nothing."""
 
     fits = ("channels",)
+    silences = True
     model: Literal["silent"]
 
 
@@ -25,6 +26,7 @@ class Crash(Fault):
     """A channel says nothing any more."""
 
     fits = ("channels",)
+    silences = True
     model: Literal["crash"]
 
     @model_validator(mode="after")
@@ -39,6 +41,7 @@ class Slow(Fault):
     """Commands arrive later, with the stamps that they have."""
 
     fits = ("channels",)
+    neutral = ({"by": 0.0},)
     model: Literal["slow"]
     by: Lag
     """How much later [s], rounded up to ticks."""
@@ -61,6 +64,7 @@ class Bias(_OnCommand):
     """Something is added to a channel's command."""
 
     fits = ("channels",)
+    neutral = ({"acceleration": 0.0, "steering_angle": 0.0},)
     model: Literal["bias"]
     acceleration: Acceleration = 0.0
     """[m/s²]."""
@@ -72,6 +76,7 @@ class Scale(_OnCommand):
     """A channel's command is multiplied, as by a wrong unit: 57.3 gives degrees for radians."""
 
     fits = ("channels",)
+    neutral = ({"acceleration": 1.0, "steering_angle": 1.0},)
     model: Literal["scale"]
     acceleration: Number = 1.0
     steering_angle: Number = 1.0
@@ -81,6 +86,7 @@ class Oscillating(_OnCommand):
     """A cosine that begins at the onset is added to a channel's command."""
 
     fits = ("channels",)
+    neutral = ({"acceleration": 0.0, "steering_angle": 0.0},)
     model: Literal["oscillating"]
     acceleration: Acceleration = 0.0
     """Amplitude [m/s²]."""
@@ -119,6 +125,7 @@ class Drop(Fault):
     """Messages of a link are lost; what came last stands."""
 
     fits = ("links",)
+    neutral = ({"probability": 0.0},)
     model: Literal["drop"]
     probability: Probability = 1.0
     """That a message is lost, or begins a burst."""
@@ -130,6 +137,7 @@ class Reorder(Fault):
     """Some messages of a link come later than others that were sent after them."""
 
     fits = ("links",)
+    neutral = ({"probability": 0.0}, {"by": 0.0})
     model: Literal["reorder"]
     probability: Probability = 1.0
     """That a message is held up."""
@@ -141,6 +149,7 @@ class Duplicate(Fault):
     """The message before comes again in place of a new one, with the stamp of the new one."""
 
     fits = ("links",)
+    neutral = ({"probability": 0.0},)
     model: Literal["duplicate"]
     probability: Probability = 1.0
     """That it comes again."""
@@ -174,6 +183,7 @@ class MapShifted(Fault):
     """What a channel takes for its lane lies beside the lane."""
 
     fits = ("hooks",)
+    neutral = ({"offset": 0.0},)
     model: Literal["map_shifted"]
     offset: Annotated[Length, Field(ge=-10.0, le=10.0)]
     """To the left [m]."""

@@ -37,6 +37,7 @@ class _OfSome(SensorFault):
     """A fault of some of the objects: those for which all that is given holds."""
 
     STRUCTURE: ClassVar[tuple[str, ...]] = ("classes",)
+    neutral = ({"probability": 0.0},)
     needs = ("detections",)
 
     probability: Share = 1.0

@@ -29,11 +29,17 @@ class BlindSector(SensorFault):
     left: Bearing
     """... up to here. There is none if both are the same."""
 
+    @property
+    def nothing(self) -> str:
+        """That the sector has no width; empty if it has one."""
+        return "right and left the same" if self.right == self.left else ""
+
 
 class RangeLoss(SensorFault):
     """Only what is nearer than a share of the specified range is seen."""
 
     needs = ("range",)
+    neutral = ({"factor": 1.0},)
     model: Literal["range_loss"]
     factor: Share
     """Share of the range that is left; 1 takes nothing away."""
@@ -47,6 +53,7 @@ class Miscalibration(SensorFault):
     """
 
     needs = ("bearings",)
+    neutral = ({"yaw": 0.0, "x": 0.0, "y": 0.0},)
     model: Literal["miscalibration"]
     yaw: Angle = 0.0
     """How far it is turned to the left [rad]."""
@@ -83,6 +90,7 @@ class _OfPixels(SensorFault):
 class DeadPixels(_OfPixels):
     """Pixels show nothing or, with some transmission, little: single ones, lines, a rectangle."""
 
+    neutral = ({"columns": 0}, {"rows": 0}, {"transmission": 1.0})
     model: Literal["dead_pixels"]
     transmission: Share = 0.0
     """Share of the contrast that passes."""
@@ -91,6 +99,7 @@ class DeadPixels(_OfPixels):
 class PixelNoise(_OfPixels):
     """The contrast of pixels is noisy."""
 
+    neutral = ({"columns": 0}, {"rows": 0}, {"noise": 0.0})
     model: Literal["pixel_noise"]
     noise: Annotated[Number, Field(ge=0.0)]
     """Standard deviation of Gaussian noise on the contrast of each."""
@@ -100,6 +109,7 @@ class Blackout(SensorFault):
     """The whole image is dark."""
 
     needs = ("pixels",)
+    neutral = ({"transmission": 1.0},)
     model: Literal["blackout"]
     transmission: Share = 0.0
     """Share of the contrast that passes."""

@@ -55,6 +55,7 @@ class SignalFault(SensorFault):
 class Bias(SignalFault):
     """It is too large by the same amount."""
 
+    neutral = ({"size": 0.0},)
     model: Literal["bias"]
     size: _Size
 
@@ -62,6 +63,7 @@ class Bias(SignalFault):
 class Scale(SignalFault):
     """It is too large by the same factor."""
 
+    neutral = ({"factor": 1.0},)
     model: Literal["scale"]
     factor: Number
 
@@ -69,6 +71,7 @@ class Scale(SignalFault):
 class Drift(SignalFault):
     """It goes away, evenly since the first onset."""
 
+    neutral = ({"size": 0.0},)
     model: Literal["drift"]
     size: _Size
     """How far it goes ..."""
@@ -79,6 +82,7 @@ class Drift(SignalFault):
 class Noise(SignalFault):
     """White Gaussian noise of its own in every sample."""
 
+    neutral = ({"size": 0.0},)
     model: Literal["noise"]
     size: _LeastZero
     """Standard deviation."""
@@ -87,6 +91,7 @@ class Noise(SignalFault):
 class Quantise(SignalFault):
     """It comes in steps only: the nearest multiple."""
 
+    neutral = ({"size": 0.0},)
     model: Literal["quantise"]
     size: _LeastZero
     """Of a step; with 0 there are none."""
@@ -102,6 +107,7 @@ class StuckAt(SignalFault):
 class Spike(SignalFault):
     """It is too large by the same amount, in a few samples."""
 
+    neutral = ({"size": 0.0}, {"probability": 0.0})
     model: Literal["spike"]
     size: _Size
     probability: Annotated[Number, Field(ge=0.0, le=1.0)]
@@ -120,6 +126,7 @@ class Jump(SensorFault):
     """The place of the ego is another one, along the axes of the map, and so is its heading."""
 
     needs = ("ego estimates", "fixes")
+    neutral = ({"x": 0.0, "y": 0.0, "heading": 0.0},)
     model: Literal["jump"]
     x: Length = 0.0
     y: Length = 0.0

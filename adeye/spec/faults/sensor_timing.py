@@ -16,12 +16,14 @@ _Share = Annotated[Number, Field(ge=0.0, le=1.0)]
 class DropOut(SensorFault):
     """A sensor delivers nothing new."""
 
+    silences = True
     model: Literal["drop_out"]
 
 
 class PowerLoss(SensorFault):
     """A sensor delivers nothing, and once it has power again it takes a while to come up."""
 
+    silences = True
     model: Literal["power_loss"]
     restart: _Duration = 0.0
     """From the end of the fault to the first sample that counts again [s]."""
@@ -48,6 +50,7 @@ class StaleStamp(SensorFault):
 class ClockDrift(SensorFault):
     """The clock of the sensor is wrong, and so are the stamps."""
 
+    neutral = ({"offset": 0.0, "rate": 0.0},)
     model: Literal["clock_drift"]
     offset: Duration = 0.0
     """What is added to every stamp [s]."""
@@ -58,6 +61,7 @@ class ClockDrift(SensorFault):
 class Delay(SensorFault):
     """Samples come later, with their own stamps; none overtakes another."""
 
+    neutral = ({"by": 0.0, "jitter": 0.0},)
     model: Literal["delay"]
     by: _Duration
     """How much later each comes [s]."""
@@ -72,6 +76,7 @@ class SampleLoss(SensorFault):
     (1963): in each sample a burst may begin or end, and all samples in a burst are lost.
     """
 
+    neutral = ({"probability": 0.0, "enter": 0.0},)
     model: Literal["sample_loss"]
     probability: _Share = 0.0
     """Of a sample to be lost outside of bursts."""

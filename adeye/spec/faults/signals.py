@@ -19,6 +19,7 @@ class Delay(Fault):
     """What goes through comes later; in order, and with the stamps that it has."""
 
     fits = ("links", "actuators")
+    neutral = ({"by": 0.0},)
     model: Literal["delay"]
     by: Lag
     """How much later [s], rounded up to ticks."""

@@ -14,6 +14,7 @@ class Late(Fault):
     """Each change of authority takes effect later, beside the handover time of the switch."""
 
     fits = ("switch",)
+    neutral = ({"delay": 0.0},)
     model: Literal["late"]
     delay: Annotated[Duration, Field(ge=0.0)]
     """How much later, in whole ticks [s]."""

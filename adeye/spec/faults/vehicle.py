@@ -36,6 +36,7 @@ class Loss(_OfActuators):
     """A share of what drive or brake is asked for is missing."""
 
     actuators = ("drive", "brake")
+    neutral = ({"share": 0.0},)
     model: Literal["loss"]
     share: Share
 
@@ -44,6 +45,7 @@ class Fade(_OfActuators):
     """Drive or brake weakens evenly, from the onset until a share of it is missing."""
 
     actuators = ("drive", "brake")
+    neutral = ({"share": 0.0},)
     model: Literal["fade"]
     share: Share
     over: Annotated[Duration, Field(gt=0.0)]
@@ -54,6 +56,7 @@ class Offset(_OfActuators):
     """The wheels are steered beside what is asked for."""
 
     actuators = ("steering",)
+    neutral = ({"steering_angle": 0.0},)
     model: Literal["offset"]
     steering_angle: Angle
     """To the left [rad]."""
@@ -90,6 +93,7 @@ class Friction(Fault):
     """The tyres grip otherwise than the road has it."""
 
     fits = ("tyres",)
+    neutral = ({"factor": 1.0},)
     model: Literal["friction"]
     value: Annotated[Number, Field(ge=0.0, le=2.0)] | None = None
     """The friction coefficient."""

@@ -1,0 +1,114 @@
+"""Planned faults that change nothing, as far as their records and the architecture tell."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from adeye.spec.architecture import HEALTH
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.faults.base import Fault
+
+Injected = "tuple[tuple[Fault, ...], Architecture]"
+"""The faults of an entry, and the architecture that has them."""
+
+_ADDS: Final = frozenset({"ghost", "stale", "stuck", "heartbeat_lies"})
+"""Models after which a target says something although it had been silenced."""
+
+
+def idle_faults(declared: Iterable[str], injected: Iterable[Injected]) -> list[tuple[str, str]]:
+    """List the faults that do nothing in some entry, or that no entry uses.
+
+    Args:
+        declared: Ids of all faults.
+        injected: Faults of each entry as they are planned, with the architecture.
+
+    Returns:
+        Id and reason, each once, in the order of the ids.
+    """
+    found: dict[str, dict[str, None]] = {name: {} for name in declared}
+    used: set[str] = set()
+    for faults, architecture in injected:
+        used |= {fault.id for fault in faults}
+        for fault in faults:
+            for reason in _reasons(fault, faults, architecture):
+                found.setdefault(fault.id, {})[reason] = None
+    for name, reasons in found.items():
+        if name not in used:
+            reasons["is injected in no test case"] = None
+    return [(name, reason) for name, reasons in found.items() for reason in reasons]
+
+
+def _reasons(fault: Fault, faults: Sequence[Fault], architecture: Architecture) -> Iterator[str]:
+    if fault.nothing:
+        yield f"{fault.model} with {fault.nothing} changes nothing"
+    for other in faults:
+        if _masks(other, fault, faults):
+            yield f"is masked by {other.id}, which silences {other.target} all the while"
+    name = architecture.architecture
+    channels, sensors = _heard(architecture)
+    kind, reader = fault.port, fault.target_id.partition(".")[0]
+    if kind == "sensors" and fault.target_id not in sensors:
+        yield f"{fault.target} is linked to no channel of {name} that matters"
+    elif kind in {"channels", "hooks", "links"} and reader not in channels:
+        yield f"channel {reader} of {name} never acts, and no channel that does looks at it"
+    elif kind == "switch" and len(architecture.switch.priority) < 2:
+        yield f"the switch of {name} has one channel only"
+
+
+def _masks(one: Fault, other: Fault, faults: Sequence[Fault]) -> bool:
+    """Tell whether one fault takes away what the other changes, whenever that is present."""
+    # Of a silenced channel nobody sees what goes on inside it.
+    target = other.target.replace("hooks.", "channels.", 1)
+    if one is other or not (one.silences and one.target == target and one.every is None):
+        return False
+    is_before = faults.index(one) < faults.index(other)
+    if is_before and other.model in _ADDS:
+        return False
+    covers = _covers(one, other)
+    # Of two that silence it at the same time, the later one is masked.
+    return covers and (is_before or not (other.silences and _covers(other, one)))
+
+
+def _covers(one: Fault, other: Fault) -> bool:
+    """Tell whether one fault is present whenever the other is, where their records tell that."""
+    lasts, needed = (math.inf if item.duration is None else item.duration for item in (one, other))
+    if other.every is not None:
+        needed += math.inf if other.times is None else (other.times - 1) * other.every
+    if one.onset == other.onset and one.onset.between is None:
+        return lasts >= needed
+    begins, first = one.onset.at, other.onset.at if other.onset.between is None else None
+    last = first
+    if other.onset.between is not None:
+        first, last = other.onset.between
+    if begins == 0.0 and lasts == math.inf:
+        return True
+    return (
+        begins is not None
+        and first is not None
+        and last is not None
+        and begins <= first
+        and begins + lasts >= last + needed
+    )
+
+
+def _heard(architecture: Architecture) -> tuple[set[str], set[str]]:
+    """Find the channels that can act, or that such look at, and the sensors that they look at."""
+    switch = architecture.switch
+    open_, channels = [*switch.priority, switch.default], set[str]()
+    sensors: set[str] = set()
+    while open_:
+        name = open_.pop()
+        if name in channels or name not in architecture.channels:
+            continue
+        channels.add(name)
+        for link in architecture.channels[name].links:
+            if link.startswith("channels."):
+                open_.append(link.removeprefix("channels."))
+            else:
+                sensors.add(link.removeprefix(HEALTH))
+    return channels, sensors
