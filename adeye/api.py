@@ -118,7 +118,7 @@ def _require_texts(**given: object) -> None:
             raise UsageError(f"{name} is {shown(value)}", remedy="Give text.")
 
 
-def _name_of(campaign: str | int | None) -> str | None:
+def _name_of(campaign: Any) -> str | None:
     """Write a campaign's number as the text that every verb takes."""
     if campaign is None or isinstance(campaign, str):
         return campaign

@@ -54,11 +54,11 @@ class _Guard:
                 raise _refused(name, path, "belongs to the database")
             require_replaceable(path, name)
             found = _stat(path)
-            key = descriptor_of(path) or _spelling(path)
+            key: object = descriptor_of(path) or _spelling(path)
             if found is not None and not stat.S_ISCHR(found.st_mode):
-                key = found.st_dev, found.st_ino
+                key = inode = found.st_dev, found.st_ino
                 if name != also_read:
-                    self._read[key] = name
+                    self._read[inode] = name
             if seen.setdefault(key, name) != name and not (found and stat.S_ISCHR(found.st_mode)):
                 raise UsageError(
                     f"{seen[key]} and {name} are one file, {str(path)!r}",
@@ -129,9 +129,9 @@ def require_unread() -> None:
 
 def is_same(one: Path, other: Path) -> bool:
     """Tell whether two paths are one file, by whatever link or spelling."""
-    found = _stat(one), _stat(other)
-    if found[0] is not None and found[1] is not None:
-        return os.path.samestat(*found)
+    found, known = _stat(one), _stat(other)
+    if found is not None and known is not None:
+        return os.path.samestat(found, known)
     # What is not there yet may still be one file, where the file system knows no case.
     return _spelling(one) == _spelling(other)
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 from adeye import api
 from adeye.errors import IntegrityError
+from adeye.registry import Part
 from adeye.selftest.bench import DB, Bench, Edit
 from adeye.selftest.measuring import bounded
 from adeye.selftest.project import BARE, DRIVING
@@ -258,7 +259,9 @@ def test_what_a_sensor_has_answered_stays_as_it_was() -> None:
     from adeye.sensors.delivery import no_measurement
 
     context = scene_context([CAR], step=0.1)
-    sensor = _Guest(Reusing(no_measurement(1, 1, with_estimate=False)))
+    made = no_measurement(1, 1, with_estimate=False)
+    part = Part(lambda _: Reusing(made), "./own.py:Reusing", "", "")
+    sensor = _Guest(part, cast("Any", None))
     first = sensor.sense(scene(context, [(40.0, 0.0)], tick=0))
     sensor.sense(scene(context, [(40.0, 0.0)], tick=9))
     assert first.stamp.tolist() == [0.0]

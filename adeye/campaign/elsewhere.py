@@ -135,7 +135,8 @@ class Elsewhere:
         task = self._given.pop(getattr(done.task, "packed", b""), None)
         if task is None:
             raise self._refused("a block that it was not given, or one twice")
-        result = done.result
+        # Whatever its type says: it comes from somebody else.
+        result: Any = done.result
         if result is not None and (
             not isinstance(result, BatchResult) or result.seal != seal_of(done.task, result)
         ):

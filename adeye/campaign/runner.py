@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from numbers import Integral
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.blocks import block_size, fitting
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
@@ -135,6 +135,7 @@ def judge_campaign(
 
 
 def _require_counts(workers: int, threads: int) -> None:
+    count: Any
     for name, count in (("workers", workers), ("threads", threads)):
         is_count = isinstance(count, Integral) and not isinstance(count, bool)
         if not is_count or not 1 <= count <= MOST_LANES:

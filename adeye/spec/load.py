@@ -73,7 +73,9 @@ class OddFiles:
 
     def named_files(self) -> Iterator[Path]:
         """Give the files beside them that a text in them names: plug-ins, programs, data."""
-        for loaded in (self.odd, self.concept, *self.architectures.values()):
+        everything: tuple[Loaded[Any], ...]
+        everything = (self.odd, self.concept, *self.architectures.values())
+        for loaded in everything:
             for text in _texts(loaded.content):
                 # A plug-in is written ``./file.py:Class``.
                 for name in (text, text.rpartition(":")[0]):

@@ -80,8 +80,9 @@ BOUNDS: Final[dict[str, tuple[str, str, str]]] = {
     "frequency": ("0 Hz", "100000 Hz", ""),
 }
 """Least and most, and the ends of the dotted paths that it is of, ``*`` for an id; without ends it
-is of whatever has the dimension otherwise. Our choice: what no road vehicle, sensor, road or weather
-is beyond, with room to spare. Some are narrower where more is known: ``FileRecord.own_limits``.
+is of whatever has the dimension otherwise. Our choice: what no road vehicle, sensor, road or
+weather is beyond, with room to spare. Some are narrower where more is known:
+``FileRecord.own_limits``.
 """
 
 

@@ -99,7 +99,8 @@ class Location:
         """What the driver of the server needs, as every verb gives it."""
         from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
 
-        return dict(PGDialect_psycopg().create_connect_args(self.url)[1])
+        dialect: Any = PGDialect_psycopg  # its class has no types
+        return dict(dialect().create_connect_args(self.url)[1])
 
     def __str__(self) -> str:
         """Name it for people, without a password."""

@@ -132,6 +132,8 @@ def _total(
         repeated=first.repeated,
         worst=worst[0] if worst else None,
         note="" if first.is_applicable else first.reason or "not applicable",
+        min_exercised=first.min_exercised,
+        never_held=never_held,
     )
 
 

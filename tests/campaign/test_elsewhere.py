@@ -187,6 +187,7 @@ def test_tasks_go_out_with_absolute_paths_and_come_back_as_they_were(
     executor = make_elsewhere(plan, seen, None)
     results: list[Any] = []
     for done in executor.run(tasks):
+        assert done.result is not None
         results.append((done.task is task, done.result.failure))
         if len(results) == 1:
             tasks.waiting.append(task)
@@ -224,11 +225,13 @@ def test_folder_of_traces_that_cannot_be_written_is_told(mini: Executed, tmp_pat
 
 
 def _verdicts(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    assert done.result is not None
     done.result.runs.verdicts.verdict[:] = 0
     yield done
 
 
 def _word(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    assert done.result is not None
     runs = replace(done.result.runs, trace_digests=("0" * 32,))
     yield replace(done, result=replace(done.result, runs=runs))
 
@@ -248,6 +251,7 @@ def _something_else(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
 
 
 def _without_seal(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+    assert done.result is not None
     yield replace(done, result=replace(done.result, seal=""))
 
 

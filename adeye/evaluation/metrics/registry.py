@@ -116,7 +116,18 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
         text = (measure.__doc__ or "").partition("\n")[0]
         _add(
             MetricDefinition(
-                *(uid, column, unit, worse, source, text, scale, measure, cap, settles, least, most)
+                uid,
+                column,
+                unit,
+                worse,
+                source,
+                text,
+                scale,
+                measure,
+                cap=cap,
+                settles=settles,
+                least=least,
+                most=most,
             )
         )
         return measure

@@ -98,7 +98,9 @@ def find_held(  # noqa: PLR0913, PLR0917, PLR0912, C901 - one branch for each op
 @compiled
 def _holds(part: int, row: int, above: Ints, truth: Bytes, start: Floats) -> bool:
     """Tell whether a part of a connective holds, which at the top has no rows."""
-    return start[part, 2] > 0.0 if above[IS_START] else truth[part, 0, row] > 0
+    if above[IS_START]:
+        return bool(start[part, 2] > 0.0)
+    return bool(truth[part, 0, row] > 0)
 
 
 @compiled

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from adeye.spec.architecture import HEALTH
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from adeye.spec.architecture import Architecture
     from adeye.spec.faults.base import Fault
 
-Injected = "tuple[tuple[Fault, ...], Architecture]"
+Injected: TypeAlias = "tuple[tuple[Fault, ...], Architecture]"
 """The faults of an entry, and the architecture that has them."""
 
 _ADDS: Final = frozenset({"ghost", "stale", "stuck", "heartbeat_lies"})
