@@ -59,8 +59,6 @@ def refusal(text: str) -> SpecError:
         ("0", 0),
         ("-7", -7),
         ("+7", 7),
-        ("0x1F", 31),
-        ("0o17", 15),
         ("18446744073709551615", 2**64 - 1),
         ("-9223372036854775808", -(2**63)),
         ("0.5", 0.5),
@@ -108,8 +106,8 @@ def test_number_that_is_not_finite_is_refused(text: str) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["18446744073709551616", "-9223372036854775809", "9" * 399, "9" * 5000, "0x" + "f" * 17],
-    ids=["above", "below", "long", "longer", "hexadecimal"],
+    ["18446744073709551616", "-9223372036854775809", "9" * 399, "9" * 5000],
+    ids=["above", "below", "long", "longer"],
 )
 def test_whole_number_beyond_64_bits_is_refused(text: str) -> None:
     assert "does not fit into 64 bits" in refusal(f"a: {text}").message
