@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 PATIENCE_S: Final = 3.0
 """How long something may be waited for before it is told [s]."""
-AGAIN_S: Final = 30.0
+AGAIN_S: Final = 10.0
 """Between two notices of one wait [s]."""
 
 _LOG: Final = logging.getLogger("adeye.notices")
