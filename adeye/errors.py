@@ -134,6 +134,16 @@ class LostConnection(PlatformError):  # noqa: N818 - what happened, not who erre
     """The connection to a database server was lost, or there is none at the moment."""
 
 
+class UnfitWorker(PlatformError):  # noqa: N818 - what it is, not who erred
+    """A worker elsewhere has not what the plan was made with; others may have.
+
+    Attributes:
+        why: What it lacks, without the rest of the message.
+    """
+
+    why = ""
+
+
 class IntegrityError(AdeyeError):
     """Stored evidence does not agree with itself."""
 

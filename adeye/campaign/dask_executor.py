@@ -2,19 +2,30 @@
 
 The only module that imports Dask. What the cluster holds is lost with it and costs only time: this
 process alone writes to the database, and whatever has not come back is executed again.
+
+A worker may be any: another release of Python, another adeye, none. So it gets no code, only the
+name of a function and bytes, and nothing before its releases are compared. One that cannot take part
+is told and left out; the batches that it refused go to others.
 """
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
+import pickle
 import time
-from concurrent.futures import CancelledError
+import warnings
+from collections import deque
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
+from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Generic
 
-from adeye.errors import PlatformError, UsageError
+from adeye.campaign.elsewhere import COMPUTING, differing
+from adeye.errors import PlatformError, UnfitWorker, UsageError
+from adeye.notices import notice, waiting_for
 from adeye.ports import Done, Result, Task
 
 if TYPE_CHECKING:
@@ -24,19 +35,58 @@ if TYPE_CHECKING:
 
 PATIENCE_S: Final = 600.0
 """How long a cluster may have no worker [s]; the Dask setting ``adeye.patience`` is another one."""
+SETTLE_S: Final = 10.0
+"""How long others may still come to a cluster all of whose workers are unfit [s]."""
 
 _POLL_S: Final = 0.5
 _CONNECT_S: Final = 20.0
 _FETCH_S: Final = 30.0
 _CLOSE_S: Final = 5.0
+_TELL_EVERY_S: Final = 60.0
 _RUNNING: Final = "running"
+_NAMED: Final = 5
+"""Workers that one message names."""
+_PROTOCOL: Final = 4
+"""Of pickles, which every release of Python reads that adeye may meet."""
+_RELEASES: Final = ("adeye", *COMPUTING)
+
+
+@dataclass(eq=False)
+class _Worker(Generic[Task]):
+    """A worker that the scheduler knows.
+
+    Attributes:
+        address: Where it is.
+        name: As it was started, or its address.
+        threads: Batches that it executes at once.
+        is_known: Whether its releases are known to be those of this machine.
+        unfit: Why it cannot take part; empty unless that is known.
+        flying: What it was given, the first one first.
+    """
+
+    address: str
+    name: str
+    threads: int
+    is_known: bool = False
+    unfit: str = ""
+    flying: dict[Any, Task] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """For people."""
+        return f"worker {self.name} at {self.address}"
+
+    @property
+    def is_fit(self) -> bool:
+        """Whether it may get batches."""
+        return self.is_known and not self.unfit
 
 
 class DaskExecutor(Generic[Task, Result]):
     """Runs batches on the workers of a Dask cluster.
 
-    A worker that dies takes only its batch with it. Dask gives that to another worker, on a cluster
-    of this machine not once: what kills its worker is counted by the database, not twice over.
+    Each batch goes to one worker, so that it is known who lost or refused it. A worker that dies
+    takes only what it was executing with it, and the database counts how often that happens.
     """
 
     def __init__(self, context: ExecutorContext[Task, Result]) -> None:
@@ -48,46 +98,57 @@ class DaskExecutor(Generic[Task, Result]):
         """
         self._dask, self._distributed = _modules()
         self._work = context.work
-        self._perform = _performing()
         self._address = context.address
         self._cluster: Any = None
         self._arrived: SimpleQueue[Any] = SimpleQueue()
+        self._workers: dict[str, _Worker[Task]] = {}
+        self._flying: dict[Any, _Worker[Task]] = {}
+        self._back: deque[Task] = deque()
+        self._asked: dict[str, Future[Any]] = {}
         self._idle_since: float | None = None
+        self._has_worked = False
         self._patience = float(self._dask.config.get("adeye.patience", PATIENCE_S))
-        _quieten()
+        self._own = self._distributed.versions.get_versions(_RELEASES)["packages"]
+        _quieten(self._distributed)
         self._client = self._connect() if context.address else self._start(context.workers)
 
     def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
         """Execute tasks as they come; results arrive in the order in which they end.
 
         Raises:
-            PlatformError: The scheduler is lost, there is no worker, or one lacks adeye.
+            PlatformError: The scheduler is lost, there is no worker, or none that is fit.
         """
-        flying: dict[Any, Task] = {}
         try:
             while True:
-                room = self._room()
-                while len(flying) < room:
+                yield from self._survey()
+                while True:
+                    worker = self._free()
                     # The iterator is asked again after its end: a batch that was lost comes back.
-                    task = next(tasks, None)
-                    if task is None:
+                    if not self._back and (worker is not None or not self._flying):
+                        self._back.extend(task for task in (next(tasks, None),) if task is not None)
+                    if worker is None or not self._back:
                         break
-                    flying[self._submit(task)] = task
-                if not flying:
+                    self._submit(self._back.popleft(), worker)
+                if not self._flying and not self._back:
                     return
-                for future in self._ended(flying):
-                    done = self._collect(future, flying[future])
-                    if done is None:
-                        self._arrived.put(future)
-                        continue
-                    del flying[future]
-                    yield done
+                self._require_worker()
+                for future in self._ended():
+                    # One before it may have told that their worker is unfit.
+                    done = self._collect(future) if future in self._flying else None
+                    if done is not None:
+                        yield done
         finally:
             with suppress(Exception):
-                self._client.cancel(list(flying), force=True)
+                self._client.cancel(list(self._flying), force=True)
+            self._flying.clear()
+            self._back.clear()
+            for worker in self._workers.values():
+                worker.flying.clear()
 
     def close(self) -> None:
         """Leave the cluster; end the one that was started here."""
+        for asked in self._asked.values():
+            asked.cancel()
         # Whatever is wrong with a cluster that is left is no concern of what was executed.
         with suppress(Exception):
             self._client.close(timeout=_CLOSE_S)
@@ -98,9 +159,10 @@ class DaskExecutor(Generic[Task, Result]):
 
     def _connect(self) -> Any:
         try:
-            return self._distributed.Client(
-                self._address, timeout=_CONNECT_S, set_as_default=False, name="adeye"
-            )
+            with waiting_for(f"the Dask scheduler at {self._address} to answer"):
+                return self._distributed.Client(
+                    self._address, timeout=_CONNECT_S, set_as_default=False, name="adeye"
+                )
         except ValueError as error:
             raise UsageError(
                 f"--scheduler {self._address!r} is no address: {error}",
@@ -129,41 +191,151 @@ class DaskExecutor(Generic[Task, Result]):
         self._address = str(self._cluster.scheduler_address)
         return self._distributed.Client(self._cluster, set_as_default=False, name="adeye")
 
-    def _submit(self, task: Task) -> Any:
-        # Pure tasks with equal arguments would be one: a batch that comes back is another attempt.
-        packed = self._distributed.protocol.pickle.dumps((self._work, task))
-        future = self._client.submit(self._perform, packed, pure=False, retries=0)
-        future.add_done_callback(self._arrived.put)
-        return future
-
-    def _room(self) -> int:
-        """Count the batches that may be there at once.
-
-        One on each thread, and where the way is long one waiting for each worker.
+    def _survey(self) -> Iterator[Done[Task, Result]]:
+        """Look which workers there are; what one was executing that is gone is lost.
 
         Raises:
-            PlatformError: The scheduler is lost, or has had no worker for too long.
+            PlatformError: The scheduler is lost.
         """
         self._require_scheduler()
         try:
-            threads = self._client.nthreads()
+            with waiting_for(f"the Dask scheduler at {self._address} to answer"):
+                threads = self._client.nthreads()
+                if any(address not in self._workers for address in threads):
+                    known = self._client.scheduler_info(n_workers=-1)["workers"]
+                    self._meet(threads, known)
         except (OSError, ValueError, RuntimeError) as error:
             raise self._lost_scheduler() from error
-        if threads:
+        for address in self._workers.keys() - threads.keys():
+            yield from self._bury(self._workers.pop(address))
+        for address, asked in list(self._asked.items()):
+            if asked.done():
+                del self._asked[address]
+                self._compare(self._workers.get(address), asked)
+
+    def _meet(self, threads: dict[str, int], known: dict[str, Any]) -> None:
+        """Ask new workers for their releases, as any release of Dask on any Python answers."""
+        for address in threads.keys() - self._workers.keys():
+            name = str(known.get(address, {}).get("name", address))
+            self._workers[address] = _Worker(address, name, int(threads[address]))
+            question = self._client.scheduler.broadcast(
+                msg={"op": "versions", "packages": list(_RELEASES)},
+                workers=[address],
+                on_error="ignore",
+            )
+            # Whoever does not answer keeps nobody else waiting.
+            asked = asyncio.run_coroutine_threadsafe(question, self._client.loop.asyncio_loop)
+            asked.add_done_callback(lambda _: self._arrived.put(None))
+            self._asked[address] = asked
+
+    def _compare(self, worker: _Worker[Task] | None, asked: Future[Any]) -> None:
+        """Let a worker take part if it has the releases of this machine."""
+        answers = {} if asked.cancelled() or asked.exception() is not None else asked.result()
+        if worker is None or worker.address not in answers:
+            # It is asked again, if it is still there.
+            self._workers.pop("" if worker is None else worker.address, None)
+            return
+        found = answers[worker.address]["packages"]
+        worker.is_known = True
+        for name in ("python", *_RELEASES):
+            # What is no installed package, such as a folder on the path, says itself what it is.
+            if name == "adeye" and None in (self._own[name], found.get(name)):
+                continue
+            shown = (_release(self._own[name]), _release(found.get(name)))
+            if why := differing(name.replace("python", "Python"), *shown):
+                self._leave_out(worker, why)
+                return
+
+    def _leave_out(self, worker: _Worker[Task], why: str) -> None:
+        """Give a worker nothing any more; what it has goes to others."""
+        worker.unfit = why
+        notice(f"{worker.text} cannot take part: {why}")
+        self._take_back(worker, list(worker.flying))
+
+    def _take_back(self, worker: _Worker[Task], futures: list[Any]) -> None:
+        self._back.extend(worker.flying[future] for future in futures)
+        for future in futures:
+            self._forget(future)
+        with suppress(Exception):
+            self._client.cancel(futures, force=True)
+
+    def _bury(self, worker: _Worker[Task]) -> Iterator[Done[Task, Result]]:
+        """Tell what was lost with a worker; what only waited there goes to others."""
+        if (asked := self._asked.pop(worker.address, None)) is not None:
+            asked.cancel()
+        dead = list(worker.flying.items())[: worker.threads]
+        if not dead:
+            notice(f"{worker.text} has left the Dask scheduler at {self._address}")
+        with suppress(Exception):
+            self._client.cancel([future for future, _ in dead], force=True)
+        for future, _ in dead:
+            self._forget(future)
+        self._take_back(worker, list(worker.flying))
+        for _, task in dead:
+            yield Done(task, None, f"its {worker.text} died")
+
+    def _forget(self, future: Any) -> Task:
+        return self._flying.pop(future).flying.pop(future)
+
+    def _free(self) -> _Worker[Task] | None:
+        """Find the worker with most room: one batch a thread, where the way is long one more."""
+        more = 1 if self._cluster is None else 0
+        rooms = [
+            (worker.threads + more - len(worker.flying), worker)
+            for worker in self._workers.values()
+            if worker.is_fit
+        ]
+        room, worker = max(rooms, key=lambda item: item[0], default=(0, None))
+        return worker if room > 0 else None
+
+    def _submit(self, task: Task, worker: _Worker[Task]) -> None:
+        # ``pickle.loads`` is there whatever else is not, and finds by its name what it shall call.
+        call = pickle.dumps(_Call(self._work, task), protocol=_PROTOCOL)
+        # Pure tasks with equal arguments would be one: a batch that comes back is another attempt.
+        future = self._client.submit(
+            pickle.loads, call, pure=False, retries=0, workers=[worker.address]
+        )
+        self._flying[future] = worker
+        worker.flying[future] = task
+        future.add_done_callback(self._arrived.put)
+
+    def _require_worker(self) -> None:
+        """Tell that there is no worker that is fit.
+
+        Raises:
+            PlatformError: There has been none for too long, or those that are there refuse.
+        """
+        if any(worker.is_fit for worker in self._workers.values()):
             self._idle_since = None
-            waiting = len(threads) if self._cluster is None else 0
-            return sum(map(int, threads.values())) + waiting
+            return
         now = time.monotonic()
         self._idle_since = now if self._idle_since is None else self._idle_since
-        if now - self._idle_since > self._patience:
+        idle = now - self._idle_since
+        unfit = [worker for worker in self._workers.values() if worker.unfit]
+        reasons = "; ".join(f"{worker.text}: {worker.unfit}" for worker in unfit[:_NAMED])
+        if len(unfit) > _NAMED:
+            reasons += f"; and {len(unfit) - _NAMED} more"
+        if unfit and idle >= SETTLE_S and not (self._has_worked or self._asked):
+            raise PlatformError(
+                f"no worker of the Dask scheduler at {self._address} can take part: {reasons}. "
+                "Install on the workers what this machine has, start them again, and run again."
+            )
+        if idle > self._patience:
             raise PlatformError(
                 f"the Dask scheduler at {self._address} has had no worker for "
-                f"{self._patience:g} s. Start workers and run again to go on; "
-                "DASK_ADEYE__PATIENCE=3600 waits longer."
+                f"{self._patience:g} s{f' but unfit ones ({reasons})' if unfit else ''}. "
+                "Start workers and run again to go on; DASK_ADEYE__PATIENCE=3600 waits longer."
             )
-        return 1
+        if idle >= _POLL_S:
+            kind = "no worker that can take part" if unfit else "no worker"
+            notice(
+                f"the Dask scheduler at {self._address} has {kind}; waiting, "
+                f"for {self._patience:g} s at most",
+                topic=f"no worker {self._address}",
+                every_s=_TELL_EVERY_S,
+            )
 
-    def _ended(self, flying: dict[Any, Task]) -> list[Any]:
+    def _ended(self) -> list[Any]:
         """Wait a moment for batches that have ended.
 
         Raises:
@@ -175,40 +347,40 @@ class DaskExecutor(Generic[Task, Result]):
             while True:
                 ended.append(self._arrived.get_nowait())
         self._require_scheduler()
-        return [future for future in dict.fromkeys(ended) if future in flying]
+        return [future for future in dict.fromkeys(ended) if future in self._flying]
 
-    def _collect(self, future: Any, task: Task) -> Done[Task, Result] | None:
-        """Fetch what came of a batch; None if it has to be executed again before it can be."""
+    def _collect(self, future: Any) -> Done[Task, Result] | None:
+        """Fetch what came of a batch; None if it has to be executed before anything can."""
+        worker = self._flying[future]
         if future.status == "error":
-            return self._failed(future.exception(), task)
+            return self._failed(future, worker)
         try:
             kind, content = future.result(timeout=_FETCH_S)
         except TimeoutError:
-            # The worker died with the result in its memory, and Dask executes the batch again.
+            # The worker may have died with the result in its memory; then it is gone soon.
             self._require_scheduler()
+            self._arrived.put(future)
             return None
         except CancelledError:
             self._require_scheduler()
-            return Done(task, None, "the Dask scheduler dropped it")
+            return Done(self._forget(future), None, "the Dask scheduler dropped it")
         except OSError as error:
             raise self._lost_scheduler() from error
         if kind == "raised":
             raise content
-        if kind == "lacks":
-            raise self._unable(content)
-        return Done(task, content)
+        if kind == "unfit":
+            self._leave_out(worker, content)
+            return None
+        self._has_worked = True
+        return Done(self._forget(future), content)
 
-    def _failed(self, error: BaseException, task: Task) -> Done[Task, Result]:
+    def _failed(self, future: Any, worker: _Worker[Task]) -> Done[Task, Result] | None:
         """Tell a worker that died from one that cannot work at all; the work itself never fails."""
+        error = future.exception()
         if isinstance(error, self._distributed.scheduler.KilledWorker):
-            return Done(task, None, "its worker died (KilledWorker)")
-        raise self._unable(f"{type(error).__name__}: {error}") from error
-
-    def _unable(self, cause: str) -> PlatformError:
-        return PlatformError(
-            f"a worker of the Dask scheduler at {self._address} cannot execute a batch: {cause}. "
-            "It needs the same adeye and plug-ins as this machine."
-        )
+            return Done(self._forget(future), None, f"its {worker.text} died (KilledWorker)")
+        self._leave_out(worker, f"it cannot execute a batch: {type(error).__name__}: {error}")
+        return None
 
     def _require_scheduler(self) -> None:
         if self._client.status != _RUNNING:
@@ -221,26 +393,41 @@ class DaskExecutor(Generic[Task, Result]):
         )
 
 
-def _performing() -> Callable[[bytes], tuple[str, Any]]:
-    """Make what is sent to the workers: it says what is missing there.
+class _Call:
+    """A call that is made where it is unpickled: the name of ``perform``, and bytes."""
 
-    A function inside another one is sent as its code. What is imported by name where it is missing
-    ends the worker, and the next, before anybody is told why.
+    def __init__(self, work: Callable[[Any], Any], task: Any) -> None:
+        self._packed = pickle.dumps((work, task), protocol=_PROTOCOL)
+
+    def __reduce__(self) -> tuple[Callable[[bytes], tuple[str, Any]], tuple[bytes]]:
+        return perform, (self._packed,)
+
+
+def perform(packed: bytes) -> tuple[str, Any]:
+    """Execute a batch on a worker.
+
+    Args:
+        packed: The work and the task.
+
+    Returns:
+        ``done`` with the result, ``raised`` with what the work raised, or ``unfit`` with why this
+        worker cannot take part.
     """
+    try:
+        work, task = pickle.loads(packed)  # noqa: S301 - packed by who sent it
+    except Exception as error:  # noqa: BLE001 - it is told in the caller's process
+        return "unfit", f"it cannot execute a batch: {type(error).__name__}: {error}"
+    try:
+        return "done", work(task)
+    except UnfitWorker as error:
+        return "unfit", error.why or str(error)
+    except Exception as error:  # noqa: BLE001 - it is raised again in the caller's process
+        return "raised", error
 
-    def perform(packed: bytes) -> tuple[str, Any]:
-        from distributed.protocol.pickle import loads
 
-        try:
-            work, task = loads(packed)
-        except Exception as error:  # noqa: BLE001 - it is told in the caller's process
-            return "lacks", f"{type(error).__name__}: {error}"
-        try:
-            return "done", work(task)
-        except Exception as error:  # noqa: BLE001 - it is raised again in the caller's process
-            return "raised", error
-
-    return perform
+def _release(found: str | None) -> str:
+    """Write a release as people do: of Python without the state of its development."""
+    return "" if found is None else found.removesuffix(".final.0")
 
 
 def _modules() -> tuple[Any, Any]:
@@ -255,11 +442,12 @@ def _modules() -> tuple[Any, Any]:
     return dask, distributed
 
 
-def _quieten() -> None:
+def _quieten(distributed: Any) -> None:
     """Keep Dask's log from the terminal: what of it matters, the messages here say.
 
     Each of its loggers has a level and a handler of its own.
     """
+    warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
     if os.environ.get("ADEYE_DEBUG", "0") in {"", "0"}:
         for name in list(logging.root.manager.loggerDict):
             if name.partition(".")[0] == "distributed":

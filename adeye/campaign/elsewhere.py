@@ -26,7 +26,7 @@ import numpy as np
 
 from adeye.campaign.unchanged import Source, Unchanged, sources
 from adeye.campaign.work import BatchResult, BatchTask, execute
-from adeye.errors import IntegrityError, PlatformError, SpecError
+from adeye.errors import IntegrityError, PlatformError, SpecError, UnfitWorker
 from adeye.ports import Done, ExecutorContext
 from adeye.registry import load_part, source_digest
 from adeye.store.columns import Dictionary
@@ -43,6 +43,8 @@ if TYPE_CHECKING:
 COMPUTING: Final = ("highway-env", "llvmlite", "numba", "numpy", "scipy")
 """Packages whose release may decide a result."""
 
+_PROTOCOL: Final = 4
+"""Of pickles that every release of Python reads."""
 _OWN: Final = "adeye:run"
 """Any name in the package; its digest is that of all files of the package."""
 
@@ -69,7 +71,8 @@ class DemandingTask:
     """A block with what its worker must have, as bytes: nobody on its way alters it by accident.
 
     Attributes:
-        packed: Both of them, pickled.
+        packed: Three pickles: of the releases, which are texts and can be read whatever else is
+            another one, of the whole demand, and of the block.
     """
 
     packed: bytes
@@ -77,12 +80,19 @@ class DemandingTask:
     @classmethod
     def of(cls, demand: Demand, task: BatchTask) -> DemandingTask:
         """Pack what a worker must have, and the block."""
-        return cls(pickle.dumps((demand, task)))
+        parts = pickle.dumps(demand), pickle.dumps(task)
+        return cls(pickle.dumps((demand.releases, *parts), protocol=_PROTOCOL))
+
+    @property
+    def releases(self) -> tuple[tuple[str, str], ...]:
+        """Releases that a worker must have; only one that has them can read the rest."""
+        found: tuple[tuple[str, str], ...] = pickle.loads(self.packed)[0]  # noqa: S301 - packed here
+        return found
 
     def open(self) -> tuple[Demand, BatchTask]:
         """Return what a worker must have, and the block."""
-        opened: tuple[Demand, BatchTask] = pickle.loads(self.packed)  # noqa: S301 - packed here
-        return opened
+        _, demand, task = pickle.loads(self.packed)  # noqa: S301 - packed here
+        return pickle.loads(demand), pickle.loads(task)  # noqa: S301 - packed here
 
 
 class Elsewhere:
@@ -185,9 +195,10 @@ def execute_as_demanded(item: DemandingTask) -> BatchResult:
         The results under a seal.
 
     Raises:
-        PlatformError: It has not; the message names what is missing or another one.
+        UnfitWorker: It has not; the message names what is missing or another one.
         IntegrityError: A plug-in or a file was changed while the block was executed.
     """
+    _require_releases(item.releases)
     demand, task = item.open()
     unchanged = _required(demand)
     unchanged.check()
@@ -229,9 +240,7 @@ def _absorb(value: Any, digest: _Hash) -> None:
 @cache
 def _required(demand: Demand) -> Unchanged:
     """Compare once what a demand says; what is on disk is compared again around each block."""
-    for (name, wanted), (_, found) in zip(demand.releases, _releases(), strict=True):
-        if wanted != found:
-            raise _refusal(f"it has {name} {found or 'not at all'}, the campaign {wanted}")
+    _require_releases(demand.releases)
     if demand.code != _own_digest():
         raise _refusal("its source of adeye is another one, of the same release")
     if demand.marked is not None and _read(demand.marked[0]) != demand.marked[1]:
@@ -245,6 +254,26 @@ def _required(demand: Demand) -> Unchanged:
         elif not source.is_as_planned():
             raise _refusal(f"its file {source.path} is missing or another one")
     return Unchanged(demand.sources)
+
+
+def _require_releases(wanted: tuple[tuple[str, str], ...]) -> None:
+    found = dict(_releases())
+    for name, release in wanted:
+        if why := differing(name, release, found.get(name, "")):
+            raise _refusal(why)
+
+
+def differing(name: str, wanted: str, found: str) -> str:
+    """Say what a worker has instead of a release; empty if it has it.
+
+    Args:
+        name: Of what there are releases.
+        wanted: Release with which a campaign is planned; empty for none.
+        found: Release that the worker has; empty for none.
+    """
+    if wanted == found:
+        return ""
+    return f"it has {name} {found or 'not at all'}, the campaign {wanted or 'does without it'}"
 
 
 def _require_code(source: Source) -> None:
@@ -265,11 +294,13 @@ _FIRST: dict[str, str] = {}
 """Digest of each module when it was first needed here."""
 
 
-def _refusal(why: str) -> PlatformError:
-    return PlatformError(
+def _refusal(why: str) -> UnfitWorker:
+    refusal = UnfitWorker(
         f"worker on {platform.node()}: {why}. Install on all workers what this machine has, start "
         "them again, and run again to go on."
     )
+    refusal.why = why
+    return refusal
 
 
 @cache

@@ -22,6 +22,7 @@ from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import ASKED_TO_END, InputError, UsageError
 from adeye.evaluation.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
+from adeye.notices import notice
 from adeye.store.kept_files import folder_of
 from adeye.store.repository import Repository
 from adeye.units import shown
@@ -256,9 +257,12 @@ class _Campaign:
         ways = dict(again.ways)
         if self._plan.samples and not halved.failures and stored.to_judge > again.wanted:
             ways[VERDICT] = stored.to_judge - again.wanted
+        tasks.look_back()
+        executed = tasks.executed if tasks.met_others else now
         summary = replace(
             summarise(repository, campaign, self._plan, stored),
-            executed=tasks.executed if tasks.met_others else now,
+            executed=executed,
+            elsewhere=max(0, now - executed),
             judged=(again.wanted if replays else again.judged) + ways.get(VERDICT, 0),
             replayed=len(again.left) if replays else 0,
             ways=ways,
@@ -375,6 +379,8 @@ def _absorb(tasks: Tasks, done: Done[BatchTask, BatchResult], state: Progress) -
     """Save what came back for a block, unless its code is not that of the plan."""
     # Before it is taken: a block whose code is another one is given back.
     tasks.unchanged.check()
+    if done.result is None:
+        notice(f"block {done.task.block} was lost: {done.lost}")
     if done.result is None or done.result.failure:
         tasks.fail(done.task, done.lost if done.result is None else done.result.failure)
         return state

@@ -66,7 +66,7 @@ class CampaignSummary:
     Attributes:
         campaign: Its id.
         planned: Test cases.
-        executed: Executed now.
+        executed: Executed now, here.
         judged: Results that existed and were judged again now.
         reused: Results that existed.
         exit_code: Of the gate.
@@ -80,6 +80,7 @@ class CampaignSummary:
         selected: Test cases that were to be executed if they lacked a result; None for all.
         channel_failures: How channels failed, also where that is mastered.
         contacts: Runs that a contact ended, by architecture.
+        elsewhere: Test cases that other runners executed meanwhile.
         never_began: Storyboard events that need not begin, and did in no run.
     """
 
@@ -100,6 +101,7 @@ class CampaignSummary:
     channel_failures: tuple[ChannelFailure, ...] = ()
     contacts: Mapping[str, int] = field(default_factory=dict)
     never_began: tuple[str, ...] = ()
+    elsewhere: int = 0
 
     def __bool__(self) -> bool:
         """Be as true as the gate, so that asserting what a run came to asserts something."""

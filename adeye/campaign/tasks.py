@@ -39,6 +39,7 @@ class Tasks(Iterator[BatchTask]):
         executed: Test cases that got their result here.
         failures: What adeye itself failed with.
         dropped: Blocks that were taken over by others before they were completed.
+        completed: Blocks that were completed here.
         met_others: Whether other runners executed blocks of the campaign meanwhile.
         chosen: How many test cases were chosen; None for all.
         unchanged: Notices what is changed after the plan.
@@ -65,6 +66,7 @@ class Tasks(Iterator[BatchTask]):
         self.allowed = allowed
         self.session = session
         self.executed = 0
+        self.completed = 0
         self.failures: list[str] = []
         self.dropped = 0
         self.met_others = False
@@ -81,6 +83,7 @@ class Tasks(Iterator[BatchTask]):
         self._given: dict[int, float] = {}
         self._next: Block | None = None
         self._alone: set[int] = set()
+        self._done_before = repository.work_state(stored.campaign).done
 
     def use(self, context: WorkContext) -> None:
         """Execute blocks in another context than that of the plan."""
@@ -134,6 +137,11 @@ class Tasks(Iterator[BatchTask]):
         self.met_others |= count > 0
         return count
 
+    def look_back(self) -> None:
+        """Tell by the blocks that are done whether others were there, who may have left by now."""
+        done = self._repository.work_state(self._campaign).done - self._done_before
+        self.met_others |= done > self.completed
+
     def notes(self, remaining: int) -> list[str]:
         """Say what of the campaign was not executed, and why.
 
@@ -174,6 +182,7 @@ class Tasks(Iterator[BatchTask]):
             first = end
             if self._save(block, part):
                 done += part.done
+                self.completed += 1
                 self.executed += sum(not case.has_result for case in block.cases)
             else:
                 self.dropped += 1

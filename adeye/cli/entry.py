@@ -15,6 +15,7 @@ from adeye.cli.app import app
 from adeye.cli.interruption import leave_if_abandoned, raising_on_sigterm
 from adeye.cli.output import clean, talk
 from adeye.errors import Terminated
+from adeye.notices import told_to
 from adeye.supervision import Ended, has_guests, note_end, supervise
 
 DEBUG: Final = "ADEYE_DEBUG"
@@ -105,8 +106,15 @@ def _ended(arguments: Sequence[str] | None) -> int:
 def _run(arguments: Sequence[str] | None) -> int:
     command = typer.main.get_command(app)
     given = None if arguments is None else list(arguments)
-    result = command.main(given, prog_name="adeye", standalone_mode=False)
+    with told_to(_tell):
+        result = command.main(given, prog_name="adeye", standalone_mode=False)
     return result if isinstance(result, int) else 0
+
+
+def _tell(text: str) -> None:
+    from adeye.store.location import masked
+
+    talk(clean(f"note: {masked(text)}"))
 
 
 def _code_of(error: SystemExit) -> int:

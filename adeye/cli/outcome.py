@@ -36,7 +36,8 @@ def executed_text(summary: CampaignSummary) -> str:
         return f"Executed {nothing}{twins}, all {summary.planned:,} results were there.{again}"
     executed = f"Executed {summary.executed:,} of {summary.planned:,} test cases"
     twins = f" and {summary.twins:,} twins with half the step" if summary.twins else ""
-    return f"{executed}{twins}; {summary.reused:,} reused.{again}"
+    others = f"; {summary.elsewhere:,} by other runners" if summary.elsewhere else ""
+    return f"{executed}{twins}{others}; {summary.reused:,} reused.{again}"
 
 
 def rejudged_text(summary: CampaignSummary) -> str:
@@ -57,6 +58,7 @@ def document(summary: CampaignSummary) -> dict[str, object]:
         "executed": summary.executed,
         "judged": summary.judged,
         "reused": summary.reused,
+        **({"executed_by_others": summary.elsewhere} if summary.elsewhere else {}),
         **({"twins": summary.twins} if summary.twins else {}),
         "selected": summary.planned if summary.selected is None else summary.selected,
         "remaining": summary.to_execute,

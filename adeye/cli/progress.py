@@ -6,10 +6,11 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Final, Protocol
 
 from adeye.cli.output import clean, talk
+from adeye.notices import told_to
 
 
 class ProgressLike(Protocol):
@@ -121,7 +122,8 @@ def reporting(what: str, *, quiet: bool = False) -> Iterator[Report]:
         The function to call with the newest state.
     """
     if quiet:
-        yield _nothing
+        with told_to(_nothing):
+            yield _nothing
     elif is_live():
         with _bar() as report:
             yield report
@@ -150,10 +152,10 @@ def watching(*, quiet: bool = False) -> AbstractContextManager[Report]:
     Args:
         quiet: Show nothing there either.
     """
-    return reporting("", quiet=quiet or not is_live())
+    return reporting("", quiet=quiet) if quiet or is_live() else nullcontext(_nothing)
 
 
-def _nothing(_progress: ProgressLike) -> None:
+def _nothing(_what: object) -> None:
     """Show nothing."""
 
 

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from adeye.errors import LostConnection, PlatformError
+from adeye.notices import AGAIN_S, notice, waiting_for
 from adeye.store import ledger
 from adeye.store.location import Location, Place, locate
 
@@ -26,6 +27,8 @@ RECONNECT_S: Final = 30.0
 """Longest time for which a lost connection is tried again [s]."""
 _FIRST_PAUSE_S: Final = 0.05
 _LONGEST_PAUSE_S: Final = 2.0
+_TOLD_FROM_S: Final = 0.5
+"""Pause from which on it is told that a connection is tried again [s]."""
 
 Result = TypeVar("Result")
 
@@ -99,7 +102,9 @@ class Database:
         with errors_in_words(self.location), self._connect() as connection:
             connection.execution_options(**{WRITES: "shared" if shared else "alone"})
             ledger.begin(connection)
-            with connection.begin():
+            with waiting_for(f"other writers of database {self.location}"):
+                transaction = connection.begin()
+            with transaction:
                 yield connection
                 ledger.close(connection)
 
@@ -126,19 +131,30 @@ class Database:
             # Connections of the parent must not be used, nor closed, by its child.
             self._engine.dispose(close=False)
             self._pid = os.getpid()
-        return self._engine.connect()
+        if not self.location.is_server:
+            return self._engine.connect()
+        with waiting_for(f"the server of database {self.location} to answer"):
+            return self._engine.connect()
 
 
 def persistently(action: Callable[[], Result]) -> Result:
     """Do something again for a while whenever the connection to the server is lost."""
-    deadline = time.monotonic() + RECONNECT_S
+    began = time.monotonic()
     pause = _FIRST_PAUSE_S
     while True:
         try:
             return action()
-        except LostConnection:
-            if time.monotonic() + pause > deadline:
+        except LostConnection as error:
+            elapsed = time.monotonic() - began
+            if elapsed + pause > RECONNECT_S:
                 raise
+            # A deadlock, or a server that restarts at once, is over before anybody needs to know.
+            if pause > _TOLD_FROM_S:
+                notice(
+                    f"{error} Trying again, for {RECONNECT_S:g} s at most; {elapsed:.0f} s so far",
+                    topic="lost connection",
+                    every_s=AGAIN_S,
+                )
         time.sleep(pause)
         pause = min(2.0 * pause, _LONGEST_PAUSE_S)
 

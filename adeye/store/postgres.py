@@ -81,7 +81,12 @@ _LOST: Final = ("08", "57P01", "57P02", "57P03", "57P05", "25P03", "40P01")
 _CAUSES: Final = (
     ("28", "does not let this user in", "Check user and password, or PGPASSFILE."),
     ("3D000", "does not exist", "Create it with 'createdb', or name another with --db."),
-    ("42501", "does not allow that to this user", "Ask its owner for the rights."),
+    (
+        "42501",
+        "does not allow that to this user",
+        "Who runs campaigns logs in as its owner; who reads needs that the owner ran "
+        "'adeye db grant USER'.",
+    ),
     ("53100", "cannot grow: the disk of the server is full", "Free some space and run again."),
     ("53", "has no resources left", "Wait for others to finish, or raise the server's limits."),
     ("55P03", "is locked by another process", "Wait for it to finish, or end it."),
@@ -210,6 +215,27 @@ def _in_words(error: BaseException, location: Location) -> PlatformError | Integ
         if state.startswith(prefix):
             return PlatformError(f"database {location} {cause} ({text}). {remedy}")
     return PlatformError(f"database {location}: {text}. Run 'adeye db verify'.")
+
+
+def unreadable(location: Location, user: str) -> PlatformError:
+    """Make what a user is told who may log in, but was not given the right to read."""
+    return PlatformError(
+        f"database {location} does not let user {user} read. Its owner, or a superuser of the "
+        f"server, runs 'adeye db grant {user}'; then {user} may read, and nothing else."
+    )
+
+
+def require_readable(connection: Connection, location: Location) -> None:
+    """Refuse a user who lacks the right to the schema: its tables are there, but not for this one.
+
+    Raises:
+        PlatformError: This user does.
+    """
+    user, may_read = connection.exec_driver_sql(
+        f"SELECT current_user, has_schema_privilege(to_regnamespace('{SCHEMA}'), 'USAGE')"  # noqa: S608 - own names
+    ).one()
+    if may_read is False:
+        raise unreadable(location, user)
 
 
 def _state_of_refusal(text: str) -> str:

@@ -121,7 +121,13 @@ def require_exists(location: Location) -> None:
 
 
 def read_version(connection: Connection) -> str | None:
-    """Read the version that a database says it has."""
+    """Read the version that a database says it has.
+
+    Raises:
+        PlatformError: This user has no right to read it.
+    """
+    if catalog.is_server(connection):
+        postgres.require_readable(connection, Location(connection.engine.url, None))
     if "alembic_version" not in catalog.table_names(connection):
         return None
     return connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalar()

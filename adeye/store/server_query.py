@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError, PlatformError
 from adeye.store.database import Database, errors_in_words
-from adeye.store.postgres import SCHEMA
+from adeye.store.postgres import SCHEMA, unreadable
 from adeye.store.query import QueryResult
 from adeye.store.schema import require_current
 from adeye.store.sql_words import Token, checked
@@ -29,6 +29,7 @@ READER: Final = "adeye_reader"
 """Role without login that may read and nothing else; users are made members of it."""
 
 _ROLE: Final = re.compile(r"[a-z_][a-z0-9_]{0,62}")
+_ADMIN: Final = f" (from PostgreSQL 16 on also 'GRANT {READER} TO {{user}} WITH ADMIN OPTION')"
 _BATCH_ROWS: Final = 200
 _TEMP_FILES: Final = "1GB"
 _MOST_SQL: Final = 100_000
@@ -120,10 +121,7 @@ def _reading(location: Location) -> Iterator[Any]:
         with errors_in_words(location):
             is_mighty, is_member, may_read = connection.execute(_RIGHTS).fetchone()
             if may_read is False and not is_member:
-                raise PlatformError(
-                    f"database {location} does not let this user read. "
-                    f"Its owner runs 'adeye db grant {location.url.username or 'USER'}'."
-                )
+                raise unreadable(location, connection.info.user)
             if is_mighty and not is_member:
                 raise InputError(
                     "query: this user may do more on the server than read, and could do harm",
@@ -244,17 +242,35 @@ def grant(location: Location, role: str | None) -> list[str]:
             with connection.transaction():
                 _make_reader(connection)
             if role is not None:
-                connection.execute(f"GRANT {READER} TO {role}")
+                with _makes_roles(connection):
+                    connection.execute(f"GRANT {READER} TO {role}")
                 notes += _limit_files(connection, role)
         finally:
             connection.close()
     return notes
 
 
+@contextmanager
+def _makes_roles(connection: Any) -> Iterator[None]:
+    """Say which right is missing if the server lets nobody make roles who only owns a database."""
+    import psycopg
+
+    try:
+        yield
+    except psycopg.errors.InsufficientPrivilege as error:
+        user, text = connection.info.user, str(error).partition("\n")[0]
+        raise PlatformError(
+            f"user {user} may not make roles or members of {READER} ({text}). Run 'adeye db grant' "
+            f"as a superuser of the server, or let one run 'ALTER ROLE {user} CREATEROLE'"
+            f"{_ADMIN.format(user=user)} first."
+        ) from None
+
+
 def _make_reader(connection: Any) -> None:
     known = connection.execute("SELECT 1 FROM pg_roles WHERE rolname = %s", (READER,)).fetchone()
     if known is None:
-        connection.execute(f"CREATE ROLE {READER} NOLOGIN NOINHERIT NOCREATEDB NOCREATEROLE")
+        with _makes_roles(connection):
+            connection.execute(f"CREATE ROLE {READER} NOLOGIN NOINHERIT NOCREATEDB NOCREATEROLE")
     connection.execute(f"GRANT USAGE ON SCHEMA {SCHEMA} TO {READER}")
     connection.execute(f"GRANT SELECT ON ALL TABLES IN SCHEMA {SCHEMA} TO {READER}")
     # Views of scenarios and tables of plug-ins come later.
@@ -262,6 +278,8 @@ def _make_reader(connection: Any) -> None:
         f"ALTER DEFAULT PRIVILEGES IN SCHEMA {SCHEMA} GRANT SELECT ON TABLES TO {READER}"
     )
     (database,) = connection.execute("SELECT quote_ident(current_database())").fetchone()
+    # Where not everybody may connect, who reads must.
+    connection.execute(f"GRANT CONNECT ON DATABASE {database} TO {READER}")
     # Everybody may make temporary tables unless told otherwise.
     connection.execute(f"REVOKE TEMPORARY ON DATABASE {database} FROM PUBLIC")
 

@@ -34,9 +34,13 @@ class Cluster:
         """Where the scheduler is."""
         return str(json.loads(self._file.read_text("utf-8"))["address"])
 
-    def add_worker(self) -> subprocess.Popen[bytes]:
-        """Start a worker with one thread."""
-        options = ("--no-nanny", "--nthreads", "1", "--memory-limit", "0")
+    def add_worker(self, *more: str) -> subprocess.Popen[bytes]:
+        """Start a worker with one thread.
+
+        Args:
+            more: Options of ``dask worker``.
+        """
+        options = ("--no-nanny", "--nthreads", "1", "--memory-limit", "0", *more)
         self.workers.append(self._start("worker", *options))
         return self.workers[-1]
 

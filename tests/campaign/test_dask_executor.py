@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
+import pickletools
+import platform
+import re
 import sys
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
@@ -114,14 +118,17 @@ def test_scheduler_that_is_killed_ends_the_campaign_where_it_goes_on(
     assert table_hash(db) == table_hash(mini.db)
 
 
-def test_cluster_without_workers_is_waited_for_only_so_long(tmp_path: Path) -> None:
+def test_cluster_without_workers_is_waited_for_only_so_long(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     with (
         started_cluster(tmp_path, workers=0) as cluster,
-        dask.config.set({"adeye.patience": 0.2}),
+        dask.config.set({"adeye.patience": 0.7}),
         closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
-        pytest.raises(PlatformError, match=r"has had no worker for 0\.2 s"),
+        pytest.raises(PlatformError, match=r"has had no worker for 0\.7 s"),
     ):
         list(executor.run(iter(["echo:a"])))
+    assert "has no worker; waiting, for 0.7 s at most" in caplog.text
 
 
 def test_worker_that_comes_later_gets_what_waits(tmp_path: Path) -> None:
@@ -158,6 +165,92 @@ def _only_here(tmp_path: Path) -> Any:
     finally:
         sys.path.remove(str(folder))
     return only_here.work
+
+
+OTHER_PYTHON = """
+import os
+import sys
+import distributed.versions as versions
+import distributed.worker
+
+honest = versions.get_package_info
+
+
+def package_info(packages):
+    return {**honest(packages), "python": "3.99.1.final.0"}
+
+
+def die(*arguments, **options):
+    os._exit(11)
+
+
+versions.get_package_info = package_info
+# Whatever this worker is given to execute ends it, as the code of another Python does.
+distributed.worker.Worker.execute = die
+"""
+
+OTHER_PLUGIN = """
+from adeye.errors import UnfitWorker
+import tests.campaign.work
+
+
+def perform(task):
+    refusal = UnfitWorker("a long message")
+    refusal.why = "it has another plug-in"
+    raise refusal
+
+
+tests.campaign.work.perform = perform
+"""
+
+
+@pytest.mark.parametrize(
+    ("preload", "why"),
+    [
+        (OTHER_PYTHON, rf"it has Python 3\.99\.1, the campaign {platform.python_version()}"),
+        (OTHER_PLUGIN, "it has another plug-in"),
+    ],
+    ids=["another_python", "another_plugin"],
+)
+def test_worker_that_is_unfit_is_named_and_left_out_while_others_work(
+    tmp_path: Path, preload: str, why: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = tmp_path / "preload.py"
+    file.write_text(preload, "utf-8")
+    with (
+        started_cluster(tmp_path, workers=1) as cluster,
+        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
+    ):
+        other = cluster.add_worker("--name", "odd_one", "--preload", str(file))
+        executor._client.wait_for_workers(2)
+        found = list(executor.run(iter([f"echo:{number}" for number in range(12)])))
+        assert other.poll() is None
+    assert sorted(done.result or "" for done in found) == sorted(map(str, range(12)))
+    assert not any(done.lost for done in found)
+    assert re.search(rf"worker odd_one at tcp://\S+ cannot take part: {why}", caplog.text)
+
+
+def test_cluster_of_unfit_workers_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "preload.py"
+    file.write_text(OTHER_PYTHON, "utf-8")
+    monkeypatch.setattr(dask_executor, "SETTLE_S", 0.1)
+    with (
+        started_cluster(tmp_path, workers=0) as cluster,
+        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
+    ):
+        other = cluster.add_worker("--name", "odd_one", "--preload", str(file))
+        with pytest.raises(PlatformError, match=r"odd_one at tcp://\S+: it has Python 3\.99"):
+            list(executor.run(iter(["echo:a"])))
+        assert other.poll() is None
+
+
+def test_worker_gets_names_and_bytes_and_no_code() -> None:
+    call = pickle.dumps(dask_executor._Call(perform, "echo:a"), protocol=4)
+    names = {value for code, value, _ in pickletools.genops(call) if code.name.endswith("UNICODE")}
+    assert names == {"adeye.campaign.dask_executor", "perform"}
+    assert pickle.loads(call) == ("done", "a")  # noqa: S301 - made here
 
 
 def test_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

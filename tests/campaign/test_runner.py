@@ -232,6 +232,25 @@ def test_defect_in_one_block_leaves_the_others_and_is_no_success(
     assert (small.run().executed, small.run().executed) == (2, 0)
 
 
+def test_what_another_runner_executed_meanwhile_is_not_counted_as_executed_here(
+    small: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runner, "block_size", lambda _: 1)
+    other: list[Any] = []
+
+    def meanwhile(state: Any) -> None:
+        if state.phase == "run" and state.done == 1 and not other:
+            other.append(None)
+            # It takes what is left and has gone before this one looks for more.
+            other[0] = adeye.run(small.odd, db=small.db)
+
+    summary = adeye.run(small.odd, db=small.db, progress=meanwhile)
+    executed = other[0].executed
+    assert executed > 0
+    assert (summary.executed, summary.elsewhere) == (4 - executed, executed)
+    assert f"; {executed} by other runners; 0 reused." in executed_text(summary)
+
+
 def test_worker_that_dies_costs_nothing_but_its_batch(small: Project) -> None:
     with_plugin(small)
     folder = small.folder / "odd" / "architectures"

@@ -270,6 +270,27 @@ def test_query_of_the_owner_runs_as_the_reader(owned: str) -> None:
     assert run_query(owned, "SELECT current_user").rows == ((READER,),)
 
 
+def test_user_without_rights_is_told_by_every_reader(owned: str) -> None:
+    url = owned.replace("://tester@", "://mallory@")
+    for is_made in (False, True):
+        with pytest.raises(PlatformError, match=r"let user mallory read.*'adeye db grant mallory'"):
+            Repository.open(url, create=is_made)
+
+
+def test_owner_who_may_not_make_roles_is_told_what_granting_needs(
+    server: Server, make_example: Callable[[], Any]
+) -> None:
+    url = server.new_database()
+    server.execute("CREATE ROLE plain_owner LOGIN")
+    server.execute(f"ALTER DATABASE {locate(url).url.database} OWNER TO plain_owner")
+    own = url.replace("://tester@", "://plain_owner@")
+    with Repository.open(own) as repository:
+        make_example().campaign(repository, 2)
+    server.execute("CREATE ROLE bob LOGIN")
+    with pytest.raises(PlatformError, match="ALTER ROLE plain_owner CREATEROLE"):
+        grant(locate(own), "bob")
+
+
 def test_user_without_rights_is_told(owned: str) -> None:
     with pytest.raises(PlatformError, match="adeye db grant mallory"):
         run_query(owned.replace("://tester@", "://mallory@"), "SELECT * FROM v_runs")

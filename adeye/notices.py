@@ -1,0 +1,90 @@
+"""What is told while something goes on, such as what is being waited for.
+
+It goes through the logger ``adeye.notices``, so that whoever uses adeye from Python decides about it
+as about any other log; the command line tells it on standard error.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+PATIENCE_S: Final = 3.0
+"""How long something may be waited for before it is told [s]."""
+AGAIN_S: Final = 10.0
+"""Between two notices of one wait [s]."""
+
+_LOG: Final = logging.getLogger("adeye.notices")
+_told: Final[dict[str, float]] = {}
+
+
+class _Teller(logging.Handler):
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        super().__init__()
+        self._tell = tell
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._tell(record.getMessage())
+
+
+def notice(text: str, *, topic: str = "", every_s: float = 0.0) -> None:
+    """Tell something.
+
+    Args:
+        text: What.
+        topic: Of which it is told only now and then, whoever tells it; empty for none.
+        every_s: Between two notices of the topic [s].
+    """
+    now = time.monotonic()
+    if topic:
+        if now - _told.get(topic, -every_s - 1.0) < every_s:
+            return
+        _told[topic] = now
+    _LOG.warning("%s", text)
+
+
+@contextmanager
+def told_to(tell: Callable[[str], None]) -> Iterator[None]:
+    """Hand over what is told while the block runs, and to nobody else.
+
+    Args:
+        tell: Called with each notice, from any thread.
+    """
+    before = _LOG.handlers, _LOG.propagate
+    _LOG.handlers, _LOG.propagate = [_Teller(tell)], False
+    try:
+        yield
+    finally:
+        _LOG.handlers, _LOG.propagate = before
+
+
+@contextmanager
+def waiting_for(what: str) -> Iterator[None]:
+    """Tell what is waited for, if that takes long.
+
+    Args:
+        what: For people, as it follows ``waiting for``.
+    """
+    over = threading.Event()
+    began = time.monotonic()
+
+    def tell() -> None:
+        pause = PATIENCE_S
+        while not over.wait(pause):
+            elapsed = time.monotonic() - began
+            notice(f"waiting for {what}, {elapsed:.0f} s so far", topic=what, every_s=PATIENCE_S)
+            pause = AGAIN_S
+
+    thread = threading.Thread(target=tell, name="notices", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
