@@ -148,10 +148,10 @@ def classify_injection(timeline: Timeline, ftti_s: float | None) -> InjectionCla
             nothing before it ends.
 
     Returns:
-        ``not_activated`` if the fault was not present within the horizon or changed no bit; else by violation and
-        detection. A detection after the violation, a reaction that the run does not show, and one
-        that takes as long as the FTTI are ``detected_late``. ``masked`` is a fault that the ego's
-        motion and command never show, and nobody detects.
+        ``not_activated`` if the fault was not present within the horizon or changed no bit; else by
+        violation and detection. A detection after the violation, a reaction that the run does not
+        show, and one that takes as long as the FTTI are ``detected_late``. ``masked`` is a fault
+        that the ego's motion and command never show, and nobody detects.
 
     Source:
         ISO 26262-1:2018, 3.54 to 3.61 for the intervals; Avizienis et al. (2004), "Basic concepts
