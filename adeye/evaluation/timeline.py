@@ -148,10 +148,10 @@ def classify_injection(timeline: Timeline, ftti_s: float | None) -> InjectionCla
             nothing before it ends.
 
     Returns:
-        ``not_activated`` if the fault was never present or changed no bit; else by violation and
-        detection. A detection after the violation, a reaction that the run does not show, and one
-        that takes as long as the FTTI are ``detected_late``. ``masked`` is a fault that the ego's
-        motion and command never show, and nobody detects.
+        ``not_activated`` if the fault was not present within the horizon or changed no bit; else by
+        violation and detection. A detection after the violation, a reaction that the run does not
+        show, and one that takes as long as the FTTI are ``detected_late``. ``masked`` is a fault
+        that the ego's motion and command never show, and nobody detects.
 
     Source:
         ISO 26262-1:2018, 3.54 to 3.61 for the intervals; Avizienis et al. (2004), "Basic concepts
@@ -183,7 +183,9 @@ def timeline(trace: Trace, run: int, twin: Trace, twin_run: int) -> Timeline:
     """
     _require_twins(trace, twin)
     view, other = _View(trace, run), _View(twin, twin_run)
-    onset = _first(np.asarray(view.decided("fault_active").any(axis=1)), 0)
+    # Obligations begin within the horizon: what comes in the tail is no injection.
+    within = slice(0, int(trace.horizon_row[run]) + 1)
+    onset = _first(np.asarray(view.decided("fault_active")[within].any(axis=1)), 0)
     time = trace.time
     if onset is None:
         return Timeline(None, violation_s=_at(time, _first(view.violates(), 0)))

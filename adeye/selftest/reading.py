@@ -48,8 +48,8 @@ THRESHOLDS: Final = (
     _threshold(
         "threshold_swapped",
         "at_least in place of at_most",
-        1,
-        "FSR-02 FAIL",
+        2,
+        "'max_deceleration_mps2 >= 6 m/s²' bounds the harmless side: the higher it is, the worse",
         Edit(DRIVING_CONCEPT, "at_most: 6.0", "at_least: 6.0"),
         "at_most: 6.5",
     ),

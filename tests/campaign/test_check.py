@@ -397,15 +397,14 @@ def drop(**changes: Any) -> dict[str, Any]:
     ],
 )
 def test_fault_that_can_never_act_is_refused_at_its_place(
-    project: Path, load: Callable[..., OddFiles], changes: dict[str, Any], said: str, key: str
+    load: Callable[..., OddFiles], changes: dict[str, Any], said: str, key: str
 ) -> None:
     files = load(faults=[drop(**changes)], scenarios=[{"use": "cut_in"}])
     with pytest.raises(SpecError, match="fault out never acts in scenario cut_in") as caught:
         check(files)
     assert said in caught.value.message
-    assert caught.value.where is not None
-    line = (project / "odd" / "example.yaml").read_text("utf-8").splitlines()
-    assert line[caught.value.where.line - 1].strip().startswith(f"{key}:")
+    place = ("duration",) if key == "duration" else ("onset", key)
+    assert caught.value.where == files.odd.locate(("faults", 0, *place))
 
 
 @pytest.mark.parametrize(

@@ -104,4 +104,4 @@ def test_margin_is_the_distance_to_the_limit_and_the_cap_without_a_conflict() ->
     assert low.text == "max_drac_mps2 <= 5 m/s²"
 
 
-RECORDED = "1429d0347e6191942a23396c62cf295d3937a2e806300f4a423e46bd7f3d2450"
+RECORDED = "1ddc889ae14e8bf62826d3144dd659665010436ef57207d4aad5d6d86d020822"

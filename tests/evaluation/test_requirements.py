@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 from adeye.errors import ExpressionError, InputError, InputErrors, SourceLocation, SpecError
 from adeye.evaluation.bounds import Bound
+from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.requirements import (
     CheckedRequirement,
     JudgedPlan,
@@ -401,11 +403,17 @@ def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
         ({"metric": "contact", "at_least": 0}, "cannot fail: no value is below 0"),
         ({"metric": "fatality_probability", "at_most": 1.5}, "cannot fail"),
         ({"metric": "min_distance_m", "at_least": "0 m"}, "cannot fail: no value is below 0"),
+        ({"metric": "min_ttb_s", "at_least": "-10 s"}, "cannot fail: no value is below -10"),
+        ({"metric": "nominal_availability", "at_least": -0.5}, "cannot fail"),
+        ({"metric": "smoothness", "at_most": 0.5}, "harmless side: the lower"),
+        ({"metric": "smoothness", "at_least": 0}, "cannot fail"),
     ],
 )
 def test_bound_on_the_wrong_side_is_refused_unless_it_is_meant(
-    check: Check, bound: dict[str, Any], said: str
+    check: Check, bound: dict[str, Any], said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    own = replace(METRICS["nominal_availability"], column="smoothness", uid="mine:smoothness@1")
+    monkeypatch.setitem(METRICS, "smoothness", own)
     with pytest.raises(SpecError, match=said) as caught:
         check(bound=bound)
     assert caught.value.where is not None

@@ -40,6 +40,13 @@ def test_fault_that_is_never_present_is_not_activated(hand_made: Any) -> None:
     assert classify_injection(found, 1.0) == "not_activated"
 
 
+@pytest.mark.parametrize(("row", "expected"), [(15, "detected_in_time"), (16, "not_activated")])
+def test_fault_in_the_tail_is_not_detected_in_time(hand_made: Any, row: int, expected: str) -> None:
+    made = hand_made().set("fault_active", value=True, rows=slice(row, None), at=0)
+    found = read(taken_over(made, 17), hand_made())
+    assert classify_injection(found, None) == expected
+
+
 def test_fault_that_changes_no_bit_is_not_activated(hand_made: Any) -> None:
     found = read(faulty(hand_made), hand_made())
     assert found.fault_s == pytest.approx(0.5)

@@ -46,7 +46,7 @@ _BRANNSTROM: Final = "Brännström et al. (2008), A situation and threat assessm
     "adeye:criticality.min_mttc@1", "min_mttc_s", "s", "lower",
     "Ozbay et al. (2008), Derivation and validation of new simulation-based surrogate safety"
     " measure",
-    scale=1.0, cap=10.0,
+    scale=1.0, cap=10.0, least=0.0,
 )  # fmt: skip
 def min_mttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant accelerations; who brakes to a stop stays there."""
@@ -56,6 +56,7 @@ def min_mttc(series: TraceSeries) -> MetricColumn:
 @metric_entry(
     "adeye:criticality.min_ettc@1", "min_ettc_s", "s", "lower",
     "ISO 15623, enhanced time to collision", scale=1.0, cap=10.0,
+    least=0.0,
 )  # fmt: skip
 def min_ettc(series: TraceSeries) -> MetricColumn:
     """Least time to collision while the relative acceleration stays; nobody stops."""
@@ -111,32 +112,36 @@ def max_stn(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_ttb@1", "min_ttb_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0
-)
+    "adeye:criticality.min_ttb@1", "min_ttb_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    least=-10.0,
+)  # fmt: skip
 def min_ttb(series: TraceSeries) -> MetricColumn:
     """Least time to brake: how long full braking may wait; negative when late, at least -10 s."""
     return _column(series, TTB)
 
 
 @metric_entry(
-    "adeye:criticality.min_tts@1", "min_tts_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0
-)
+    "adeye:criticality.min_tts@1", "min_tts_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    least=-10.0,
+)  # fmt: skip
 def min_tts(series: TraceSeries) -> MetricColumn:
     """Least time to steer: how long passing at the limit of friction may wait; at least -10 s."""
     return _column(series, TTS)
 
 
 @metric_entry(
-    "adeye:criticality.min_ttk@1", "min_ttk_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0
-)
+    "adeye:criticality.min_ttk@1", "min_ttk_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    least=-10.0,
+)  # fmt: skip
 def min_ttk(series: TraceSeries) -> MetricColumn:
     """Least time to kickdown: how long full acceleration may wait; -10 s where it never helps."""
     return _column(series, TTK)
 
 
 @metric_entry(
-    "adeye:criticality.min_ttr@1", "min_ttr_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0
-)
+    "adeye:criticality.min_ttr@1", "min_ttr_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    least=-10.0,
+)  # fmt: skip
 def min_ttr(series: TraceSeries) -> MetricColumn:
     """Least time to react: how long the best of braking, steering and kickdown may wait."""
     return _column(series, TTR)

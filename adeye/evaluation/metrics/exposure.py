@@ -107,7 +107,7 @@ def crash_potential(series: TraceSeries) -> MetricColumn:
 @metric_entry(
     "adeye:criticality.time_to_accident@1", "time_to_accident_s", "s", "lower",
     "Hydén (1987), The development of a method for traffic safety evaluation", scale=1.0,
-    cap=10.0, settles=True,
+    cap=10.0, settles=True, least=0.0,
 )  # fmt: skip
 def time_to_accident(series: TraceSeries) -> MetricColumn:
     """Time to collision when the ego first brakes or swerves with more than 2 m/s².

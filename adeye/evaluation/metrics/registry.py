@@ -155,14 +155,14 @@ def register_metric(metric: M) -> M:
         )
     try:
         built: Any = metric()
-        sizes = [getattr(built, "scale", 1.0), getattr(built, "cap", None)]
-        scale, cap = (None if size is None else float(size) for size in sizes)
+        sizes = [getattr(built, name, None) for name in ("scale", "cap", "least", "most")]
+        scale, cap, least, most = (None if size is None else float(size) for size in sizes)
     except BaseException as error:
         if is_asked(error):
             raise
         raise UsageError(
             f"metric {metric.__name__} cannot be made: {told(error)}",
-            remedy="It takes no arguments; scale and cap are numbers.",
+            remedy="It takes no arguments; scale, cap, least and most are numbers.",
         ) from error
     for name, (is_allowed, allowed) in _ALLOWED.items():
         value = getattr(built, name)
@@ -185,8 +185,8 @@ def register_metric(metric: M) -> M:
             cap=cap,
             settles=bool(getattr(built, "settles", False)),
             plugin=f"{metric.__module__}:{metric.__qualname__}",
-            least=getattr(built, "least", None),
-            most=getattr(built, "most", None),
+            least=least,
+            most=most,
         )
     )
     return metric
@@ -226,6 +226,13 @@ def _add(definition: MetricDefinition) -> None:
             raise UsageError(
                 f"metric {definition.uid}: {name} is {size}", remedy="It is finite and above 0."
             )
+    ends = (definition.least, definition.most)
+    low, high = (0.0 if end is None else end for end in ends)
+    if not (np.isfinite((low, high)).all() and (None in ends or low < high)):
+        raise UsageError(
+            f"metric {definition.uid}: least is {ends[0]}, most is {ends[1]}",
+            remedy="Both are finite, and least is the smaller one; leave out what is not known.",
+        )
     METRICS[definition.column] = definition
 
 

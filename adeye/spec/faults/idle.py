@@ -19,6 +19,15 @@ Injected: TypeAlias = "tuple[tuple[Fault, ...], Architecture]"
 _ADDS: Final = frozenset({"ghost", "stale", "stuck", "heartbeat_lies"})
 """Models after which a target says something although it had been silenced."""
 
+_REPLACES: Final = frozenset({"stuck", "stuck_at", "plausible_but_wrong", "not_a_number"})
+"""Models that put a value in the place of whatever it was."""
+
+_ALTERS: Final = frozenset(
+    {"bias", "scale", "drift", "noise", "quantise", "spike", "bit_flip", "oscillating"}
+    | {"loss", "fade", "offset", "friction", *_REPLACES}
+)
+"""Models that change a value, and have no memory of it once they are gone."""
+
 
 def idle_faults(declared: Iterable[str], injected: Iterable[Injected]) -> list[tuple[str, str]]:
     """List the faults that do nothing in some entry, or that no entry uses.
@@ -46,9 +55,11 @@ def idle_faults(declared: Iterable[str], injected: Iterable[Injected]) -> list[t
 def _reasons(fault: Fault, faults: Sequence[Fault], architecture: Architecture) -> Iterator[str]:
     if fault.nothing:
         yield f"{fault.model} with {fault.nothing} changes nothing"
-    for other in faults:
+    for at, other in enumerate(faults):
         if _masks(other, fault, faults):
             yield f"is masked by {other.id}, which silences {other.target} all the while"
+        elif at > faults.index(fault) and _replaces(other, fault) and _covers(other, fault):
+            yield f"is masked by {other.id}, which replaces what {other.target} gives all the while"
     name = architecture.architecture
     channels, sensors = _heard(architecture)
     kind, reader = fault.port, fault.target_id.partition(".")[0]
@@ -62,8 +73,10 @@ def _reasons(fault: Fault, faults: Sequence[Fault], architecture: Architecture) 
 
 def _masks(one: Fault, other: Fault, faults: Sequence[Fault]) -> bool:
     """Tell whether one fault takes away what the other changes, whenever that is present."""
-    # Of a silenced channel nobody sees what goes on inside it.
-    target = other.target.replace("hooks.", "channels.", 1)
+    target = other.target
+    if other.port in {"hooks", "links"}:
+        # Of a silenced channel nobody sees what goes on inside it, nor what it is shown.
+        target = f"channels.{other.target_id.partition('.')[0]}"
     if one is other or not (one.silences and one.target == target and one.every is None):
         return False
     is_before = faults.index(one) < faults.index(other)
@@ -72,6 +85,18 @@ def _masks(one: Fault, other: Fault, faults: Sequence[Fault]) -> bool:
     covers = _covers(one, other)
     # Of two that silence it at the same time, the later one is masked.
     return covers and (is_before or not (other.silences and _covers(other, one)))
+
+
+def _replaces(one: Fault, other: Fault) -> bool:
+    """Tell whether one fault takes away what another changes that is applied before it."""
+    is_set = one.model == "friction" and getattr(one, "value", None) is not None
+    return (
+        (is_set or one.model in _REPLACES)
+        and other.model in _ALTERS
+        and one.every is None
+        and (one.target, getattr(one, "signal", None))
+        == (other.target, getattr(other, "signal", None))
+    )
 
 
 def _covers(one: Fault, other: Fault) -> bool:

@@ -97,6 +97,7 @@ def test_class_becomes_a_metric(hand_made: Any) -> None:
         None,
         False,
     )
+    assert (metric.least, metric.most) == (None, None)
     assert compute_metrics(hand_made().trace())["mean_speed_mps"].value[0] == pytest.approx(20.0)
 
 
@@ -123,6 +124,15 @@ def test_column_belongs_to_one_metric() -> None:
 def test_scale_and_cap_are_finite_and_positive(name: str, size: float) -> None:
     with pytest.raises(UsageError, match=name):
         register_metric(type("Odd", (Mean,), {name: size}))
+
+
+def test_least_and_most_are_numbers_in_their_order() -> None:
+    for ends in ({"least": "low"}, {"most": float("nan")}, {"least": 2, "most": 1}, {"most": []}):
+        with pytest.raises(UsageError, match=r"least|most"):
+            register_metric(type("Odd", (Mean,), ends))
+    register_metric(type("Fine", (Mean,), {"least": 0, "most": 130}))
+    metric = METRICS["mean_speed_mps"]
+    assert (metric.least, metric.most) == (0.0, 130.0)
 
 
 def computed(metric: type, made: Any) -> MetricColumn:

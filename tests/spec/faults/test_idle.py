@@ -107,6 +107,36 @@ def test_silent_channel_hides_what_is_wrong_inside_but_not_its_lies() -> None:
     assert "masked by silent" in found["planner_frozen"]
 
 
+def test_silent_channel_hides_what_it_is_shown_but_not_what_others_see_of_it() -> None:
+    silent = fault("silent", "channels.nominal")
+    assert "masked by silent" in idle(silent, fault("drop", "links.nominal.front_radar"))["drop"]
+    assert idle(silent, fault("drop", "links.safety.channels.nominal")) == {}
+
+
+@pytest.mark.parametrize(
+    ("target", "first", "then"),
+    [
+        ("sensors.front_radar", ("bias", {"size": "1 m"}), ("stuck_at", {"value": "9 m"})),
+        ("channels.nominal", ("bias", {"steering_angle": "1 deg"}), ("plausible_but_wrong", {})),
+        ("channels.nominal", ("scale", {"steering_angle": 57.3}), ("not_a_number", {})),
+        ("actuators.brake", ("loss", {"share": 0.5}), ("stuck", {})),
+        ("tyres", ("friction", {"factor": 0.5}), ("friction", {"value": 0.9})),
+    ],
+)
+def test_fault_is_masked_by_one_that_replaces_what_it_changed(
+    target: str, first: tuple[str, dict[str, Any]], then: tuple[str, dict[str, Any]]
+) -> None:
+    signal = {"signal": "x"} if target.startswith("sensors.") else {}
+    one = fault(first[0], target, **signal, **first[1], id="one")
+    other = fault(then[0], target, **signal, **then[1], id="other")
+    assert "masked by other, which replaces" in idle(one, other)["one"]
+    brief = other.model_copy(update={"duration": 1.0})
+    assert idle(one, brief) == {}
+    if signal:
+        elsewhere = fault(then[0], target, signal="y", id="other", value="9 m")
+        assert idle(one, elsewhere) == {}
+
+
 def test_fault_on_what_nobody_looks_at_is_named() -> None:
     channels = {**CANDIDATE["channels"]}
     alone = {"policy": "stuck", "priority": ["nominal"], "default": "nominal"}
