@@ -32,7 +32,7 @@ from adeye.store.inserting import insert_rows
 from adeye.store.matching import CaseGroups
 from adeye.store.pending import JUDGED
 from adeye.store.stored import Finding
-from adeye.store.tables import campaign, campaign_case, work
+from adeye.store.tables import campaign, campaign_case, campaign_fsr, work
 from adeye.units import read_quantity
 
 if TYPE_CHECKING:
@@ -66,10 +66,8 @@ _DONE: Final = f"""
 _REPEATED: Final = f"""
     WITH done AS (
         SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number, r.trace_digest
-        FROM case_run o
-        JOIN campaign_case c ON c.campaign_id = o.campaign_id AND c.ordinal = o.ordinal
-        JOIN run r ON r.number = o.run_number
-        WHERE o.campaign_id = ?),
+        FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
+        WHERE c.campaign_id = ?),
     same AS (
         SELECT architecture, trace_digest FROM done
         GROUP BY architecture, trace_digest HAVING COUNT(*) > 1)
@@ -86,8 +84,8 @@ _PASSED: Final = f"""
     SELECT DISTINCT c.architecture, v.detail
     FROM campaign_case c
     JOIN campaign_fsr f ON {JUDGED}
-    JOIN case_run o ON o.campaign_id = c.campaign_id AND o.ordinal = c.ordinal
-    JOIN verdict v ON v.run_number = o.run_number AND v.fsr_digest = f.fsr_digest
+    JOIN run r ON r.result_digest = c.result_digest
+    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
     WHERE c.campaign_id = ? AND f.fsr_id = ? AND v.verdict = 'PASS'
 """  # noqa: S608 - JUDGED is a constant of this package
 
@@ -149,14 +147,20 @@ def account_block(connection: Connection, work_id: int) -> None:
     save_done(connection, work_id, done_cases(connection, work_id))
 
 
-def repeat_rows(connection: Connection, campaign_id: str) -> list[Row]:
-    """Count the runs that repeat a result, by FSR, architecture and scenario; none before the end.
+def whole_rows(connection: Connection, campaign_id: str) -> tuple[tuple[Table, list[Row]], ...]:
+    """Make the rows that only a whole campaign tells; none before its last block is done."""
+    if not _is_whole(connection, campaign_id):
+        return (case_repeat, []), (never_held, [])
+    never = _never_held_rows(connection, campaign_id)
+    return (case_repeat, _repeat_rows(connection, campaign_id, never)), (never_held, never)
+
+
+def _repeat_rows(connection: Connection, campaign_id: str, never: Sequence[Row]) -> list[Row]:
+    """Count the runs that repeat a result, by FSR, architecture and scenario.
 
     Two runs of one architecture with equal traces and equal robustness are one result, whatever
     their test cases are called: nothing that was recorded tells them apart.
     """
-    if not _is_whole(connection, campaign_id):
-        return []
     runs: Counter[tuple[Any, ...]] = Counter()
     for fsr, architecture, scenario, *result, passed, exercised in connection.exec_driver_sql(
         _REPEATED, (campaign_id,)
@@ -164,20 +168,23 @@ def repeat_rows(connection: Connection, campaign_id: str) -> list[Row]:
         for where in (scenario, ""):
             runs[fsr, architecture, where, 0, *result] += int(passed)
             runs[fsr, architecture, where, 1, *result] += int(exercised)
-    repeats: dict[tuple[str, ...], list[int]] = {}
+    judged = select(campaign_fsr.c.fsr_id, campaign_fsr.c.architecture).distinct()
+    found = connection.execute(
+        judged.where(campaign_fsr.c.campaign_id == campaign_id, campaign_fsr.c.applicable)
+    )
+    unheld = Counter((item[1], item[2]) for item in never)
+    repeats = {(*pair, ""): [0, 0, unheld[tuple(pair)]] for pair in found}
     for (fsr, architecture, where, kind, *_), count in runs.items():
         if count > 1:
-            repeats.setdefault((fsr, architecture, where), [0, 0])[kind] += count - 1
+            repeats.setdefault((fsr, architecture, where), [0, 0, 0])[kind] += count - 1
     return [
         row(case_repeat, (campaign_id, *place, *counts))
         for place, counts in sorted(repeats.items())
     ]
 
 
-def never_held_rows(connection: Connection, campaign_id: str) -> list[Row]:
+def _never_held_rows(connection: Connection, campaign_id: str) -> list[Row]:
     """List the nested implications whose antecedent held in no run that PASSes."""
-    if not _is_whole(connection, campaign_id):
-        return []
     found = connection.exec_driver_sql(
         "SELECT f.id, f.content FROM campaign c JOIN fsr f ON f.concept_digest = c.concept_digest "
         "WHERE c.id = ? ORDER BY f.id",
@@ -218,8 +225,8 @@ def _never_held(
 
 def account_whole(connection: Connection, campaign_id: str) -> None:
     """Account for what only a whole campaign tells, if its last block is done by now."""
-    for table, rows in ((case_repeat, repeat_rows), (never_held, never_held_rows)):
-        insert_rows(connection, table, rows(connection, campaign_id), ignore_existing=True)
+    for table, rows in whole_rows(connection, campaign_id):
+        insert_rows(connection, table, rows, ignore_existing=True)
 
 
 def _is_whole(connection: Connection, campaign_id: str) -> bool:
@@ -255,8 +262,8 @@ def wrong_plans(connection: Connection) -> Iterator[Finding]:
         yield from _differences(connection, case_count, campaign_id, groups.counts(campaign_id))
         matches = (item for rows in groups.matches(campaign_id) for item in rows)
         yield from _differences(connection, case_match, campaign_id, matches)
-        for table, whole in ((case_repeat, repeat_rows), (never_held, never_held_rows)):
-            yield from _differences(connection, table, campaign_id, whole(connection, campaign_id))
+        for table, rows in whole_rows(connection, campaign_id):
+            yield from _differences(connection, table, campaign_id, rows)
     unplanned = case_run.outerjoin(
         campaign_case,
         and_(

@@ -87,10 +87,12 @@ case_repeat = Table(
     text_column("scenario", key=True),
     count_column("passed"),
     count_column("exercised"),
+    count_column("unheld"),
     row_hash_column(),
 )
-"""How many of the runs that PASS, or exercise, an FSR repeat the result of another such run, in a
-scenario or (an empty word) in all of them; a row only where one does, once all blocks are done."""
+"""How many of the runs that PASS, or exercise, an FSR repeat the result of another such run, once
+all blocks are done: over all scenarios (an empty word) whether one does or not, with the number of
+rows of ``never_held``, so that none is lost unseen; in a scenario only where one does."""
 
 never_held = Table(
     "never_held",

@@ -25,6 +25,18 @@ _TOO_MANY = text(
     "WHERE campaign = :campaign AND n_not_run < 0"
 )
 
+_UNCOUNTED = text("""
+    SELECT DISTINCT f.fsr_id, f.architecture FROM campaign_fsr f
+    LEFT JOIN case_repeat a ON a.campaign_id = f.campaign_id AND a.fsr_id = f.fsr_id
+        AND a.architecture = f.architecture AND a.scenario = ''
+    WHERE f.campaign_id = :campaign AND f.applicable = 1
+        AND NOT EXISTS (
+            SELECT 1 FROM work w WHERE w.campaign_id = f.campaign_id AND w.state <> 'done')
+        AND COALESCE(a.unheld, -1) <> (
+            SELECT COUNT(*) FROM never_held h WHERE h.campaign_id = f.campaign_id
+                AND h.fsr_id = f.fsr_id AND h.architecture = f.architecture)
+    ORDER BY f.fsr_id, f.architecture""")
+
 
 def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
     """Name what is not as it was written among all that the summaries of a campaign rest on.
@@ -34,7 +46,8 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
         campaign: Id of the campaign.
     """
     yield from altered_definitions(connection)
-    for table in (tables.campaign, tables.campaign_fsr, tables.tally):
+    counted = (tables.tally, tables.case_repeat, tables.never_held)
+    for table in (tables.campaign, tables.campaign_fsr, *counted):
         own = table.c.id if table is tables.campaign else table.c.campaign_id
         rows = connection.execute(table.select().where(own == campaign))
         yield from altered_rows(table, map(tuple, rows))
@@ -42,6 +55,9 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
     for item in connection.execute(_TOO_MANY, {"campaign": campaign}):
         judged = f"{item.planned - item.n_not_run} verdicts for {item.planned} planned cases"
         yield Finding("tally", f"{item.fsr} {item.architecture} {item.scenario}", judged)
+    for item in connection.execute(_UNCOUNTED, {"campaign": campaign}):
+        problem = "what counts once, or never held, is missing"
+        yield Finding("case_repeat", f"{item.fsr_id} {item.architecture}", problem)
 
 
 def _lost(connection: Connection, campaign: str) -> Iterator[Finding]:

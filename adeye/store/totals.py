@@ -51,11 +51,12 @@ class Total:
         is_in_gate: Whether the architecture decides the exit code.
         verdict: Folded; None where the FSR is not applicable.
         counts: Runs by verdict.
-        exercised: Different results in which its precondition held.
+        exercised: Different results in which its precondition held; none where the verdict hangs on
+            a nested implication that no run asked for.
         repeated: Further runs in which it held, each with the result of another.
         worst: The run that it holds in least, if any was judged.
         note: Why it is not applicable.
-        min_exercised: Runs that must PASS.
+        min_exercised: Different results that must PASS.
         never_held: Nested implications that no run asked for.
     """
 
@@ -120,6 +121,7 @@ def _total(
         worst = repository.worst_runs(
             campaign.id, first.fsr, architecture=first.architecture, limit=1
         )
+    exercised = distinct(sum(item.runs_exercised for item in items), first.repeated)
     return Total(
         fsr=first.fsr,
         architecture=first.architecture,
@@ -128,7 +130,7 @@ def _total(
         is_in_gate=first.architecture in campaign.gate,
         verdict=verdict,
         counts={key: count for key, count in counts.items() if count},
-        exercised=distinct(sum(item.runs_exercised for item in items), first.repeated),
+        exercised=0 if any(item.decides for item in never_held) else exercised,
         repeated=first.repeated,
         worst=worst[0] if worst else None,
         note="" if first.is_applicable else first.reason or "not applicable",

@@ -265,10 +265,12 @@ WORST_FIRST: Final = (
 )
 
 
-def _distinct(runs: str, repeated: str) -> str:
+def _distinct(runs: str, repeated: str, held: str = "") -> str:
     """Count results: runs without those that repeat one; of withdrawn runs one at least is left."""
+    some = f"{runs} > 0 AND {held}" if held else f"{runs} > 0"
     return (
-        f"CASE WHEN {runs} > {repeated} THEN {runs} - {repeated} WHEN {runs} > 0 THEN 1 ELSE 0 END"
+        f"CASE WHEN {some} THEN CASE WHEN {runs} > {repeated} THEN {runs} - {repeated} ELSE 1 END "
+        "ELSE 0 END"
     )
 
 
@@ -343,7 +345,7 @@ def view_ddl() -> dict[str, str]:
         "v_gate": Template(_GATE).substitute(
             sums=_lines([f"SUM({name}) AS {name}" for name in COUNTED.values()]),
             fold=_fold("s", "s.min_exercised"),
-            exercised=_distinct("runs_exercised", "repeated"),
+            exercised=_distinct("runs_exercised", "repeated", held=_ALL_HELD),
             waived_fold=_fold("s", "s.min_exercised", waived=True),
         ),
         "v_architecture_pairs": Template(_PAIRS).substitute(

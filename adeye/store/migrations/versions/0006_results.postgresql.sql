@@ -17,6 +17,7 @@ CREATE TABLE case_repeat (
 	scenario TEXT COLLATE "C" NOT NULL, 
 	passed INTEGER NOT NULL, 
 	exercised INTEGER NOT NULL, 
+	unheld INTEGER NOT NULL, 
 	row_hash VARCHAR(32) COLLATE "C" NOT NULL, 
 	CONSTRAINT pk_case_repeat PRIMARY KEY (campaign_id, fsr_id, architecture, scenario), 
 	CONSTRAINT fk_case_repeat_campaign_id FOREIGN KEY(campaign_id) REFERENCES campaign (id)
@@ -108,7 +109,7 @@ SELECT f.campaign_id AS campaign, f.fsr_id AS fsr, f.architecture, f.scenario, f
     COALESCE(n.n_inconclusive, 0) AS n_inconclusive,
     COALESCE(n.n_vacuous, 0) AS n_vacuous,
     COALESCE(n.n_pass, 0) AS n_pass,
-    f.planned - COALESCE(n.judged, 0) AS n_not_run, CASE WHEN COALESCE(n.exercised, 0) > COALESCE(o.exercised, 0) THEN COALESCE(n.exercised, 0) - COALESCE(o.exercised, 0) WHEN COALESCE(n.exercised, 0) > 0 THEN 1 ELSE 0 END AS exercised,
+    f.planned - COALESCE(n.judged, 0) AS n_not_run, CASE WHEN COALESCE(n.exercised, 0) > 0 THEN CASE WHEN COALESCE(n.exercised, 0) > COALESCE(o.exercised, 0) THEN COALESCE(n.exercised, 0) - COALESCE(o.exercised, 0) ELSE 1 END ELSE 0 END AS exercised,
     w.worst_margin, w.worst_unit AS unit, w.worst_robustness, w.worst_result_digest AS worst_run,
     CASE WHEN f.applicable = 0 THEN NULL WHEN f.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN n_invalid > 0 THEN 'INVALID' WHEN n_inconclusive > 0 THEN 'INCONCLUSIVE' WHEN f.planned > COALESCE(n.judged, 0) THEN 'NOT_RUN' WHEN n_pass >= 1 THEN 'PASS' ELSE 'VACUOUS' END AS verdict,
     COALESCE(n.exercised, 0) AS runs_exercised, COALESCE(a.exercised, 0) AS repeated,
@@ -125,7 +126,7 @@ LEFT JOIN case_repeat a ON a.campaign_id = f.campaign_id AND a.fsr_id = f.fsr_id
 
 --
 
-COMMENT ON VIEW v_fsr_status IS '842e1dedd39c089967b280ea1e2ef91c292832838c0e41b1f9605ffd5db6ab04'
+COMMENT ON VIEW v_fsr_status IS 'dd8550d1c2fb9cac9de0c9755a63e77f07497efbec537eb3ddaab54dca2334fd'
 
 --
 
@@ -152,9 +153,9 @@ worst AS (
             ORDER BY n_fail > 0 DESC, (worst_robustness IS NULL) = (n_fail = 0),
                 worst_robustness, worst_run) AS place
     FROM v_fsr_status WHERE worst_run IS NOT NULL)
-SELECT s.*, CASE WHEN runs_exercised > repeated THEN runs_exercised - repeated WHEN runs_exercised > 0 THEN 1 ELSE 0 END AS exercised, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
-    CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END WHEN s.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN n_invalid > 0 THEN 'INVALID' WHEN n_inconclusive > 0 THEN 'INCONCLUSIVE' WHEN s.planned > COALESCE(s.planned - s.n_not_run, 0) THEN 'NOT_RUN' WHEN CASE WHEN n_pass > repeated_pass THEN n_pass - repeated_pass WHEN n_pass > 0 THEN 1 ELSE 0 END >= s.min_exercised AND NOT EXISTS (SELECT 1 FROM never_held h WHERE h.campaign_id = s.campaign AND h.fsr_id = s.fsr AND h.architecture = s.architecture AND h.decides = 1) THEN 'PASS' ELSE 'VACUOUS' END AS verdict,
-    CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END WHEN s.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN CASE WHEN n_pass > repeated_pass THEN n_pass - repeated_pass WHEN n_pass > 0 THEN 1 ELSE 0 END >= s.min_exercised AND NOT EXISTS (SELECT 1 FROM never_held h WHERE h.campaign_id = s.campaign AND h.fsr_id = s.fsr AND h.architecture = s.architecture AND h.decides = 1) THEN 'PASS' ELSE 'VACUOUS'
+SELECT s.*, CASE WHEN runs_exercised > 0 AND NOT EXISTS (SELECT 1 FROM never_held h WHERE h.campaign_id = s.campaign AND h.fsr_id = s.fsr AND h.architecture = s.architecture AND h.decides = 1) THEN CASE WHEN runs_exercised > repeated THEN runs_exercised - repeated ELSE 1 END ELSE 0 END AS exercised, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
+    CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END WHEN s.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN n_invalid > 0 THEN 'INVALID' WHEN n_inconclusive > 0 THEN 'INCONCLUSIVE' WHEN s.planned > COALESCE(s.planned - s.n_not_run, 0) THEN 'NOT_RUN' WHEN CASE WHEN n_pass > 0 THEN CASE WHEN n_pass > repeated_pass THEN n_pass - repeated_pass ELSE 1 END ELSE 0 END >= s.min_exercised AND NOT EXISTS (SELECT 1 FROM never_held h WHERE h.campaign_id = s.campaign AND h.fsr_id = s.fsr AND h.architecture = s.architecture AND h.decides = 1) THEN 'PASS' ELSE 'VACUOUS' END AS verdict,
+    CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END WHEN s.planned = 0 THEN 'NOT_RUN' WHEN n_fail > 0 THEN 'FAIL' WHEN n_error > 0 THEN 'ERROR' WHEN CASE WHEN n_pass > 0 THEN CASE WHEN n_pass > repeated_pass THEN n_pass - repeated_pass ELSE 1 END ELSE 0 END >= s.min_exercised AND NOT EXISTS (SELECT 1 FROM never_held h WHERE h.campaign_id = s.campaign AND h.fsr_id = s.fsr AND h.architecture = s.architecture AND h.decides = 1) THEN 'PASS' ELSE 'VACUOUS'
         END AS verdict_waived
 FROM summed s
 LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
@@ -162,4 +163,4 @@ LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
 
 --
 
-COMMENT ON VIEW v_gate IS '000c02a59a9a57ae83408fefd0683d12c2a304fa288526931da05df5d0b8d6c1'
+COMMENT ON VIEW v_gate IS '70b4af5c7606442efb0bc9abd8ba3ecb43af67743c9130a3cb58238c02160aa8'
