@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
-from adeye.errors import InputErrors, SourceLocation, SpecError, suggest
+from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Concept
 from adeye.spec.decomposition import asil_problems
@@ -380,21 +380,42 @@ def _check_gate(files: OddFiles) -> None:
 
 
 def _check_realised(files: OddFiles) -> None:
-    """Refuse what realises an element that the concept does not have."""
-    elements = [element.id for element in files.concept.spec.elements]
+    """Refuse what realises an element that no concept has.
+
+    An architecture may be judged by several concepts, one of which speaks of a part of it only: those
+    in the folder of the ODD's concept, and the shipped ones, whose architectures people copy.
+    """
+    elements = {element.id for element in files.concept.spec.elements}
+    others: set[str] | None = None
     for item in files.architectures.values():
         spec = item.spec
         parts: list[tuple[Loc, str | None]] = [(("switch",), spec.switch.realises)]
         parts += [(("sensors", name), part.realises) for name, part in spec.sensors.items()]
         parts += [(("channels", name), part.realises) for name, part in spec.channels.items()]
         for loc, element in parts:
-            if element is not None and element not in elements:
+            if element is None or element in elements:
+                continue
+            others = _other_elements(files.concept.path) if others is None else others
+            if element not in others:
                 raise SpecError(
                     f"{'.'.join(map(str, loc))} realises {element!r}, which is no element of "
-                    f"concept {files.concept.spec.concept}",
+                    f"concept {files.concept.spec.concept}, nor of another one",
                     where=item.locate((*loc, "realises")),
-                    remedy=suggest(element, elements),
+                    remedy=suggest(element, sorted(elements)),
                 )
+
+
+def _other_elements(concept: Path) -> set[str]:
+    """Collect the elements of the concepts beside a concept and of the shipped ones."""
+    found: set[str] = set()
+    folders = (concept.parent, shipped("odd") / "concepts")
+    for path in (path for folder in folders for path in sorted(folder.glob("*.yaml"))):
+        try:
+            found |= {element.id for element in _load(path, Concept).spec.elements}
+        except InputError:
+            # A file that nothing names, which may be wrong, or no concept at all.
+            continue
+    return found
 
 
 def _check_asil(concept: Loaded[Concept]) -> None:

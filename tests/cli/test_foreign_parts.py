@@ -90,7 +90,7 @@ VERBS = {
     "db prove": ["{run}"],
     "db metadata": [],
     "manifest write": ["--output", "m.json"],
-    "manifest verify": ["m.json"],
+    "manifest verify": ["m.json", "--unsigned"],
     "run": ["{odd}", "--executor", "{executor}"],
 }
 """Arguments of each verb about the campaign."""
@@ -147,6 +147,7 @@ def foreign(
         odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["30 m"]}
         odd["architectures"] = [odd["architectures"][1]]
         odd["faults"] = [odd["faults"][1]]
+        odd["uncertainty"] = {"situations": 1}
     yield project, f"{of_executor}:Inline"
     use_plugin_metrics((), folder)
     for name in [name for name in sys.modules if name.startswith("foreign_parts")]:

@@ -20,6 +20,7 @@ from adeye.spec.load import (
     shipped,
 )
 from adeye.spec.sensors import Camera
+from tests.project import CONCEPT, Project
 
 ROOT = Path(__file__).parents[2]
 BASE = """\
@@ -275,3 +276,37 @@ def test_architecture_is_loaded_by_its_path() -> None:
     assert loaded.spec.architecture == "camera_radar"
     place = loaded.locate(("sensors", "front_radar", "range"))
     assert path.read_text("utf-8").splitlines()[place.line - 1].strip().startswith("range:")
+
+
+@pytest.fixture
+def of_several_concepts(tmp_path: Path) -> Path:
+    """Write an ODD with a concept that speaks of the nominal channel only."""
+    project = Project(tmp_path)
+    with project.edited(CONCEPT) as concept:
+        concept["elements"] = [
+            {"id": "nominal_channel", "kind": "planner", "text": "drives", "asil_capability": "D"}
+        ]
+        concept["decompositions"] = []
+        concept["requirements"] = [
+            {**item, "allocation": ["nominal_channel"]} for item in concept["requirements"][:1]
+        ]
+    return project.odd
+
+
+def test_architecture_may_realise_what_another_concept_has(of_several_concepts: Path) -> None:
+    assert load_odd(of_several_concepts).concept.spec.elements[0].id == "nominal_channel"
+
+
+def test_architecture_may_realise_what_a_concept_beside_has(of_several_concepts: Path) -> None:
+    folder = of_several_concepts.parent
+    architecture = folder / "architectures" / "camera_radar.yaml"
+    text = architecture.read_text("utf-8").replace("realises: switch", "realises: arbiter_of_ours")
+    architecture.write_text(text, "utf-8")
+    (folder / "concepts" / "broken.yaml").write_text("concept: [", "utf-8")
+    with pytest.raises(SpecError, match=r"switch realises 'arbiter_of_ours', .* nor of another"):
+        load_odd(of_several_concepts)
+    concept = (folder / "concepts" / "motorway_chauffeur.yaml").read_text("utf-8")
+    other = concept.replace("id: nominal_channel", "id: arbiter_of_ours")
+    other = other.replace("- nominal_channel", "- arbiter_of_ours")
+    (folder / "concepts" / "other.yaml").write_text(other, "utf-8")
+    assert "camera_radar" in load_odd(of_several_concepts).architectures
