@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
-from adeye.errors import InputErrors, SourceLocation, SpecError, suggest
+from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Concept
 from adeye.spec.decomposition import asil_problems
@@ -380,21 +380,41 @@ def _check_gate(files: OddFiles) -> None:
 
 
 def _check_realised(files: OddFiles) -> None:
-    """Refuse what realises an element that the concept does not have."""
+    """Refuse what realises an element that no concept has.
+
+    An architecture serves several ODDs, so that concepts beside this one and shipped ones count.
+    """
     elements = [element.id for element in files.concept.spec.elements]
+    others: set[str] | None = None
     for item in files.architectures.values():
         spec = item.spec
         parts: list[tuple[Loc, str | None]] = [(("switch",), spec.switch.realises)]
         parts += [(("sensors", name), part.realises) for name, part in spec.sensors.items()]
         parts += [(("channels", name), part.realises) for name, part in spec.channels.items()]
         for loc, element in parts:
-            if element is not None and element not in elements:
+            if element is None or element in elements:
+                continue
+            others = _elements_beside(files.concept) if others is None else others
+            if element not in others:
                 raise SpecError(
                     f"{'.'.join(map(str, loc))} realises {element!r}, which is no element of "
                     f"concept {files.concept.spec.concept}",
                     where=item.locate((*loc, "realises")),
                     remedy=suggest(element, elements),
                 )
+
+
+def _elements_beside(concept: Loaded[Concept]) -> set[str]:
+    """Collect the elements of the concepts beside one, and of the shipped ones."""
+    found: set[str] = set()
+    for folder in (concept.path.parent, shipped("odd") / "concepts"):
+        for path in sorted(folder.glob("*.yaml")):
+            try:
+                found.update(element.id for element in _load(path, Concept).spec.elements)
+            except InputError:
+                # Of a concept that nobody asked for, what is wrong with it is said to who uses it.
+                continue
+    return found
 
 
 def _check_asil(concept: Loaded[Concept]) -> None:

@@ -275,3 +275,24 @@ def test_architecture_is_loaded_by_its_path() -> None:
     assert loaded.spec.architecture == "camera_radar"
     place = loaded.locate(("sensors", "front_radar", "range"))
     assert path.read_text("utf-8").splitlines()[place.line - 1].strip().startswith("range:")
+
+
+def test_part_may_realise_an_element_of_a_concept_beside_and_of_none_never(tmp_path: Path) -> None:
+    # An architecture of several ODDs serves their concepts, of which each has elements of its own.
+    folder = tmp_path / "odd"
+    shutil.copytree(ROOT / "odd", folder)
+    (folder / "concepts" / "broken.yaml").write_text("concept: [", encoding="utf-8")
+    concept, path = (
+        folder / "concepts" / "motorway_chauffeur.yaml",
+        folder / "motorway_chauffeur.yaml",
+    )
+    text = concept.read_text("utf-8")
+    shutil.copy(concept, folder / "concepts" / "beside.yaml")
+    concept.write_text(text.replace("front_radar", "radar"), encoding="utf-8")
+    assert load_odd(path).concept.spec.concept == "motorway_chauffeur"
+    architecture = folder / "architectures" / "camera_radar.yaml"
+    text = architecture.read_text("utf-8")
+    architecture.write_text(text.replace("realises: switch", "realises: swich"), encoding="utf-8")
+    with pytest.raises(SpecError, match="realises 'swich', which is no element of concept") as said:
+        load_odd(path)
+    assert "switch" in str(said.value)
