@@ -1,19 +1,32 @@
-"""Check the files beside a database: kept traces that are altered, gone, or of no run."""
+"""The files beside a database: kept traces that are altered, gone, or of no run; and their copy."""
 
 from __future__ import annotations
 
 import hashlib
+from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adeye.campaign.keeping import read_kept
-from adeye.store.kept_files import SUFFIX, content_name, find_kept, folder_of, folders_of, kept_path
+from adeye.errors import IntegrityError
+from adeye.store.kept_files import (
+    SUFFIX,
+    content_name,
+    copy_kept,
+    find_kept,
+    folder_of,
+    folders_of,
+    kept_path,
+)
+from adeye.store.location import locate
+from adeye.store.repository import Repository
 from adeye.store.stored import Finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
-    from pathlib import Path
 
-    from adeye.store.repository import Repository
+    from adeye.store.location import Place
+    from adeye.store.merging import Copied
 
 _PLACE = "trace"
 
@@ -40,6 +53,48 @@ def altered_files(repository: Repository) -> Iterator[Finding]:
     for own_name, path in sorted(present.items()):
         if not _is_left(path):
             yield Finding(_PLACE, own_name, "was not written by adeye, or is altered")
+
+
+def copy_campaigns(source: Repository, names: Sequence[str], to: Place) -> Copied:
+    """Copy campaigns with all that they refer to, kept traces too, into a database of their own.
+
+    The other database is only read. What was begun is removed where anything fails.
+
+    Args:
+        source: The database that has them.
+        names: Their ids, the beginnings of them, or their numbers.
+        to: A new database, or an empty one of a server.
+
+    Raises:
+        InputError: There is no such campaign, or the new database has campaigns already.
+        IntegrityError: What is to be copied is not as it was written.
+        PlatformError: A database or the disk refuses.
+    """
+    chosen = tuple(dict.fromkeys(source.find_campaign(name).id for name in names))
+    place, made = locate(to), list[Path]()
+    is_new = place.path is not None and not place.path.exists()
+    folders, folder = folders_of(source.location.beside), folder_of(place.beside)
+    names_of = [source.evidence.kept_files(item) for item in chosen]
+    kept = dict.fromkeys(name for item in names_of for name in item)
+    for wrong in altered_files(source):
+        if wrong.row.removesuffix(SUFFIX) in kept:
+            raise IntegrityError(f"{wrong}. Nothing was copied; see 'adeye db verify'.")
+    try:
+        with Repository.open(place) as into:
+            # Before the rows that name them are there; without those, files are only left over.
+            for name in kept:
+                file = copy_kept(name, folders, folder)
+                made += [] if file is None else [file]
+            return into.queue.copy(source.location, chosen)
+    except BaseException:
+        if is_new and place.path is not None:
+            real = place.path.resolve()
+            made += [real.with_name(f"{real.name}{end}") for end in ("", "-wal", "-shm")]
+        for path in made:
+            path.unlink(missing_ok=True)
+        with suppress(OSError):
+            folder.rmdir()
+        raise
 
 
 def left_files(repository: Repository) -> tuple[str, ...]:

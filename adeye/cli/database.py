@@ -1,4 +1,4 @@
-"""``db upgrade|info|verify|merge|metadata|grant``, and ``db prove|withdraw``: runs as evidence."""
+"""``db upgrade|info|verify|merge|copy|metadata|grant``; ``db prove|withdraw``: runs as evidence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _INTEGRITY = 4
 
 database_app = typer.Typer(
-    help="Create, upgrade, describe, verify and merge databases.", no_args_is_help=True
+    help="Create, upgrade, describe, verify, merge and copy databases.", no_args_is_help=True
 )
 
 
@@ -232,6 +232,48 @@ def merge(
         emit_json("db-merge", {"into": str(place), "sources": [asdict(item) for item in merged]})
 
 
+def copy(
+    campaigns: Annotated[
+        list[str],
+        typer.Option(
+            "--campaign",
+            metavar="CAMPAIGN",
+            envvar="ADEYE_CAMPAIGN",
+            help="Number or digest of one to copy; may be given several times.",
+        ),
+    ],
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to", metavar="NEW", envvar="ADEYE_DB_TO", help="Database that is made for them."
+        ),
+    ],
+    *,
+    db: Db = None,
+    json: Json = False,
+) -> None:
+    """Copy campaigns into a database of their own, with all that they refer to and kept traces.
+
+    Results, verdicts, forks, roots, certificates, withdrawals and sessions go over as they are.
+    Both databases are verified, and nothing of the first one is changed: delete it yourself once
+    what you keep is elsewhere.
+
+    Exit codes: 0 copied, 2 no such campaign, or the new database has some already, 4 something was
+    altered or is missing, 5 database or disk.
+    """
+    from adeye.campaign.artefacts import copy_campaigns
+    from adeye.store.location import locate
+    from adeye.store.repository import Repository
+
+    with Repository.open(db, create=False) as repository:
+        found = copy_campaigns(repository, campaigns, to)
+    place = str(locate(to))
+    if json:
+        emit_json("db-copy", {"to": place, **asdict(found)})
+    else:
+        emit(clean(f"{place}: campaigns {len(found.campaigns):,}, runs {found.runs:,}"))
+
+
 def grant(
     role: Annotated[
         str | None,
@@ -278,4 +320,10 @@ add(
     merge,
     "adeye db merge all.db shard1.db shard2.db shard3.db",
     "adeye db merge all.db shard1.db --json",
+)
+add(
+    database_app,
+    copy,
+    "adeye db copy --campaign 3 --to keep.db",
+    "adeye db copy --campaign 3f9c2a --campaign 7 --to release.db --db team.db",
 )

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
+import shutil
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from adeye.errors import IntegrityError, PlatformError
 from adeye.outputs import KEPT_FOLDER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
 SUFFIX: Final = ".npz"
 _NAME: Final = re.compile("[0-9a-f]{64}")
@@ -61,6 +65,45 @@ def kept_path(folder: Path, name: str) -> Path | None:
         return None
     path = folder / f"{name}{SUFFIX}"
     return path if path.is_file() and not path.is_symlink() else None
+
+
+def copy_kept(name: str, folders: Sequence[Path], into: Path) -> Path | None:
+    """Copy a kept file into the folder of another database, whole or not at all.
+
+    Args:
+        name: As a database gives it.
+        folders: Where it may be.
+        into: The other folder, which is made.
+
+    Returns:
+        The new file; None if it is there already.
+
+    Raises:
+        IntegrityError: It is nowhere, or the copy is not the same.
+        PlatformError: It cannot be read or written.
+    """
+    found = find_kept(folders, name)
+    if found is None:
+        raise IntegrityError(f"the kept trace {name[:12]}{SUFFIX} is gone. Run 'adeye db verify'.")
+    try:
+        content = content_name(found)
+        into.mkdir(parents=True, exist_ok=True)
+        here = kept_path(into, name)
+        if here is not None and content_name(here) == content:
+            return None
+        descriptor, temporary = tempfile.mkstemp(suffix=".tmp", dir=into)
+        os.close(descriptor)
+        try:
+            shutil.copyfile(found, temporary)
+            if content_name(Path(temporary)) != content:
+                raise IntegrityError(f"the copy of {name[:12]}{SUFFIX} is not the same. Try again.")
+            return Path(temporary).replace(into / f"{name}{SUFFIX}")
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+    except OSError as error:
+        raise PlatformError(
+            f"traces cannot be copied to {into}: {error.strerror}. Free space, or allow it."
+        ) from error
 
 
 def content_name(path: Path) -> str:

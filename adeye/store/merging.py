@@ -1,4 +1,4 @@
-"""Bring the results of one database into another: those of shards, of machines, of colleagues.
+"""Bring results of one database into another: those of shards and colleagues, or those to keep.
 
 The source is only read, as known columns of known tables, and nothing of it counts that is not as
 it was written: every row is checked as ``db verify`` does. Rows go over as they are, with their
@@ -7,6 +7,9 @@ same. Tallies are counted here, of the blocks that have all their results by now
 
 Kept traces are files beside a database, and stay there: a run whose trace is elsewhere is executed
 again where only its trace could judge it.
+
+A copy of chosen campaigns is a database of its own: it has every row that they refer to as it is,
+under the same numbers, and what the whole database told of them.
 """
 
 from __future__ import annotations
@@ -22,11 +25,13 @@ from sqlalchemy import Integer, func, select
 from adeye.errors import InputError, IntegrityError
 from adeye.store import tables
 from adeye.store.basis_tables import kept_trace
-from adeye.store.catalog import table_names
+from adeye.store.campaign_sums import campaign_sums
+from adeye.store.catalog import is_server, table_names
 from adeye.store.column_kinds import metadata
 from adeye.store.content import CONTENT_TABLES, executable_digest
 from adeye.store.database import Database
 from adeye.store.encoding import row
+from adeye.store.evidence_tables import LEDGER
 from adeye.store.inserting import insert_rows
 from adeye.store.leasing import close_blocks
 from adeye.store.location import locate
@@ -99,6 +104,21 @@ class Merged:
     runs: int
     rows: int
     blocks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Copied:
+    """What a copy has.
+
+    Attributes:
+        campaigns: Ids of its campaigns.
+        runs: Its results, with forks, twins and drives of reference drivers.
+        rows: Rows of all tables.
+    """
+
+    campaigns: tuple[str, ...]
+    runs: int
+    rows: int
 
 
 def merge(into: Database, source: str | Path) -> Merged:
@@ -192,7 +212,7 @@ class _Merge:
             self._copy_campaigns(campaigns, new)
         elif table.name in OF_CAMPAIGN:
             for campaign in sorted(new):
-                self._insert(table, self._read(table, campaign))
+                self._insert(table, self._read(table, "campaign_id = ?", (campaign,)))
         elif table.name in APPENDED:
             self._append(table)
         elif table.name not in LEFT and table not in _RESULTS:
@@ -354,15 +374,17 @@ class _Merge:
             (json.dumps(list(values)),),
         ).all()
 
-    def _read(self, table: Table, campaign: str | None = None) -> Iterator[tuple[Any, ...]]:
+    def _read(
+        self, table: Table, condition: str = "", values: tuple[Any, ...] = ()
+    ) -> Iterator[tuple[Any, ...]]:
         """Read rows of the source as they are stored, in the order of their key.
 
         Args:
             table: The table; every column of it is read.
-            campaign: Only rows of one campaign.
+            condition: Of the rows, in SQL; empty for all.
+            values: What its parameters stand for.
         """
-        condition = "" if campaign is None else " WHERE campaign_id = ?"
-        values = () if campaign is None else (campaign,)
+        condition = condition and f" WHERE {condition}"
         names = ", ".join(table.columns.keys())
         key = ", ".join(column.name for column in table.primary_key.columns)
         found = self._source.exec_driver_sql(
@@ -384,6 +406,125 @@ class _Merge:
             "is merged into. Both were checked, so two executions differ, or other content has "
             "the same name; nothing was merged."
         )
+
+
+def copy(into: Database, source: str | Path | Location, campaigns: Sequence[str]) -> Copied:
+    """Copy campaigns with all that they refer to into an empty database, in one transaction.
+
+    Nothing of the source is changed. Files of kept traces are not copied here, see ``kept_files``.
+
+    Args:
+        into: One of the current schema without any campaign.
+        source: The database that has them.
+        campaigns: Ids of the campaigns.
+
+    Raises:
+        InputError: The other database has campaigns already.
+        PlatformError: One of them cannot be used.
+        IntegrityError: The source is not as it was written, or the copy is not the same.
+    """
+    place = locate(source)
+    other = Database(place, is_read_only=True)
+    try:
+        with other.read() as reading:
+            _require_sound(reading, place)
+            with into.write() as writing:
+                if latest_id(writing) is not None:
+                    raise InputError(
+                        f"database {into.location} has campaigns already",
+                        remedy="Copy into a new one; 'adeye db merge' brings databases together.",
+                    )
+                copied = _Copy(reading, writing, place).run_chosen(campaigns)
+            with into.read() as written:
+                _require_sound(written, into.location)
+                for name in campaigns:
+                    if campaign_sums(written, name) != campaign_sums(reading, name):
+                        raise IntegrityError(
+                            f"database {into.location}: campaign {name[:12]} is not as in {place}. "
+                            "Copy it again; nothing was changed there."
+                        )
+    finally:
+        other.close()
+    return copied
+
+
+_CHOSEN: Final = "(SELECT value FROM json_each(?))"
+_KEPT_RUNS: Final = f"""(WITH RECURSIVE link(origin, result) AS (
+    SELECT origin_digest, result_digest FROM fork
+    UNION ALL SELECT origin_digest, result_digest FROM half_step
+    UNION ALL SELECT result_digest, drive_digest FROM benchmark),
+kept(digest) AS (
+    SELECT result_digest FROM campaign_case WHERE campaign_id IN {_CHOSEN}
+    UNION SELECT link.result FROM link JOIN kept ON link.origin = kept.digest)
+SELECT digest FROM kept)"""  # noqa: S608 - own names
+"""Results of chosen campaigns, with their forks, twins and drives of reference drivers."""
+_NUMBERS: Final = f"(SELECT number FROM run WHERE result_digest IN {_KEPT_RUNS})"  # noqa: S608
+_CASES: Final = f"""(
+    SELECT test_case_digest FROM campaign_case WHERE campaign_id IN {_CHOSEN}
+    UNION SELECT test_case_digest FROM run WHERE result_digest IN {_KEPT_RUNS})"""  # noqa: S608
+_FORKS: Final = f"FROM fork WHERE origin_digest IN {_KEPT_RUNS}"
+_OF_CASES: Final = f"FROM test_case WHERE digest IN {_CASES}"
+_OF_CAMPAIGNS: Final = f"FROM campaign WHERE id IN {_CHOSEN}"
+_KEPT: Final = {
+    "campaign": f"id IN {_CHOSEN}",
+    "test_case": f"digest IN {_CASES}",
+    "odd": f"digest IN (SELECT odd_digest {_OF_CAMPAIGNS} UNION SELECT odd_digest {_OF_CASES})",
+    "scenario": f"digest IN (SELECT scenario_digest {_OF_CASES})",
+    "architecture": f"digest IN (SELECT architecture_digest {_OF_CASES})",
+    "concept": f"digest IN (SELECT concept_digest {_OF_CAMPAIGNS})",
+    "uid_set": f"digest IN (SELECT uid_set_digest FROM basis WHERE run_number IN {_NUMBERS})",  # noqa: S608
+    "fork": f"origin_digest IN {_KEPT_RUNS}",
+    "half_step": f"origin_digest IN {_KEPT_RUNS}",
+    "takeover": f"fork_digest IN (SELECT result_digest {_FORKS})",
+}
+"""Which rows of a table go with chosen campaigns."""
+_KEPT_BY: Final = {
+    "campaign_id": f"campaign_id IN {_CHOSEN}",
+    "run_number": f"run_number IN {_NUMBERS}",
+    "result_digest": f"result_digest IN {_KEPT_RUNS}",
+    "concept_digest": f"concept_digest IN (SELECT concept_digest {_OF_CAMPAIGNS})",
+}
+"""The same of any other table, by the first of these columns that it has."""
+
+
+def kept_condition(table: Table) -> str:
+    """Say in SQL which rows of a table go with chosen campaigns; each parameter is their ids."""
+    by_column = (text for name, text in _KEPT_BY.items() if name in table.columns)
+    return _KEPT.get(table.name) or next(by_column)
+
+
+class _Copy(_Merge):
+    """Chosen campaigns on their way into an empty database."""
+
+    def run_chosen(self, campaigns: Sequence[str]) -> Copied:
+        """Copy every row that belongs to them, in the order of the references."""
+        ids = json.dumps(list(campaigns))
+        for table in (*metadata.sorted_tables, *self._plugins()):
+            if table in LEDGER:
+                # They tell of transactions: that of the copy adds its own.
+                continue
+            condition = kept_condition(table)
+            rows = self._read(table, condition, (ids,) * condition.count("?"))
+            if table in tables.INSERT_ONLY or table.name not in metadata.tables:
+                self._insert(table, rows)
+            else:
+                self._insert_changeable(table, rows)
+        if is_server(self._into):
+            self._into.exec_driver_sql(
+                "SELECT setval(pg_get_serial_sequence('work', 'id'), (SELECT MAX(id) FROM work))"
+            )
+        ensure_scenario_views(self._into)
+        count = select(func.count()).select_from(tables.run)
+        return Copied(tuple(campaigns), self._into.execute(count).scalar_one(), self._rows)
+
+    def _insert_changeable(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
+        """Insert blocks and names of files; nobody here holds a block that is leased elsewhere."""
+        free = {"state": "pending", "owner": None, "until": None, "until_boot_s": None}
+        for values in rows:
+            item = dict(zip(table.columns.keys(), values, strict=True))
+            is_leased = item.get("state") == "leased"
+            self._into.execute(table.insert().values(item | (free if is_leased else {})))
+            self._rows += 1
 
 
 def _chunked(rows: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:

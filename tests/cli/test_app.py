@@ -55,6 +55,7 @@ def test_the_verbs_are_these() -> None:
         "compare",
         "confidence",
         "coverage",
+        "db copy",
         "db grant",
         "db info",
         "db merge",

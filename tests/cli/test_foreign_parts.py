@@ -89,6 +89,7 @@ VERBS = {
     "db verify": [],
     "db prove": ["{run}"],
     "db metadata": [],
+    "db copy": ["--campaign", "1", "--to", "copied.db"],
     "manifest write": ["--output", "m.json"],
     "manifest verify": ["m.json", "--unsigned"],
     "run": ["{odd}", "--executor", "{executor}"],

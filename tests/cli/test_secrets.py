@@ -1,0 +1,157 @@
+"""A password in the address of a server is in no output, file or row of any verb."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from adeye.store import tables
+from adeye.store.database import Database
+from tests.cli.test_foreign_parts import ELSEWHERE
+from tests.cli.test_foreign_parts import VERBS as READING
+from tests.project import CONCEPT, MINI, Project
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from tests.cli.conftest import Verb
+    from tests.postgres import Server
+
+SPELT = "pl4nt%40d%20s3cr%2Ft%3F%25%C3%A9"
+TRACES_OF_IT = ("pl4nt", "s3cr")
+"""Parts that are in it however it is spelt."""
+WORDS: dict[str, list[list[str]]] = {
+    **{verb: [arguments] for verb, arguments in READING.items()},
+    "run": [
+        ["{odd}", "--junit", "j.xml", "--sarif", "s.sarif", "--report", "run.html",
+         "--report-json", "run.json"],
+        ["{odd}", "--json"], ["{odd}", "--campaign-typo"], ["{odd}", "--executor", "none:None"],
+    ],
+    "report": [
+        ["--output", "r.html", "--junit", "r.xml", "--report-json", "r.json", "--sarif", "r.sarif",
+         "--gsn", "g.json", "--reqif", "q.reqif"],
+        ["9"],
+    ],
+    "gate": [[], ["--json"], ["--junit", "gate.xml"], ["--campaign", "9"]],
+    "show": [["{run}"], ["{run}", "--json"], ["9999999"]],
+    "replay": [["{run}"], ["9999999"]],
+    "query": [["SELECT * FROM v_runs"], ["SELECT * FROM nothing"], ["gate"]],
+    "doctor": [[], ["--json"]],
+    "db info": [[], ["--json"]],
+    "db verify": [[], ["--json"]],
+    "db upgrade": [[]],
+    "db grant": [["nobody_of_this_name"], []],
+    "db withdraw": [["{run}", "--author", "A", "--reason", "B"]],
+    "db copy": [["--campaign", "1", "--to", "{other}"], ["--campaign", "1", "--to", "{other}"],
+                ["--campaign", "1", "--to", "copied.db", "--json"]],
+}  # fmt: skip
+"""Arguments of each verb that takes a database, with which it ends well and otherwise."""
+WITHOUT = {"dependencies", "db metadata", "plan", "plugins", "sensors", "signals"}
+"""Verbs that need no database."""
+
+
+def test_every_verb_is_tried() -> None:
+    assert WORDS.keys() | ELSEWHERE.keys() == READING.keys() | ELSEWHERE.keys()
+
+
+@pytest.fixture
+def secretive(server: Server) -> Iterator[Any]:
+    """Return a function that names a new database with a password, which the server ignores."""
+    made = []
+
+    def name() -> str:
+        made.append(server.new_database())
+        return made[-1].replace("@/", f":{SPELT}@/", 1)
+
+    yield name
+    for url in made:
+        server.drop(url)
+
+
+def found_in(folder: Path, said: dict[str, str], *urls: str) -> list[str]:
+    """Name the texts, files and tables that have a part of the secret."""
+    texts = dict(said)
+    for path in folder.rglob("*"):
+        if path.is_file():
+            texts[str(path)] = path.read_bytes().decode("utf-8", "replace")
+    for url in urls:
+        database = Database(url)
+        with database.read() as connection:
+            for table in tables.metadata.sorted_tables:
+                texts[table.name] = repr(connection.execute(table.select()).all())
+        database.close()
+    return [name for name, text in texts.items() if any(part in text for part in TRACES_OF_IT)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("by_variable", [0, 1])
+def test_no_output_of_any_verb_has_the_password_of_a_server(
+    adeye: Verb,
+    folder: Path,
+    secretive: Any,
+    by_variable: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    url, other = secretive(), secretive()
+    project = Project(folder / "project", {**MINI, "scenarios": [MINI["scenarios"][0]]})
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["30 m"]}
+    with project.edited(CONCEPT) as concept:
+        # One that fails is in every output, with the command that shows it.
+        for item in concept["requirements"]:
+            item |= {"bound": {"metric": "min_distance_m", "at_least": 500.0}}
+            item.pop("formula", None)
+            item.pop("response", None)
+        concept["requirements"] = concept["requirements"][:1]
+    odd_file = "project/odd/tested.yaml"
+    given = [] if by_variable else ["--db", url]
+    if by_variable:
+        monkeypatch.setenv("ADEYE_DB", url)
+    monkeypatch.setenv("ADEYE_DEBUG", "1")
+    said = {}
+
+    def call(*words: str) -> int:
+        done = adeye(*words)
+        said[f"{len(said)} {' '.join(words[:2])}"] = done.out + done.err
+        return done.code
+
+    assert call("run", odd_file, "--quiet", *given) == 1
+    runs = [
+        adeye("query", f"SELECT run FROM v_runs WHERE fault_entry {sign} 'none'", "--format", "csv",  # noqa: S608
+              *given).out.split()[1]
+        for sign in ("=", "<>")
+    ]  # fmt: skip
+    words = {
+        "odd": odd_file,
+        "architecture": "project/odd/architectures/camera_radar.yaml",
+        "executor": "threads",
+        "run": runs[0],
+        "fault": runs[1],
+        "other": other,
+    }
+    ended = {}
+    for verb, all_arguments in WORDS.items():
+        if verb in WITHOUT:
+            continue
+        ended[verb] = [
+            call(*verb.split(), *(item.format(**words) for item in arguments), *given)
+            for arguments in all_arguments
+        ]
+    assert not [verb for verb, codes in ended.items() if codes[0] not in {0, 1, 3, 4, 5}], ended
+    assert ended["db copy"] == [0, 2, 0]
+    with project.edited_odd() as odd:
+        odd["seed"] = 8
+    call("stale", odd_file, *given)
+    call("judge", odd_file, *given)
+    for into, source in (("merged.db", url), (url, "merged.db"), (url, url)):
+        call("db", "merge", into, source)
+    for wrong in (url.replace("@/d", "@/e"), url.replace("tester", "nobody"),
+                  url.replace("host=", "hots="), url.replace("%25", "%"), url.replace("%40", "@"),
+                  f"postgresql://tester:{SPELT}@127.0.0.1:1/x"):  # fmt: skip
+        call("db", "info", "--db", wrong)
+        call("run", odd_file, "--db", wrong)
+    assert found_in(folder, said, url, other) == []
+    # What is looked for would be found.
+    assert found_in(folder, {"this": url}) == ["this"]
