@@ -53,6 +53,11 @@ ODD: dict[str, Any] = {
             "sweep": {"parameters": {"time_gap": ["1 s", "2 s"]}},
         },
     ],
+    "faults": [
+        *MINI["faults"],
+        # It never acts: what does not fail in its runs is invalid.
+        {**MINI["faults"][1], "id": "never", "onset": {"when": "cutter.gap >= 900 m"}},
+    ],
     "plugins": ["./touchy.py:Touchy"],
 }
 
