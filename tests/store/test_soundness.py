@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from adeye.evaluation.stl.columns import NEEDED
 from adeye.evaluation.verdict import ExitCode
 from adeye.store.totals import gate_code
 from tests.store.raw import guarded, unguarded
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def campaign(repository: Repository, example: Any) -> str:
+    example.repeat(NEEDED)
     return str(example.campaign(repository, 8))
 
 
@@ -45,6 +47,11 @@ def test_untouched_campaign_is_sound(repository: Repository, campaign: str) -> N
         ("DELETE FROM work", "work"),
         ("UPDATE work SET to_ordinal = to_ordinal - 1", "work"),
         ("DELETE FROM run WHERE number = 2", "run"),
+        ("UPDATE case_repeat SET passed = 0", "case_repeat"),
+        ("DELETE FROM case_repeat", "case_repeat"),
+        ("DELETE FROM case_repeat WHERE scenario = '' AND architecture = 'new'", "case_repeat"),
+        ("UPDATE never_held SET decides = 0", "never_held"),
+        ("DELETE FROM never_held WHERE architecture = 'new'", "case_repeat"),
     ],
 )
 def test_what_changes_a_verdict_is_named_and_ends_the_gate(
