@@ -1,4 +1,4 @@
-"""Masters in what is kept and told: an altered database, an altered report."""
+"""Masters in what is kept and told: a database altered or written over, an altered report."""
 
 from __future__ import annotations
 
@@ -56,13 +56,38 @@ def _altered(statement: str, look: Callable[[Path], Seen]) -> Examine:
 
     def examine(bench: Bench) -> Seen:
         bench.run(_BAD)
-        copy = bench.folder / "altered.db"
-        copy.unlink(missing_ok=True)
-        source = bench.settle(_BAD) / DB
-        with closing(sqlite3.connect(source)) as old, closing(sqlite3.connect(copy)) as new:
-            old.backup(new)
-            _execute(new, statement)
+        copy = _copy(bench, "altered.db")
+        with closing(sqlite3.connect(copy)) as connection:
+            _execute(connection, statement)
         return look(copy)
+
+    return examine
+
+
+def _copy(bench: Bench, name: str) -> Path:
+    copy = bench.folder / name
+    copy.unlink(missing_ok=True)
+    source = bench.settle(_BAD) / DB
+    with closing(sqlite3.connect(source)) as old, closing(sqlite3.connect(copy)) as new:
+        old.backup(new)
+    return copy
+
+
+def _written(name: str) -> Examine:
+    """Write the JUnit file of a copy of the database to a name beside it."""
+
+    def examine(bench: Bench) -> Seen:
+        bench.run(_BAD)
+        copy = _copy(bench, "kept.db")
+        try:
+            write_reports(copy, None, junit=copy.with_name(name))
+        except AdeyeError as error:
+            seen = Seen(error.exit_code, str(error))
+        else:
+            seen = Seen(0, "written")
+        # A refusal that comes too late is none.
+        kept = verified(copy)
+        return kept if kept.exit_code else seen
 
     return examine
 
@@ -153,6 +178,16 @@ DATABASE: Final = (
         "not identical",
         _twitching,
         _steady,
+    ),
+    Master(
+        "output_onto_database",
+        "database",
+        "the JUnit file has the name of the database",
+        "guard of outputs, before anything is written",
+        2,
+        "and would be overwritten",
+        _written("kept.db"),
+        _written("kept.xml"),
     ),
 )
 

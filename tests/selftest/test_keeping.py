@@ -1,10 +1,12 @@
 """Databases and reports: every alteration is found, an unaltered copy is accepted."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
 from adeye.cli.entry import main
+from adeye.errors import AdeyeError
 from adeye.selftest.bench import Bench
 from adeye.selftest.keeping import DATABASE, REPORT
 from adeye.selftest.masters import Master, is_good
@@ -34,3 +36,19 @@ def test_command_says_what_the_master_sees(
 def test_flipped_report_is_found(bench: Bench, master: Master) -> None:
     assert master.is_detected(master.examine(bench))
     assert is_good(master.twin(bench))
+
+
+def test_output_onto_the_database_is_found_and_harms_nothing(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    master = next(item for item in DATABASE if item.name == "output_onto_database")
+    assert master.is_detected(master.examine(bench))
+    assert is_good(master.twin(bench))
+    # A tool without the guard is found out.
+    monkeypatch.setattr("adeye.reporting.guarding", lambda *_: nullcontext())
+    monkeypatch.setattr("adeye.outputs.require_replaceable", lambda *_: None)
+    monkeypatch.setattr(
+        "adeye.reporting.write_atomically", lambda data, path: path.write_bytes(data)
+    )
+    with pytest.raises(AdeyeError):
+        master.examine(bench)
