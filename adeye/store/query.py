@@ -146,7 +146,7 @@ def _ours(location: Location) -> Iterator[None]:
     try:
         with database.read() as connection:
             require_current(connection, location)
-        yield
+            yield
     finally:
         database.close()
 

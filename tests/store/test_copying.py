@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.campaign.artefacts import altered_files, copy_campaigns
-from adeye.campaign.runner import run_campaign
+from adeye.campaign.runner import judge_campaign, run_campaign
 from adeye.errors import InputError, IntegrityError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import merging, tables
@@ -223,7 +223,7 @@ def test_kept_traces_go_over_and_the_old_database_is_not_needed(
     campaign = campaign_of(old, "2", new)
     with Repository.open(old, create=False) as source:
         before = told(source, campaign)
-        assert len(source.evidence.kept_files()) == 2
+        assert len(source.evidence.kept_files()) == 4
     old.unlink()
     shutil.rmtree(folder_of(old))
     with Repository.open(new, create=False) as into:
@@ -231,17 +231,15 @@ def test_kept_traces_go_over_and_the_old_database_is_not_needed(
         assert told(into, campaign) == before
         assert tuple(altered_files(into)) == ()
         assert {path.stem for path in folder_of(new).iterdir()} == set(into.evidence.kept_files())
-        assert len(into.evidence.kept_files()) == 1
+        assert len(into.evidence.kept_files()) == 2
     # What only a trace can judge is judged from the copy, and nothing is executed.
     project = Project(tmp_path / "again", {**MINI, "scenarios": [MINI["scenarios"][1]], "seed": 8})
     with project.edited(CONCEPT) as concept:
-        concept["requirements"] = [
-            {**item, "formula": f"({item['formula']}) or never(time >= 9 h)"}
-            if "formula" in item else item
-            for item in concept["requirements"]
-        ]  # fmt: skip
-    again = run_campaign(project.plan(), db=new)
-    assert again.executed == 0
+        item = next(item for item in concept["requirements"] if "formula" in item)
+        item["formula"] = "always(any_actor.distance > 8 m or ego.speed < 11 m/s)"
+    again = judge_campaign(project.plan(), db=new)
+    assert (again.to_replay, again.executed) == (0, 0)
+    assert "trace" in again.ways
 
 
 def spoilt(folder: Path, how: str) -> None:
