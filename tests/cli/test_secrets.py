@@ -110,7 +110,7 @@ def test_no_output_of_any_verb_has_the_password_of_a_server(
     if by_variable:
         monkeypatch.setenv("ADEYE_DB", url)
     monkeypatch.setenv("ADEYE_DEBUG", "1")
-    said = {}
+    said: dict[str, str] = {}
 
     def call(*words: str) -> int:
         done = adeye(*words)

@@ -276,7 +276,7 @@ def test_copy_that_is_not_the_same_is_removed(
 ) -> None:
     old, new = moved(archive, tmp_path), tmp_path / "new.db"
     # As a disk would that keeps something else.
-    insert = merging.insert_rows
+    insert = vars(merging)["insert_rows"]
     monkeypatch.setattr(
         merging, "insert_rows",
         lambda on, table, rows: insert(on, table, rows[1:] if table.name == "verdict" else rows),

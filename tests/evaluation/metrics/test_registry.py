@@ -127,7 +127,9 @@ def test_scale_and_cap_are_finite_and_positive(name: str, size: float) -> None:
 
 
 def test_least_and_most_are_numbers_in_their_order() -> None:
-    for ends in ({"least": "low"}, {"most": float("nan")}, {"least": 2, "most": 1}, {"most": []}):
+    wrong: tuple[dict[str, Any], ...]
+    wrong = {"least": "low"}, {"most": float("nan")}, {"least": 2, "most": 1}, {"most": []}
+    for ends in wrong:
         with pytest.raises(UsageError, match=r"least|most"):
             register_metric(type("Odd", (Mean,), ends))
     register_metric(type("Fine", (Mean,), {"least": 0, "most": 130}))
