@@ -1,7 +1,7 @@
 """What is told while something goes on, such as what is being waited for.
 
-It goes through the logger ``adeye.notices``, so that whoever uses adeye from Python decides about it
-as about any other log; the command line tells it on standard error.
+It goes through the logger ``adeye.notices``, so that whoever uses adeye from Python decides about
+it as about any other log; the command line tells it on standard error.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ The only module that imports Dask. What the cluster holds is lost with it and co
 process alone writes to the database, and whatever has not come back is executed again.
 
 A worker may be any: another release of Python, another adeye, none. So it gets no code, only the
-name of a function and bytes, and nothing before its releases are compared. One that cannot take part
-is told and left out; the batches that it refused go to others.
+name of a function and bytes, and nothing before its releases are compared. One that cannot take
+part is told and left out; the batches that it refused go to others.
 """
 
 from __future__ import annotations

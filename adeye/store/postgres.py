@@ -232,7 +232,7 @@ def require_readable(connection: Connection, location: Location) -> None:
         PlatformError: This user does.
     """
     user, may_read = connection.exec_driver_sql(
-        f"SELECT current_user, has_schema_privilege(to_regnamespace('{SCHEMA}'), 'USAGE')"  # noqa: S608 - own names
+        f"SELECT current_user, has_schema_privilege(to_regnamespace('{SCHEMA}'), 'USAGE')"
     ).one()
     if may_read is False:
         raise unreadable(location, user)

@@ -10,6 +10,7 @@ import pytest
 import adeye
 from adeye.campaign import runner, work
 from adeye.campaign.runner import Progress, run_campaign
+from adeye.cli.outcome import executed_text
 from adeye.errors import IntegrityError
 from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.store.repository import Repository
