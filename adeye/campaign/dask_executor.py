@@ -315,7 +315,8 @@ class DaskExecutor(Generic[Task, Result]):
         reasons = "; ".join(f"{worker.text}: {worker.unfit}" for worker in unfit[:_NAMED])
         if len(unfit) > _NAMED:
             reasons += f"; and {len(unfit) - _NAMED} more"
-        if unfit and idle >= SETTLE_S and not (self._has_worked or self._asked):
+        none_ever = bool(unfit) and not (self._has_worked or self._asked)
+        if none_ever and idle >= SETTLE_S:
             raise PlatformError(
                 f"no worker of the Dask scheduler at {self._address} can take part: {reasons}. "
                 "Install on the workers what this machine has, start them again, and run again."
@@ -330,7 +331,7 @@ class DaskExecutor(Generic[Task, Result]):
             kind = "no worker that can take part" if unfit else "no worker"
             notice(
                 f"the Dask scheduler at {self._address} has {kind}; waiting, "
-                f"for {self._patience:g} s at most",
+                f"for {SETTLE_S if none_ever else self._patience:g} s at most",
                 topic=f"no worker {self._address}",
                 every_s=_TELL_EVERY_S,
             )
