@@ -2,21 +2,21 @@
 
 The design decides. Only independent draws from a declared distribution are a sample; the drawn
 point is the unit, for its runs share the situation. A point without a decided verdict counts as if
-it had failed.
+it had failed. Points that hold with the same result count once.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
 
 import numpy as np
 from pydantic import Field
 
 from adeye.errors import UsageError
-from adeye.evaluation.judgement import VACUOUS
-from adeye.evaluation.pairing import FAILED, UNDECIDED, Groups, number_rows, severities
+from adeye.evaluation.judgement import VACUOUS, VERDICTS
+from adeye.evaluation.pairing import FAILED, HELD, UNDECIDED, Groups, number_rows, severities
 from adeye.evaluation.statistics import (
     Interval,
     Stratum,
@@ -36,6 +36,7 @@ from adeye.sweep.statement import design_statement
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from adeye.signals import Ints
     from adeye.store.compared import Compared
     from adeye.store.repository import Repository
     from adeye.store.stored import CampaignInfo
@@ -54,7 +55,8 @@ _CONDITIONS: Final = (
     "Every bound is conditional on this ODD model, this version of the tool and these "
     "architectures: a statement about simulated situations, not about the road.",
     "The unit is the drawn point; it fails if any of its runs, with its faults and replicates, "
-    "does. Points that are undecided or lack a run count as failed in every upper bound.",
+    "does. Points that are undecided or lack a run count as failed in every upper bound. Points "
+    "that hold with equal traces are one result, and count once.",
     "The bound of a scenario is about situations in which the precondition of the FSR holds.",
     "The number of points stands in the ODD and was fixed before the first run. Adding points "
     "after a look at the verdicts makes a bound too small.",
@@ -84,7 +86,7 @@ class Claim(Part):
     points: Count
     """Drawn points on which it is judged."""
     exercised: Count
-    """Those in which its precondition held, or may have held."""
+    """Those in which its precondition held, or may have held; of equal results that hold, one."""
     failing: Count
     undecided: Count
     """Points that did not fail and have a run without a decided verdict."""
@@ -167,10 +169,23 @@ class _Counts:
     exercised: int
     failing: int
     undecided: int
+    repeated: int = 0
+    """Points that hold with the result of another one, exercised or not."""
+    drawn: int = 0
+    """Exercised points, also those that repeat a result."""
+    results: Mapping[bytes, bool] = field(default_factory=dict)
+    """What points hold with, as far as traces repeat at all, and whether it is exercised."""
 
     @property
     def worst(self) -> int:
         return self.failing + self.undecided
+
+    def without(self, known: Mapping[bytes, bool]) -> _Counts:
+        """Leave out results of other scenarios."""
+        again = [is_exercised for key, is_exercised in self.results.items() if key in known]
+        return replace(
+            self, exercised=self.exercised - sum(again), repeated=self.repeated + len(again)
+        )
 
 
 def claims_of(
@@ -205,6 +220,8 @@ class _Claimer:
         self._compared = repository.compared(campaign.id, list(odd["architectures"]))
         self._units = _units(self._compared)
         self._severity = severities(self._compared.verdict)
+        trace = self._compared.trace
+        self._is_repeated = np.bincount(trace[trace >= 0], minlength=1).max() > 1
         self._status = [
             item
             for item in repository.fsr_status(campaign.id)
@@ -288,12 +305,34 @@ class _Claimer:
         groups = Groups.of(self._units[rows])
         worst = groups.worst(self._severity[rows, column])
         exercised = groups.worst((compared.verdict[rows, column] != VACUOUS).astype(np.int64))
+        held = worst == HELD
+        results: dict[bytes, bool] = {}
+        if self._is_repeated:
+            keys = self._results(np.flatnonzero(rows), groups, column)
+            for place in np.flatnonzero(held).tolist():
+                results.setdefault(keys[place], bool(exercised[place]))
+        drawn = int(exercised.sum())
+        again = int((exercised.astype(np.bool_) & held).sum()) - sum(results.values())
         return _Counts(
             points=len(worst),
-            exercised=int(exercised.sum()),
+            exercised=drawn - again if self._is_repeated else drawn,
             failing=int((worst == FAILED).sum()),
             undecided=int((worst == UNDECIDED).sum()),
+            repeated=int(held.sum()) - len(results) if self._is_repeated else 0,
+            drawn=drawn,
+            results=results,
         )
+
+    def _results(self, rows: Ints, groups: Groups, column: int) -> list[bytes]:
+        """Name what the runs of each point (G,) ended with: their different traces and verdicts."""
+        compared = self._compared
+        ended = compared.trace[rows] * (len(VERDICTS) + 2) + compared.verdict[rows, column] + 1
+        ended = ended[groups.order]
+        ends = [*groups.starts[1:].tolist(), len(ended)]
+        return [
+            np.unique(ended[begin:end]).tobytes()
+            for begin, end in zip(groups.starts.tolist(), ends, strict=True)
+        ]
 
     def _refusal(self, scenario: str, counts: _Counts) -> str:
         design = self._designs[scenario]
@@ -314,7 +353,7 @@ class _Claimer:
             update={
                 "share": counts.failing / counts.exercised,
                 "interval": Range(
-                    low=interval(counts.failing, counts.exercised, level).low,
+                    low=interval(counts.failing, counts.drawn, level).low,
                     high=interval(counts.worst, counts.exercised, level).high,
                 ),
                 "upper": upper_bound(counts.worst, counts.exercised, level),
@@ -327,9 +366,14 @@ class _Claimer:
     def _weighted(
         self, about: Mapping[str, Any], strata: Mapping[str, _Counts], level: float
     ) -> Claim:
+        known: dict[bytes, bool] = {}
+        different: dict[str, _Counts] = {}
+        for name, item in strata.items():
+            different[name] = item.without(known)
+            known |= item.results
         total = _Counts(
             *(
-                sum(getattr(item, name) for item in strata.values())
+                sum(getattr(item, name) for item in different.values())
                 for name in ("points", "exercised", "failing", "undecided")
             )
         )
@@ -343,13 +387,9 @@ class _Claimer:
         rates = [float(self._exposures[name] or 0.0) for name in strata]
         rate = math.fsum(rates)
         weights = [item / rate for item in rates]
-        seen, worst = (
-            [
-                Stratum(weight, getattr(item, name), item.points)
-                for weight, item in zip(weights, strata.values(), strict=True)
-            ]
-            for name in ("failing", "worst")
-        )
+        parts = list(zip(weights, different.values(), strict=True))
+        seen = [Stratum(weight, item.failing, item.points) for weight, item in parts]
+        worst = [Stratum(weight, item.worst, item.points - item.repeated) for weight, item in parts]
         upper = stratified_bound(worst, level)
         varied = [upper]
         varied += [bound for pair in scaled_bounds(worst, level, WEIGHT_FACTOR) for bound in pair]

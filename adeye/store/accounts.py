@@ -32,7 +32,7 @@ from adeye.store.inserting import insert_rows
 from adeye.store.matching import CaseGroups
 from adeye.store.pending import JUDGED
 from adeye.store.stored import Finding
-from adeye.store.tables import campaign, campaign_case, campaign_fsr, work
+from adeye.store.tables import campaign, campaign_case, work
 from adeye.units import read_quantity
 
 if TYPE_CHECKING:
@@ -168,9 +168,10 @@ def _repeat_rows(connection: Connection, campaign_id: str, never: Sequence[Row])
         for where in (scenario, ""):
             runs[fsr, architecture, where, 0, *result] += int(passed)
             runs[fsr, architecture, where, 1, *result] += int(exercised)
-    judged = select(campaign_fsr.c.fsr_id, campaign_fsr.c.architecture).distinct()
-    found = connection.execute(
-        judged.where(campaign_fsr.c.campaign_id == campaign_id, campaign_fsr.c.applicable)
+    found = connection.exec_driver_sql(
+        "SELECT DISTINCT fsr_id, architecture FROM campaign_fsr "
+        "WHERE campaign_id = ? AND applicable = 1",
+        (campaign_id,),
     )
     unheld = Counter((item[1], item[2]) for item in never)
     repeats = {(*pair, ""): [0, 0, unheld[tuple(pair)]] for pair in found}

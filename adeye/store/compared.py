@@ -44,6 +44,7 @@ class Compared:
         point: (N,) code of scenario and parameters: the point of the design.
         axes: (N,) swept values of the architecture by axis; no word where a case has none.
         result: (N,) digest of the result that the case has or would have.
+        trace: (N,) code of the trace that was recorded, the same where traces are; -1 for none.
         is_done: (N,) whether it was executed and has the verdict of every FSR that is judged on it.
         fsrs: F ids.
         fsr_digests: F identities of what their verdicts depend on beside the trace.
@@ -69,6 +70,7 @@ class Compared:
     point: Ints
     axes: Mapping[str, Labels]
     result: tuple[str, ...]
+    trace: Ints
     is_done: Bools
     fsrs: tuple[str, ...]
     fsr_digests: tuple[str, ...]
@@ -113,9 +115,10 @@ def read_compared(
         cases.tests,
         object,
     )
-    (number,) = read_columns(
-        connection, "run", "result_digest", ("number",), cases.results, np.float64
+    number, trace = read_columns(
+        connection, "run", "result_digest", ("number", "trace_digest"), cases.results, object
     )
+    number = number.astype(np.float64)
     has_run = np.isfinite(number)
     numbers, inverse = np.unique(number[has_run].astype(np.int64), return_inverse=True)
     rows = np.full(len(cases.results), -1, dtype=np.int64)
@@ -143,6 +146,7 @@ def read_compared(
         point=Labels.of(zip(cases.scenarios, parameters, strict=True)).codes,
         axes=encode_points(map(_own_axes, cases.points)),
         result=tuple(cases.results),
+        trace=Labels.of(trace).codes,
         is_done=is_done,
         fsrs=fsrs,
         fsr_digests=tuple(plain[name] for name in fsrs),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import yaml
 
-from adeye.evaluation.verdict import ExitCode
+from adeye.evaluation.verdict import ExitCode, Verdict
 from adeye.store import leasing
 from adeye.store.repository import Repository
 from adeye.store.totals import totals
@@ -16,6 +16,7 @@ from tests.project import CANDIDATE, CONCEPT, MINI, Project, count_rows
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from adeye.campaign.summary import CampaignSummary
     from adeye.store.totals import Total
 
 ONE: dict[str, Any] = {
@@ -170,3 +171,33 @@ def test_architecture_under_two_ids_is_executed_once_and_shares_its_results(
     results = {row["run"] for row in project.rows()}
     assert len(results) == 2
     assert [line.exercised for line in summary.verdicts] == [2, 2]
+
+
+@pytest.mark.parametrize(
+    ("nested", "verdict"),
+    [
+        ("always[0 s, 1 s](time >= {} implies authority.nominal)", Verdict.VACUOUS),
+        ("(time < 0 s or (time >= {} implies authority.nominal))", Verdict.VACUOUS),
+        ("authority.nominal or (time >= {} implies authority.nominal)", Verdict.PASS),
+    ],
+)
+def test_nested_implication_that_no_run_asks_for_is_never_silent(
+    project: Project, nested: str, verdict: Verdict
+) -> None:
+    def ask(time: str) -> CampaignSummary:
+        with project.edited(CONCEPT) as concept:
+            formula = f"always(rise(time >= 1 s) implies {nested.format(time)})"
+            concept["requirements"][0] |= {"formula": formula}
+        return project.run()
+
+    for time in ("500 s", "400 s"):
+        # The second time results are judged again, from traces that are executed again.
+        summary = ask(time)
+        found = total(project)
+        assert (found.verdict, found.exercised) == (verdict, 2 if verdict is Verdict.PASS else 0)
+        assert f"time >= {time} never held" in summary.message
+        green = verdict is Verdict.PASS
+        assert summary.exit_code is (ExitCode.OK if green else ExitCode.INCOMPLETE)
+    summary = ask("1 s")
+    assert (total(project).verdict, total(project).exercised) == (Verdict.PASS, 2)
+    assert "never held" not in summary.message

@@ -35,6 +35,8 @@ class Campaign:
     designs: dict[str, str] = field(default_factory=dict)
     exposures: dict[str, float] = field(default_factory=dict)
     is_in_gate: bool = True
+    traces: dict[str, list[str]] = field(default_factory=dict)
+    """Names of traces in the place of verdicts; all are different unless given."""
 
     def content(self, _kind: str, _digest: str) -> Any:
         uses = []
@@ -63,7 +65,11 @@ class Campaign:
             for number, words in enumerate(points)
             for word in words.split()
         ]
+        named = [
+            word for name in self.traces for words in self.traces[name] for word in words.split()
+        ]
         return SimpleNamespace(
+            trace=Labels.of(named or range(len(rows))).codes,
             scenario=Labels.of(row[0] for row in rows),
             architecture=Labels.of("one" for _ in rows),
             point=Labels.of(row[1] for row in rows).codes,
@@ -209,6 +215,30 @@ def test_joint_bounds_share_the_error() -> None:
     assert [item.scenario for item in found.claims] == ["a", "b", ""]
     assert found.claims[0].upper == pytest.approx(1.0 - (0.05 / 3.0) ** (1.0 / 50))
     assert any("All 3 bounds hold at once" in text for text in found.conditions)
+
+
+def test_points_that_hold_with_equal_results_count_once() -> None:
+    words = ["PASS PASS"] * 4 + ["VACUOUS VACUOUS"] * 2 + ["FAIL PASS"] * 2 + ["PASS NOT_RUN"] * 2
+    # The second has the traces of the first, the fourth those of the third.
+    traces = ["a b", "b a", "b c", "c b", "d d", "d d", "e e", "e e", "f f", "f f"]
+    (found,) = claims(Campaign({"a": words}, traces={"a": traces})).claims
+    # What fails or is undecided always counts.
+    assert (found.points, found.exercised, found.failing, found.undecided) == (10, 6, 2, 2)
+    other = single(["PASS"] * 2 + words[6:])
+    assert (found.upper, found.share) == (other.upper, other.share)
+    (found,) = claims(Campaign({"a": ["PASS"] * 299}, traces={"a": ["x"] * 299})).claims
+    assert (found.exercised, found.upper) == (1, single(["PASS"]).upper)
+
+
+def test_one_scenario_under_several_names_is_no_more_evidence() -> None:
+    names = [f"s{at}" for at in range(5)]
+    exposures = dict.fromkeys(names, 1.0)
+    points = {name: [str(at) for at in range(30)] for name in names}
+    same = Campaign({name: ["PASS"] * 30 for name in names}, exposures=exposures, traces=points)
+    found = claims(same).claims[-1]
+    strata = [Stratum(0.2, 0, 30), *[Stratum(0.2, 0, 0)] * 4]
+    assert (found.points, found.exercised) == (150, 30)
+    assert found.upper == pytest.approx(stratified_bound(strata, 0.95))
 
 
 def test_target_tells_how_many_points_it_takes() -> None:
