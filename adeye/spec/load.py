@@ -382,8 +382,8 @@ def _check_gate(files: OddFiles) -> None:
 def _check_realised(files: OddFiles) -> None:
     """Refuse what realises an element that no concept has.
 
-    An architecture may be judged by several concepts, one of which speaks of a part of it only: those
-    in the folder of the ODD's concept, and the shipped ones, whose architectures people copy.
+    An architecture may be judged by several concepts, one of which speaks of a part of it only:
+    those in the folder of the ODD's concept, and the shipped ones, whose architectures people copy.
     """
     elements = {element.id for element in files.concept.spec.elements}
     others: set[str] | None = None
