@@ -45,11 +45,16 @@ BOUNDS: Final[dict[str, tuple[str, str, str]]] = {
     "mount.y": ("-10 m", "10 m", "mount.y"),
     "mount.z": ("0 m", "10 m", "mount.z"),
     "range": ("0 m", "2000 m", "sensors.*.range"),
+    "position_noise": (
+        *("0 m", "100 m"),
+        "sensors.*.range_noise sensors.*.lateral_noise sensors.*.position_noise",
+    ),
     "rate": ("0 Hz", "10000 Hz", "sensors.*.rate channels.*.rate parameters.supervisor.rate"),
     "delay": (
         "0 s",
         "3600 s",
-        "latency jitter channels.*.delay handover faults.by faults.delay faults.restart",
+        "latency jitter channels.*.delay handover debounce staleness confirm timeout max_age "
+        "faults.by faults.delay faults.restart",
     ),
     "friction": ("0", "1.5", "environment.friction friction.min coverage.friction faults.value"),
     "rain": ("0 mm/h", "300 mm/h", "environment.rain rain.max coverage.rain"),

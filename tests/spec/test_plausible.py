@@ -1,0 +1,151 @@
+"""Bounds of plausibility: slips of units and digits are refused with their place, unless meant."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+
+from adeye.campaign.plan import make_plan
+from adeye.errors import InputError, SpecError
+from adeye.spec.load import load_architecture, load_scenario, scenario_files, shipped
+from adeye.spec.plausible import BOUNDS
+from tests.project import CANDIDATE, MINI, Project
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+ARCHITECTURE = shipped("odd") / "architectures" / "camera_radar.yaml"
+
+
+def edited(source: Path, folder: Path, path: str, value: Any, **more: Any) -> Path:
+    """Copy a YAML file with another value at a dotted path."""
+    content = yaml.safe_load(source.read_text("utf-8")) | more
+    *folders, name = path.split(".")
+    place = content
+    for key in folders:
+        place = place[key]
+    place[name] = value
+    copy = folder / source.name
+    copy.write_text(yaml.safe_dump(content, sort_keys=False), "utf-8")
+    return copy
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "bound"),
+    [
+        ("sensors.front_camera.mount.x", "1.5 km", "mount.x"),
+        ("sensors.front_camera.mount.y", "4 m", "mount.y"),
+        ("sensors.front_radar.mount.z", "-0.1 m", "mount.z"),
+        ("sensors.front_radar.range", "200 km", "range"),
+        ("sensors.front_radar.rate", "20000000 Hz", "rate"),
+        ("sensors.front_radar.range_noise", "300 m", "position_noise"),
+        ("sensors.localisation.lateral_noise", "1 km", "position_noise"),
+        ("sensors.localisation.speed_noise", "5000 km/h", "speed"),
+        ("sensors.localisation.heading_noise", "3000 deg", "angle"),
+        ("sensors.front_camera.latency", "2 h", "delay"),
+        ("switch.debounce", "2 h", "delay"),
+        ("switch.staleness", "2 h", "delay"),
+        ("vehicle.wheelbase", "29 m", "wheelbase"),
+        ("vehicle.length", "490 m", "vehicle.length"),
+        ("vehicle.width", "1.9 mm", "vehicle.width"),
+        ("vehicle.height", "160 m", "vehicle.height"),
+        ("vehicle.max_deceleration", "9000 m/s^2", "braking"),
+        ("vehicle.max_acceleration", "3000 m/s^2", "braking"),
+        ("vehicle.max_steering_angle", "175 deg", "steering"),
+        ("vehicle.steering_lag", "100 s", "lag"),
+    ],
+)
+def test_part_beyond_the_plausible_is_refused_unless_it_is_meant(
+    tmp_path: Path, path: str, value: str, bound: str
+) -> None:
+    with pytest.raises(SpecError, match=f"{path}: .* is not plausible; {bound} is from ") as caught:
+        load_architecture(edited(ARCHITECTURE, tmp_path, path, value))
+    assert caught.value.where is not None
+    assert caught.value.where.line > 1
+    assert f"beyond_plausible: [{bound}]" in str(caught.value)
+    meant = edited(ARCHITECTURE, tmp_path, path, value, beyond_plausible=[bound])
+    assert load_architecture(meant).spec.architecture == "camera_radar"
+    other = next(name for name in BOUNDS if name != bound)
+    with pytest.raises(SpecError, match="is not plausible"):
+        load_architecture(edited(ARCHITECTURE, tmp_path, path, value, beyond_plausible=[other]))
+
+
+def test_bound_that_there_is_not_cannot_be_lifted(tmp_path: Path) -> None:
+    path = edited(ARCHITECTURE, tmp_path, "cost", 1, beyond_plausible=["wheelbas"])
+    with pytest.raises(SpecError, match=r"no bound of plausibility 'wheelbas'.*wheelbase"):
+        load_architecture(path)
+
+
+@pytest.mark.parametrize("folder", ["architectures", "concepts"])
+def test_what_is_shipped_lifts_no_bound(folder: str) -> None:
+    for path in [*(shipped("odd") / folder).glob("*.yaml"), *shipped("odd").glob("*.yaml")]:
+        assert "beyond_plausible" not in path.read_text("utf-8")
+
+
+LEAD = scenario_files(shipped("scenarios_db"))["lead_braking"]
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """Make a project with a scenario of its own."""
+    odd = {**MINI, "scenarios": [{"use": "mine"}], "faults": []}
+    return Project(tmp_path_factory.mktemp("plausible") / "project", odd)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "bound"),
+    [
+        ("environment.friction", 9, "friction"),
+        ("environment.rain", "1000000 mm/h", "rain"),
+        ("environment.fog_visibility", "1 mm", "visibility"),
+        ("ego.offset", "20 m", "ego.offset"),
+        ("ego.speed", "2000 km/h", "speed"),
+        ("world.road.lane_width", "35 m", "lane_width"),
+        ("storyboard.brake.stop.rate", "9000 m/s^2", "braking"),
+        ("horizon", "100000 s", "time"),
+    ],
+)
+def test_scenario_beyond_the_plausible_is_refused(
+    project: Project, path: str, value: Any, bound: str
+) -> None:
+    file = edited(LEAD, project.folder / "scenarios_db", path, value, scenario="mine")
+    file = file.rename(file.with_name("mine.yaml"))
+    assert load_scenario(file).spec.scenario == "mine"
+    with pytest.raises(InputError, match=f"{path}: .* is not plausible; {bound} is from "):
+        make_plan(project.odd)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"), [("ego.speed", "-5 m/s"), ("storyboard.brake.stop.rate", "0 m/s^2")]
+)
+def test_constant_that_no_run_can_have_is_refused(project: Project, path: str, value: Any) -> None:
+    file = edited(LEAD, project.folder / "scenarios_db", path, value, scenario="mine")
+    file.rename(file.with_name("mine.yaml"))
+    with pytest.raises(InputError, match=f"{path}: .* is not above "):
+        make_plan(project.odd)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "sensors.front_camera.latency",
+        "sensors.front_camera.jitter",
+        "channels.nominal.delay",
+        "switch.debounce",
+        "switch.handover",
+        "switch.staleness",
+    ],
+)
+def test_delay_longer_than_the_run_is_refused(project: Project, path: str) -> None:
+    """Such a sensor, channel or switch does nothing in any run, and no bound of its own says so."""
+    file = edited(LEAD, project.folder / "scenarios_db", "tail", "13 s", scenario="mine")
+    file.rename(file.with_name("mine.yaml"))
+    before = (project.folder / CANDIDATE).read_text("utf-8")
+    edited(project.folder / CANDIDATE, (project.folder / CANDIDATE).parent, path, "60 s")
+    try:
+        with pytest.raises(InputError, match=f"{path}: 60 s is not plausible; .* takes 25 s"):
+            make_plan(project.odd)
+    finally:
+        (project.folder / CANDIDATE).write_text(before, "utf-8")
