@@ -238,7 +238,7 @@ def copy(
         typer.Option(
             "--campaign",
             metavar="CAMPAIGN",
-            envvar="ADEYE_CAMPAIGN",
+            envvar="ADEYE_CAMPAIGNS",
             help="Number or digest of one to copy; may be given several times.",
         ),
     ],

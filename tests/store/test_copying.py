@@ -13,7 +13,7 @@ from adeye.campaign.artefacts import altered_files, copy_campaigns
 from adeye.campaign.runner import judge_campaign, run_campaign
 from adeye.errors import InputError, IntegrityError
 from adeye.evaluation.verdict import Verdict
-from adeye.store import merging, tables
+from adeye.store import inserting, merging, tables
 from adeye.store.evidence_tables import LEDGER
 from adeye.store.kept_files import folder_of
 from adeye.store.location import locate
@@ -276,7 +276,7 @@ def test_copy_that_is_not_the_same_is_removed(
 ) -> None:
     old, new = moved(archive, tmp_path), tmp_path / "new.db"
     # As a disk would that keeps something else.
-    insert = vars(merging)["insert_rows"]
+    insert = inserting.insert_rows
     monkeypatch.setattr(
         merging, "insert_rows",
         lambda on, table, rows: insert(on, table, rows[1:] if table.name == "verdict" else rows),

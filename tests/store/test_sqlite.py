@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -166,7 +167,7 @@ VERBS = (
 SCRIPT = """import json, os, sys
 from adeye.cli.entry import main
 for verb in json.loads(sys.argv[2]):
-    print(main([*verb, "--db", sys.argv[1]]), flush=True)
+    print("ended with", main([*verb, "--db", sys.argv[1]]), flush=True)
 """
 WITHOUT_RIGHTS = "--bounding-set=-dac_override,-dac_read_search,-fowner"
 
@@ -192,7 +193,7 @@ def as_reader(db: Path, *verbs: tuple[str, ...]) -> tuple[list[int], str]:
     if os.getuid() == 0:
         words = ["setpriv", WITHOUT_RIGHTS, *words]
     done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=db.parent.parent)
-    codes = [int(line) for line in done.stdout.splitlines() if line.isdecimal()]
+    codes = [int(code) for code in re.findall(r"^ended with (\d+)$", done.stdout, re.MULTILINE)]
     return codes, done.stdout + done.stderr
 
 
