@@ -24,9 +24,9 @@ from typing import Any
 import yaml
 from support.command import drive
 
-from adeye.campaign.keeping import folder_of
 from adeye.campaign.plan import make_plan
 from adeye.campaign.runner import judge_campaign, run_campaign
+from adeye.store.kept_files import folder_of
 
 ROOT = Path(__file__).resolve().parent.parent
 RUNS, FEW = 10_000, 20

@@ -958,7 +958,7 @@ FLAWS = [
         IN_SCENARIO,
         "horizon: 10 s",
         "horizon: 8760 h",
-        "more than 1,000,000 steps of 0.05 s",
+        "horizon: 31536000 s is not plausible; time is from -86400 s to 86400 s",
     ),
     Flaw("negative tail", IN_SCENARIO, "tail: 5 s", "tail: -5 s", "must be at least 0 s"),
     Flaw(
@@ -1128,7 +1128,7 @@ FLAWS = [
         IN_CONCEPT,
         "2030-12-31",
         "someday",
-        "must be a date, like 2027-12-31",
+        "'someday' is not a date, like 2027-12-31",
     ),
     Flaw("day that does not exist", IN_CONCEPT, "2030-12-31", "2030-02-30", "must be a date"),
     Flaw(

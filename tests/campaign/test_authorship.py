@@ -35,7 +35,7 @@ def refusal(project: Project, **use: Any) -> tuple[InputError, str]:
     ("axis", "values", "part"),
     [
         ("scenario.environment.sun_elevation", ["200 deg"], "200 deg is beyond the zenith"),
-        ("scenario.environment.fog_visibility", ["100 m", "0 m"], "0 m is not above 0 m"),
+        ("scenario.environment.fog_visibility", ["100 m", "0 m"], "0 m is not plausible"),
         ("scenario.environment.rain", ["-1 mm/h"], "environment.rain"),
         ("scenario.ego.lane", [7], "7 is no lane"),
     ],

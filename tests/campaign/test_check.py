@@ -261,10 +261,10 @@ def test_one_impossible_point_among_many_is_found(
     replace(
         project / "scenarios_db" / "motorway" / "cut_in.yaml",
         "shoulder: 3 m",
-        "shoulder: gap - 30 m",
+        "shoulder: (gap - 30 m) / 10",
     )
     check(load({"parameters": {"gap": {"from": "30 m", "to": "60 m", "step": "1 m"}}}))
-    with pytest.raises(SpecError, match=r"world\.road\.shoulder: -1 m"):
+    with pytest.raises(SpecError, match=r"world\.road\.shoulder: -0.1 m"):
         check(load({"parameters": {"gap": {"from": "29 m", "to": "60 m", "step": "1 m"}}}))
 
 

@@ -137,6 +137,7 @@ class Measured:
         (folder / "project/odd/architectures/script.py").write_text(SCRIPT, "utf-8")
         with project.edited(CANDIDATE) as candidate:
             lags = {"acceleration_lag": "0 s", "steering_lag": "0 s"}
+            candidate["beyond_plausible"] = ["steering_rate", "acceleration", "delay"]
             candidate["vehicle"].update({**lags, "max_steering_rate": "1000 rad/s"})
             candidate["vehicle"].update(vehicle or {})
             candidate["channels"]["nominal"].update(

@@ -178,7 +178,7 @@ def test_faults_that_change_nothing_are_named_in_files_and_in_what_is_stored(
         ]
     idle = [item for item in find(project) if item.rule == "idle_fault"]
     expected = [
-        ("weak", "weak bias with acceleration 0 and steering_angle 0 changes nothing"),
+        ("weak", "weak changes nothing: bias with acceleration 0 and steering_angle 0"),
         ("unused", "unused is injected in no test case"),
     ]
     assert [(item.id, item.detail) for item in idle] == expected

@@ -261,6 +261,8 @@ def test_channel_that_cannot_act_is_worth_a_notice(make_project: MakeProject) ->
     assert project.plan().notices == (
         "camera_radar: channel nominal has no links, so it cannot act",
         "camera_radar: channel safety is not in switch.priority, so it never acts",
+        "fault front_camera_out acts on sensors.front_camera, which no channel of camera_radar "
+        "that can act is linked to",
     )
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 STEP = 0.05
 ONSET = 4.0
+NEVER = "ego.speed > 90 m/s"
 ARCHITECTURE = "odd/architectures/camera_radar.yaml"
 
 STRONG: list[tuple[str, str, dict[str, Any]]] = [
@@ -51,12 +52,11 @@ def fault(number: int, what: tuple[str, str, dict[str, Any]], **times: Any) -> d
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, TestCase], dict[str, Trace]]:
-    """One cut-in with every fault above: as it is, without amplitude, without time, too late."""
+    """One cut-in with every fault above: as it is, without amplitude, without onset."""
     faults = [
         *(fault(100 + at, what) for at, what in enumerate(STRONG)),
         *(fault(200 + at, what) for at, what in enumerate(ZERO)),
-        *(fault(300 + at, what, duration="0 s") for at, what in enumerate(STRONG)),
-        *(fault(400 + at, what, onset={"at": "60 s"}) for at, what in enumerate(STRONG)),
+        *(fault(300 + at, what, onset={"when": NEVER}) for at, what in enumerate(STRONG)),
     ]
     odd = {
         **MINI,
@@ -87,11 +87,10 @@ def test_zero_amplitude_changes_no_bit(number: int, runs: Any) -> None:
 
 
 @pytest.mark.parametrize("at", range(len(STRONG)))
-def test_no_duration_and_an_onset_after_the_end_change_no_bit(at: int, runs: Any) -> None:
+def test_onset_that_never_comes_changes_no_bit(at: int, runs: Any) -> None:
     _, traces = runs
-    for name in (f"f{300 + at}", f"f{400 + at}"):
-        assert first_difference(traces[name], traces["none"]) is None
-        assert not traces[name]["fault_active"].any()
+    assert first_difference(traces[f"f{300 + at}"], traces["none"]) is None
+    assert not traces[f"f{300 + at}"]["fault_active"].any()
 
 
 @pytest.mark.parametrize("at", range(len(STRONG)), ids=[f"{t}-{m}" for t, m, _ in STRONG])

@@ -216,11 +216,11 @@ def test_file_of_someone_else_is_not_read(tmp_path: Path) -> None:
 
 
 def test_path_with_marks_of_a_url_is_only_a_path(tmp_path: Path, example: Any) -> None:
-    path = tmp_path / "a b?mode=rwc#50%.db"
+    path = tmp_path / "a b&mode=rwc#50%.db"
     with Repository.open(path) as repository:
         example.campaign(repository, 1)
     assert run_query(path, "SELECT count(*) FROM run").rows == ((1,),)
-    assert {item.name.partition(".db")[0] for item in tmp_path.iterdir()} == {"a b?mode=rwc#50%"}
+    assert {item.name.partition(".db")[0] for item in tmp_path.iterdir()} == {"a b&mode=rwc#50%"}
 
 
 class Configurable(sqlite3.Connection):

@@ -54,7 +54,7 @@ def idle_faults(declared: Iterable[str], injected: Iterable[Injected]) -> list[t
 
 def _reasons(fault: Fault, faults: Sequence[Fault], architecture: Architecture) -> Iterator[str]:
     if fault.nothing:
-        yield f"{fault.model} with {fault.nothing} changes nothing"
+        yield f"changes nothing: {fault.model} with {fault.nothing}"
     for at, other in enumerate(faults):
         if _masks(other, fault, faults):
             yield f"is masked by {other.id}, which silences {other.target} all the while"
@@ -64,11 +64,11 @@ def _reasons(fault: Fault, faults: Sequence[Fault], architecture: Architecture) 
     channels, sensors = _heard(architecture)
     kind, reader = fault.port, fault.target_id.partition(".")[0]
     if kind == "sensors" and fault.target_id not in sensors:
-        yield f"{fault.target} is linked to no channel of {name} that matters"
+        yield f"acts on {fault.target}, which no channel of {name} that can act is linked to"
     elif kind in {"channels", "hooks", "links"} and reader not in channels:
-        yield f"channel {reader} of {name} never acts, and no channel that does looks at it"
+        yield f"acts on channel {reader} of {name}, which no channel that acts looks at"
     elif kind == "switch" and len(architecture.switch.priority) < 2:
-        yield f"the switch of {name} has one channel only"
+        yield f"acts on the switch of {name}, which has one channel only"
 
 
 def _masks(one: Fault, other: Fault, faults: Sequence[Fault]) -> bool:

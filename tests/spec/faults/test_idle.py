@@ -148,8 +148,8 @@ def test_fault_on_what_nobody_looks_at_is_named() -> None:
         fault("late", "switch", delay="1 s"),
         of=bare,
     )
-    assert "linked to no channel" in found["drop_out"]
-    assert "never acts" in found["silent"]
+    assert "which no channel" in found["drop_out"]
+    assert "no channel that acts" in found["silent"]
     assert "one channel only" in found["late"]
     assert idle(fault("drop_out", "sensors.front_camera"), of=bare) == {}
     assert idle(fault("drop_out"), fault("silent", "channels.safety")) == {}
