@@ -105,7 +105,7 @@ def test_run_is_the_fault_free_one_to_the_bit_until_the_fault(traces: dict[str, 
 def test_fault_that_never_begins_leaves_every_bit(make_project: MakeProject) -> None:
     project = make_project()
     with project.edited_odd() as odd:
-        odd["faults"][0]["onset"] = {"at": "1000 s"}
+        odd["faults"][0]["onset"] = {"when": "ego.speed > 90 m/s"}
     plan = project.plan()
     first = [case for case in plan.cases if case.scenario_id == "cut_in"]
     twin = next(case for case in first if case.fault_entry == "none")

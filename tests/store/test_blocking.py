@@ -18,6 +18,7 @@ def repository(odd: Any, failures: Any = (), counts: Any = None) -> Any:
         counts=counts or {Verdict.FAIL: 1, Verdict.PASS: 2},
         min_exercised=1,
         waived_until=None,
+        repeated_passes=0,
     )
     benchmarks = SimpleNamespace(failures=lambda *_: list(failures))
     return SimpleNamespace(
