@@ -3,6 +3,7 @@ from typing import Any
 
 import pytest
 
+from adeye.evaluation.stl.columns import NEEDED
 from adeye.store import tables
 from adeye.store.repository import Repository
 from adeye.store.triggers import trigger_ddl
@@ -18,6 +19,8 @@ def test_stored_rows_are_never_changed_or_deleted(
     example.campaign(repository, 2)
     example.campaign(repository, 4)
     example.vouched(repository, campaign)
+    example.repeat(NEEDED)
+    example.campaign(repository, 8)
     for table in (item.name for item in tables.INSERT_ONLY):
         count = f"SELECT count(*) FROM {table}"  # noqa: S608 - a table of this package
         before = raw.execute(count).fetchone()
