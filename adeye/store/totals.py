@@ -145,12 +145,13 @@ def asked_for(verdict: Verdict, never_held: Sequence[NeverHeld]) -> Verdict:
     return Verdict.VACUOUS if is_empty else verdict
 
 
-def said_of_results(item: Total) -> str:
-    """Say what an FSR was never asked for, and how many of its runs repeat a result."""
-    said = [f"{part.antecedent} never held" for part in item.never_held]
-    if item.repeated:
-        said.append(f"{item.repeated:,} runs repeat a result, which counts once")
-    return "; ".join(said)
+def _never(item: Total) -> list[str]:
+    """Say what an FSR was never asked for."""
+    return [f"{part.antecedent} never held" for part in item.never_held]
+
+
+def _repeats(repeated: int, architecture: str) -> str:
+    return f"{repeated:,} runs of {architecture} repeat a result, which counts once"
 
 
 def _folded(item: FsrStatus, counts: Mapping[Verdict, int]) -> Verdict:
@@ -168,11 +169,13 @@ def _why(repository: Repository, campaign: CampaignInfo, item: Total) -> str:
     if item.verdict is None:
         return f" ({item.note})"
     if item.verdict is Verdict.VACUOUS:
-        said = [said_of_results(item)]
+        said = _never(item)
+        if item.repeated:
+            said.append(_repeats(item.repeated, item.architecture))
         if item.min_exercised > 1:
             told = exercised_of(item.verdict, item.exercised, item.runs, item.min_exercised)
             said.insert(0, f"exercised in {told}")
-        return f" ({'; '.join(filter(None, said))})" if any(said) else ""
+        return f" ({'; '.join(said)})" if said else ""
     if item.verdict not in _EXPLAINED:
         return ""
     found = repository.worst_runs(
@@ -226,6 +229,7 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
     reasons: list[str] = []
     aside: list[str] = []
     beside: list[str] = []
+    repeated = Counter[str]()
     models = preventable_by(repository, campaign)
     for item in totals(repository, campaign):
         if not (item.is_in_gate and item.is_mandatory):
@@ -244,8 +248,9 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
             reasons.append(f"{text}{note and f' ({note})'}{why}")
         elif note:
             aside.append(f"{text}, {note}")
-        if verdict is Verdict.PASS and (said := said_of_results(item)):
-            beside.append(f"{item.fsr} for {item.architecture}: {said}")
+        if verdict is Verdict.PASS and (said := _never(item)):
+            beside.append(f"{item.fsr} for {item.architecture}: {'; '.join(said)}")
+        repeated |= Counter({item.architecture: item.repeated})
     planned, accounted, lost = _accounted(repository, campaign)
     code = gate_exit(verdicts, planned=planned, accounted=accounted)
     reasons += lost
@@ -256,6 +261,7 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
     if code is not ExitCode.OK:
         return code, "; ".join([*reasons, *aside, *map(str, told)]) or code.meaning
     # A contact that no FSR forbids and a failure that is mastered are green, and are said.
+    beside += [_repeats(count, name) for name, count in repeated.items() if count]
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
 

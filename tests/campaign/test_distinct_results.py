@@ -113,7 +113,7 @@ def test_two_results_do_not_become_more(project: Project, again: Any) -> None:
     again(project)
     summary = project.run()
     assert (summary.planned, summary.exit_code) == (10, ExitCode.OK)
-    assert "8 runs repeat a result, which counts once" in summary.message
+    assert "8 runs of quiet repeat a result, which counts once" in summary.message
     found = total(project)
     assert (found.runs, found.exercised, found.repeated) == (10, 2, 8)
     asked(project, 3)
