@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import IntegrityError
+from adeye.evaluation.stl.columns import NEEDED, SPARE
 from adeye.report.manifest import differing, make_manifest
 from adeye.store import ledger, tables, verification
 from adeye.store.block import run_block
@@ -63,6 +64,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         example.campaign(repository, 12)
         with_plugin(example, repository)
         example.vouched(repository, campaign)
+        example.repeat(NEEDED, SPARE)
+        example.campaign(repository, 8)
         assert repository.verify() == ()
     return path
 
