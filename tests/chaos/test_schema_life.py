@@ -144,7 +144,7 @@ def test_upgrade_that_is_killed_at_many_statements_has_not_begun(
     asset: Path, tmp_path: Path
 ) -> None:
     if asset.stem.removeprefix("v") != schema.head():
-        assert kill_everywhere(asset, tmp_path, size(6, 1)) > 10
+        assert kill_everywhere(asset, tmp_path, size(6, 1)) >= 5
 
 
 def test_first_use_that_is_killed_has_not_begun(tmp_path: Path) -> None:
