@@ -105,9 +105,9 @@ def test_nth_call_of_a_file_for_a_trace_fails(cradle: Cradle, little: Undisturbe
     last = failed(cradle, little, "file", 0, arguments).counted
     tried = 0
     for nth in places(last, 5):
+        shutil.rmtree(kept, ignore_errors=True)
         for left in folder.glob("kept.db*"):
             left.unlink()
-        shutil.rmtree(kept, ignore_errors=True)
         assert_failed_file(failed(cradle, little, "file", nth, arguments).wait())
         assert_whole_blocks(folder / "kept.db")
         assert [path for path in kept.glob("*") if read_kept(kept, path.stem) is None] == []
