@@ -171,6 +171,21 @@ def _finite(value: float, text: object) -> float:
     return number
 
 
+def decimal(text: str) -> float:
+    """Read a number without unit from a table, in the digits 0 to 9.
+
+    Raises:
+        ValueError: It is none; Python would also read other scripts and ``1_000``.
+
+    >>> decimal("1e3")
+    1000.0
+    """
+    if not text.isascii() or "_" in text:
+        msg = f"{shown(text)} is no number in plain decimal digits"
+        raise ValueError(msg)
+    return float(text)
+
+
 def shown(value: object) -> str:
     """Quote a value for a message: on one line, without control characters, not too long."""
     if isinstance(value, str):

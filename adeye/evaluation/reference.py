@@ -26,6 +26,7 @@ from adeye.kernel.reference_parameters import (
 )
 from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
 from adeye.spec.document import require_plain
+from adeye.units import decimal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -239,7 +240,7 @@ def _scene(where: str, row: Mapping[str, str], wanted: Mapping[str, _Column]) ->
 def _number(text: str) -> float:
     """Return the number that a text is; NaN for none, which no range contains."""
     try:
-        return float(text)
+        return decimal(text)
     except ValueError:
         return math.nan
 

@@ -14,7 +14,7 @@ from adeye.errors import SweepError, suggest
 from adeye.spec.distribution import Distribution
 from adeye.spec.document import require_plain
 from adeye.sweep.law import Law, require_mass
-from adeye.units import UNITS
+from adeye.units import UNITS, decimal
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -202,7 +202,7 @@ def data_digests(files: OddFiles) -> dict[str, str]:
 def _number(row: list[str], at: int, place: str, name: str, where: SourceLocation) -> float:
     text = row[at].strip() if at < len(row) else ""
     try:
-        number = float(text)
+        number = decimal(text)
     except ValueError:
         number = math.nan
     if not math.isfinite(number):

@@ -148,7 +148,7 @@ def foreign(
         odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["30 m"]}
         odd["architectures"] = [odd["architectures"][1]]
         odd["faults"] = [odd["faults"][1]]
-        odd["uncertainty"] = {"situations": 1}
+        odd["uncertainty"] = {"situations": 10}
     yield project, f"{of_executor}:Inline"
     use_plugin_metrics((), folder)
     for name in [name for name in sys.modules if name.startswith("foreign_parts")]:

@@ -67,3 +67,13 @@ def test_defaults_fill_what_the_file_does_not_say(scenes: np.ndarray) -> None:
 def test_question_without_models_is_refused() -> None:
     with pytest.raises(UsageError, match="no model"):
         check_question(Question(models=()))
+
+
+@pytest.mark.parametrize("speed", ["\uff11\uff10", "1_0", "nan"])
+def test_what_is_no_plain_number_is_refused_at_its_line(tmp_path: Path, speed: str) -> None:
+    path = tmp_path / "cases.csv"
+    path.write_text(
+        f"ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps\n30,{speed},80,1\n", "utf-8"
+    )
+    with pytest.raises(UsageError, match=r"cases\.csv:2: other_speed_mps"):
+        read(path, "cut_in")

@@ -66,6 +66,8 @@ def test_choice_of_a_path_takes_what_a_list_would(load: Load) -> None:
         ("n,dv\n1,fast\n", {"column": "dv"}, "speeds.csv:2: 'fast' is not a finite number"),
         ("n,dv\n1,-20\n2\n", {"column": "dv"}, "speeds.csv:3: '' is not a finite number"),
         ("n,dv\n1,nan\n", {"column": "dv"}, "'nan' is not a finite number"),
+        ("n,dv\n1,\uff16\uff10\n", {"column": "dv"}, "is not a finite number"),
+        ("n,dv\n1,6_0\n", {"column": "dv"}, "'6_0' is not a finite number"),
         ("n,dv\n1,-20\n", {"column": "dw"}, "Allowed: n, dv."),
         ("n,dv\n1,-20\n", {"column": "dv", "unit": "kmh"}, "'kmh' is no unit"),
         ("n,dv\n1,-20\n", {"column": "dv", "unit": "m"}, "is a length, not a speed"),

@@ -18,7 +18,7 @@ from adeye.evaluation.stl.check import TRUTH_LABELS
 from adeye.evaluation.stl.series import Series
 from adeye.outputs import reads
 from adeye.spec.document import require_plain
-from adeye.units import UNITS, convert, shown, si_unit
+from adeye.units import UNITS, convert, decimal, shown, si_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -193,6 +193,11 @@ def _cells(array: Any) -> list[Any]:
 
     What a mask hides has a value all the same, and pandas has words of its own for nothing.
     """
+    if array.dtype.kind in "mM":
+        # NumPy lists nanoseconds as plain numbers, which would be taken for seconds.
+        unit = np.timedelta64(1, "s")
+        begin = array[:1] if array.dtype.kind == "M" else unit * 0
+        array = (array - begin) / unit
     hidden = np.ma.getmaskarray(array).tolist()
     is_made_of_numbers = array.dtype.kind in "biuf"
     return [
@@ -418,7 +423,6 @@ def _number(cell: Any) -> float | None:
         return float(cell)
     text = _text(cell)
     try:
-        # Python reads 1_000 as a number.
-        return None if "_" in text else float(text)
+        return decimal(text)
     except ValueError:
         return None

@@ -233,3 +233,17 @@ def test_hidden_time_is_no_time() -> None:
     table = table_of({"time": np.ma.array([0.0, 1.0, 2.0, 3.0], mask=HIDDEN)})
     with pytest.raises(InputError, match="row 3: None is not a time"):
         sampling(table, "time")
+
+
+@pytest.mark.parametrize("unit", ["ns", "us", "ms"])
+@pytest.mark.parametrize("begin", [None, "2024-01-01"])
+def test_stamps_are_seconds_whatever_they_count(unit: str, begin: str | None) -> None:
+    times = pd.to_timedelta(np.arange(4) * 100, unit="ms").as_unit(unit)
+    stamps = times if begin is None else pd.Timestamp(begin).as_unit(unit) + times
+    table = table_of(pd.DataFrame({"time": stamps, "gap": EVEN}))
+    assert table.cells("time") == pytest.approx(EVEN)
+
+
+def test_digits_of_other_scripts_are_no_numbers(write: Any) -> None:
+    signals = TableSignals(read_table(write("a,b,c\n\uff15,1_0,7\n")))
+    assert [signals.series(name).labels for name in "abc"] == [("\uff15",), ("1_0",), ()]
