@@ -83,7 +83,7 @@ VERBS = {
     "report": ["--output", "r.html", "--junit", "r.xml", "--report-json", "r.json"],
     "matrix": [],
     "export": ["--output", "exported"],
-    "certify": ["--runs", "2"],
+    "certify": ["--sample", "2"],
     "doctor": [],
     "db info": [],
     "db verify": [],
@@ -146,7 +146,6 @@ def foreign(
     with project.edited_odd() as odd:
         odd["plugins"] = [f"{of_odd}:Fastest"]
         odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["30 m"]}
-        odd["architectures"] = [odd["architectures"][1]]
         odd["faults"] = [odd["faults"][1]]
         odd["uncertainty"] = {"situations": 10}
     yield project, f"{of_executor}:Inline"

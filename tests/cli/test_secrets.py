@@ -42,7 +42,7 @@ WORDS: dict[str, list[list[str]]] = {
     "db info": [[], ["--json"]],
     "db verify": [[], ["--json"]],
     "db upgrade": [[]],
-    "db grant": [["nobody_of_this_name"], []],
+    "db grant": [[], ["nobody_of_this_name"]],
     "db withdraw": [["{run}", "--author", "A", "--reason", "B"]],
     "db copy": [["--campaign", "1", "--to", "{other}"], ["--campaign", "1", "--to", "{other}"],
                 ["--campaign", "1", "--to", "copied.db", "--json"]],
