@@ -31,6 +31,30 @@ laid: dict[int, int] = {}
 """Descriptors of this process that mean another one while a verb runs, see ``cli.apart``."""
 
 _SOURCES: Final = (".yaml", ".yml", ".py")
+_WRITTEN: Final = frozenset(
+    {
+        ".csv",
+        ".htm",
+        ".html",
+        ".json",
+        ".jsonl",
+        ".mmd",
+        ".npz",
+        ".parquet",
+        ".reqif",
+        ".sarif",
+        ".sig",
+    }
+    | {".svg", ".txt", ".xml"}
+)
+"""Endings of what verbs write; what ends otherwise was not made by any, unless someone asked."""
+_PEM: Final = b"-----BEGIN"
+_COMMITTED: Final = re.compile(
+    rb'\s*\{.*"(?:schema":\s*"adeye/(?:baseline|manifest)@|payloadType":\s*"application/vnd\.adeye)',
+    re.DOTALL,
+)
+"""Evidence that is kept and signed: only the verb that writes it may write it anew."""
+_HEAD_BYTES: Final = 1_000_000
 _SQLITE: Final = b"SQLite format 3\0"
 _DESCRIPTOR: Final = re.compile(
     r"/dev/std(?P<name>in|out|err)|/(dev|proc/(self|thread-self|(?P<pid>\d+)))/fd/(?P<number>\d+)"
@@ -43,8 +67,11 @@ _OTHER: Final = "Name another file to write."
 class _Guard:
     """Files that are about to be written."""
 
-    def __init__(self, files: Mapping[str, Path], taken: Iterable[Path], also_read: str) -> None:
+    def __init__(
+        self, files: Mapping[str, Path], taken: Iterable[Path], also_read: str, renewed: str
+    ) -> None:
         self.files = files
+        self.renewed = [files[name] for name in (also_read, renewed) if name in files]
         self.refusal: UsageError | None = None
         self._read: dict[tuple[int, int], str] = {}
         taken = tuple(taken)
@@ -52,7 +79,7 @@ class _Guard:
         for name, path in files.items():
             if any(is_same(path, other) for other in taken):
                 raise _refused(name, path, "belongs to the database")
-            require_replaceable(path, name)
+            require_replaceable(path, name, is_renewed=path in self.renewed)
             found = _stat(path)
             key: object = descriptor_of(path) or _spelling(path)
             if found is not None and not stat.S_ISCHR(found.st_mode):
@@ -79,7 +106,11 @@ _guards: ContextVar[tuple[_Guard, ...]] = ContextVar("guards", default=())
 
 @contextlib.contextmanager
 def guarded(
-    files: Mapping[str, Path | None], *, taken: Iterable[Path] = (), also_read: str = ""
+    files: Mapping[str, Path | None],
+    *,
+    taken: Iterable[Path] = (),
+    also_read: str = "",
+    renewed: str = "",
 ) -> Iterator[None]:
     """Refuse files that are not to be written over, before anything is done.
 
@@ -87,13 +118,14 @@ def guarded(
         files: What is about to be written, by the name of its option.
         taken: What must not be written, whether it is there or not.
         also_read: Option whose file is brought up to date: it is read before it is written.
+        renewed: Option whose file may be evidence of an earlier time, which is written anew.
 
     Raises:
         UsageError: One of them is taken, is another of them, holds what must not be lost, or, from
             then on, is what is read.
     """
     asked = {name: path for name, path in files.items() if path is not None}
-    token = _guards.set((*_guards.get(), _Guard(asked, taken, also_read)))
+    token = _guards.set((*_guards.get(), _Guard(asked, taken, also_read, renewed)))
     try:
         yield
     finally:
@@ -136,15 +168,17 @@ def is_same(one: Path, other: Path) -> bool:
     return _spelling(one) == _spelling(other)
 
 
-def require_replaceable(path: Path, name: str = "") -> None:
+def require_replaceable(path: Path, name: str = "", *, is_renewed: bool = False) -> None:
     """Refuse to put a file where something is that must not be lost.
 
     Args:
         path: Of the file.
         name: Of its option, for the message.
+        is_renewed: Whether it may be evidence that the same verb wrote before.
 
     Raises:
-        UsageError: A database, a kept trace, a source of a plan or a device is there.
+        UsageError: A database, a kept trace, a source of a plan, evidence, a key, a device, or what
+            no verb writes is there.
     """
     if is_stream(path):
         return
@@ -162,10 +196,23 @@ def require_replaceable(path: Path, name: str = "") -> None:
         return
     if not stat.S_ISREG(found.st_mode):
         raise UsageError(f"{name or 'file'} {str(path)!r} is no regular file", remedy=_OTHER)
-    if _is_database(path):
-        raise _refused(name, path, "is a database")
-    if real.suffix.lower() in _SOURCES and found.st_size:
-        raise _refused(name, path, "is a source of plans or plug-ins")
+    if why := _worth(real.suffix.lower(), _head(path), is_renewed=is_renewed):
+        raise _refused(name, path, why)
+
+
+def _worth(ending: str, head: bytes, *, is_renewed: bool) -> str:
+    """Tell why a file must not be lost, by its ending and its beginning; nothing if it may be."""
+    kinds = (
+        (head.startswith(_SQLITE), "is a database"),
+        (ending in _SOURCES, "is a source of plans or plug-ins"),
+        (head.startswith(_PEM), "is a key or a certificate"),
+        (
+            not is_renewed and _COMMITTED.match(head) is not None,
+            "is a baseline, a manifest or a signature",
+        ),
+        (ending not in _WRITTEN, "is there and has an ending that adeye never writes"),
+    )
+    return next((why for is_so, why in kinds if is_so), "") if head else ""
 
 
 def descriptor_of(path: Path) -> int | None:
@@ -209,14 +256,26 @@ def _spelling(path: Path) -> str:
 
 
 def _is_database(path: Path) -> bool:
+    return _head(path, len(_SQLITE)) == _SQLITE
+
+
+def _head(path: Path, size: int = _HEAD_BYTES) -> bytes:
+    """Give the beginning of a file; of what cannot be read, nothing."""
     try:
         # Whoever opens a pipe to look into it waits for its other end.
         if not path.is_file():
-            return False
+            return b""
         with path.open("rb") as stream:
-            return stream.read(len(_SQLITE)) == _SQLITE
+            return stream.read(size)
     except (OSError, ValueError):
-        return False
+        return b""
+
+
+def _require_same_columns(path: Path, new: Path) -> None:
+    """Refuse to put a table of CSV where one with other columns is, such as an input of an ODD."""
+    old = _head(path).splitlines()[:1] if path.suffix.lower() == ".csv" else []
+    if old and old != _head(new).splitlines()[:1]:
+        raise _refused("", path, "is a table with other columns")
 
 
 def write_atomically(content: bytes, path: Path) -> None:
@@ -253,6 +312,7 @@ def replacing(path: Path) -> Iterator[Path]:
         with _refusals_in_words(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             yield temporary
+            _require_same_columns(path, temporary)
             _sync(temporary)
             temporary.replace(path)
     finally:
@@ -295,7 +355,8 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
 def _require_free(path: Path) -> None:
     require_unread()
-    require_replaceable(path)
+    renewed = any(is_same(path, item) for guard in _guards.get() for item in guard.renewed)
+    require_replaceable(path, is_renewed=renewed)
 
 
 @contextlib.contextmanager

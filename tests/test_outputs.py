@@ -136,8 +136,42 @@ def test_what_must_not_be_lost_is_not_replaced(tmp_path: Path, name: str) -> Non
     assert path.read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("b.json", '{\n "schema": "adeye/baseline@1"}'),
+        ("m.json", '{\n  "campaign": "c",\n  "schema": "adeye/manifest@1"}'),
+        ("m.json.sig", '{"payloadType": "application/vnd.adeye.manifest+json"}'),
+        ("key.txt", "-----BEGIN PRIVATE KEY-----"),
+        ("pyproject.toml", "[project]"),
+        ("LICENSE", "x"),
+        ("v.csv", "v\n1\n"),
+    ],
+)
+def test_evidence_and_what_was_never_written_are_not_replaced(
+    tmp_path: Path, name: str, content: str
+) -> None:
+    path = tmp_path / name
+    path.write_text(content, "utf-8")
+    with pytest.raises(UsageError, match="would be overwritten"):
+        write_atomically(b"a,b\n", path)
+    assert path.read_text("utf-8") == content
+    with guarded({"-o": path} if name[0] in "bm" else {}, renewed="-o"):
+        if name[0] in "bm":
+            write_atomically(b"new", path)
+    path.write_text("", "utf-8")
+    write_atomically(b"a,b\n1,2\n", path)
+
+
+def test_table_of_the_same_columns_is_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    for content in (b"a,b\r\n1,2\r\n", b"a,b\n3,4\n"):
+        write_atomically(content, path)
+        assert path.read_bytes() == content
+
+
 def test_what_was_read_is_not_written_whoever_passes_over_the_refusal(tmp_path: Path) -> None:
-    path, link = tmp_path / "table.csv", tmp_path / "link.csv"
+    path, link = tmp_path / "table.json", tmp_path / "link.json"
     path.write_text("x", "utf-8")
     os.link(path, link)
     with guarded({"-o": link}):

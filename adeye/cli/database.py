@@ -212,22 +212,34 @@ def merge(
     Exit codes: 0 merged, 2 no such database, 4 a source was altered or contradicts what is there,
     5 database or disk.
     """
+    from adeye.store.kept_files import folder_of
     from adeye.store.location import locate
+    from adeye.store.merging import origin_of, require_source
     from adeye.store.repository import Repository
 
     merged = []
     place = locate(into)
-    with Repository.open(place) as repository:
-        for source in sources:
-            found = repository.queue.merge(source)
-            merged.append(found)
-            if not json:
-                emit(
-                    clean(
-                        f"{found.source}: campaigns {len(found.campaigns):,}, new runs "
-                        f"{found.runs:,}, blocks done by it {found.blocks:,}"
-                    )
+    for source in sources:
+        require_source(source)
+    for source in sources:
+        # Verified before the other one is opened, which would make it.
+        with origin_of(source) as origin, Repository.open(place) as repository:
+            found = repository.queue.merge(origin)
+        merged.append(found)
+        if not json:
+            emit(
+                clean(
+                    f"{found.source}: campaigns {len(found.campaigns):,}, new runs "
+                    f"{found.runs:,}, blocks done by it {found.blocks:,}"
                 )
+            )
+        if found.traces:
+            talk(
+                clean(
+                    f"note: {found.source}: the kept traces of {found.traces:,} runs stay in "
+                    f"{folder_of(origin.place.beside)}; 'adeye db copy' would take them along"
+                )
+            )
     if json:
         emit_json("db-merge", {"into": str(place), "sources": [asdict(item) for item in merged]})
 

@@ -9,7 +9,7 @@ import typer
 
 from adeye.cli.options import CampaignId, Db, Json, add
 from adeye.cli.output import clean, emit, emit_json, talk
-from adeye.cli.writing import named
+from adeye.cli.writing import named, named_anew
 
 _INTEGRITY = 4
 SIGNATURE = ".sig"
@@ -39,7 +39,7 @@ def write(
             "-o",
             metavar="FILE",
             envvar="ADEYE_MANIFEST_OUTPUT",
-            callback=named,
+            callback=named_anew,
             help="The manifest.",
         ),
     ] = Path("manifest.json"),
@@ -57,20 +57,22 @@ def write(
     json: Json = False,
 ) -> None:
     """Write the manifest of a complete campaign: its Merkle root, and hashes of rows and files."""
-    from adeye.outputs import write_atomically
+    from adeye.outputs import guarded, write_atomically
     from adeye.report.manifest import fingerprint, make_manifest
     from adeye.report.signing import sign as signed
     from adeye.store.repository import Repository
 
-    with Repository.open(db, create=False) as repository:
-        chosen = repository.find_campaign(campaign)
-        content = make_manifest(repository, chosen, file or (), output.parent)
-    # Signed first: a key that cannot be used leaves nothing behind.
-    signature = None if sign is None else signed(content, sign)
-    write_atomically(content, output)
     signature_path = output.with_name(output.name + SIGNATURE)
-    if signature is not None:
-        write_atomically(signature, signature_path)
+    name = f"{SIGNATURE} of --output"
+    with guarded({name: None if sign is None else signature_path}, renewed=name):
+        with Repository.open(db, create=False) as repository:
+            chosen = repository.find_campaign(campaign)
+            content = make_manifest(repository, chosen, file or (), output.parent)
+        # Signed first: a key that cannot be used leaves nothing behind.
+        signature = None if sign is None else signed(content, sign)
+        write_atomically(content, output)
+        if signature is not None:
+            write_atomically(signature, signature_path)
     if json:
         told = None if signature is None else str(signature_path)
         shown = {"campaign": chosen.id, "manifest": str(output), "signature": told}

@@ -58,7 +58,12 @@ def named_page(path: Path | None) -> Path | None:
     return path
 
 
-_WRITTEN: Final = (named, named_page, named_place)
+def named_anew(path: Path | None) -> Path | None:
+    """Do as ``named``; the callback of the option whose verb writes a kind of evidence anew."""
+    return named(path)
+
+
+_WRITTEN: Final = (named, named_anew, named_page, named_place)
 
 
 @contextmanager
@@ -72,23 +77,22 @@ def guarding(verb: Callable[..., None], options: Mapping[str, Any]) -> Iterator[
     Raises:
         UsageError: A file to write is one of the others; see ``outputs.guarded``.
     """
-    outputs = {
-        name: options[name]
+    callbacks = {
+        name: getattr(item, "callback", None)
         for name, hint in get_type_hints(verb, include_extras=True).items()
+        for item in getattr(hint, "__metadata__", ())
         if options.get(name) is not None
-        and any(
-            getattr(item, "callback", None) in _WRITTEN
-            for item in getattr(hint, "__metadata__", ())
-        )
     }
+    outputs = {name: options[name] for name, found in callbacks.items() if found in _WRITTEN}
     if not outputs:
         yield
         return
     from adeye.outputs import reads
     from adeye.report.files import guarding as guarding_files
 
-    files = {f"--{name.replace('_', '-')}": path for name, path in outputs.items()}
-    with guarding_files(options.get("db"), files):
+    files = {_option(name): path for name, path in outputs.items()}
+    anew = next((_option(name) for name in outputs if callbacks[name] is named_anew), "")
+    with guarding_files(options.get("db"), files, renewed=anew):
         for name in options.keys() - outputs.keys() - {"db"}:
             value = options[name]
             for item in value if isinstance(value, list) else [value]:
@@ -96,6 +100,10 @@ def guarding(verb: Callable[..., None], options: Mapping[str, Any]) -> Iterator[
                 if isinstance(item, str | Path):
                     reads(item)
         yield
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def write_rows(header: Sequence[str], rows: Iterable[Sequence[Any]], path: Path) -> None:

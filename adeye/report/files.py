@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def guarding(
-    place: Place, files: Mapping[str, Path | None], *, also_read: str = ""
+    place: Place, files: Mapping[str, Path | None], *, also_read: str = "", renewed: str = ""
 ) -> Iterator[None]:
     """Refuse files that would be written over a database, or over what it was made of.
 
@@ -27,6 +27,7 @@ def guarding(
         place: The database.
         files: What is about to be written, by the name of its option.
         also_read: Option whose file is brought up to date: it is read before it is written.
+        renewed: Option whose file may be evidence of an earlier time, which is written anew.
 
     Raises:
         UsageError: See ``outputs.guarded``.
@@ -35,7 +36,7 @@ def guarding(
     if not asked or are_guarded(asked):
         yield
         return
-    with guarded(files, taken=_belonging(place), also_read=also_read):
+    with guarded(files, taken=_belonging(place), also_read=also_read, renewed=renewed):
         if any(path.is_file() for path in asked):
             for odd in _planned_from(place):
                 # What cannot be planned any more was read as far as it goes.

@@ -19,6 +19,7 @@ from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
 from adeye.errors import InputError
+from adeye.outputs import BESIDE_DATABASE, KEPT_FOLDER
 from adeye.units import shown
 
 DEFAULT_PATH: Final = Path(".adeye") / "adeye.db"
@@ -42,7 +43,23 @@ _NO_NAMES: Final = tuple(
             "{0} was not expanded by a shell",
             "Write the folder, or ./{0} for a file.",
         ),
-        (r"(?:.*/)?(\$\{?\w+).*", "{0} was not put in by a shell", "Write what it stands for."),
+        (
+            r"(?:.*/)?(\$\{?\w+|%\w+%).*",
+            "{0} was not put in by a shell",
+            "Write what it stands for.",
+        ),
+        (r"([a-z]:\\.*)", "{0!r} is a path of another system", "Write one of this system."),
+        (
+            # SQLite deletes it, or takes it for what it has to bring back.
+            rf"(?:.*/)?([^/]*(?:{'|'.join(BESIDE_DATABASE)}))",
+            "{0!r} is the name of a file that SQLite keeps beside another database",
+            "Give it another ending, such as .db.",
+        ),
+        (
+            rf"(?:.*/)?([^/]*{re.escape(KEPT_FOLDER)})(?:/[^/]*)?",
+            "{0!r} is the name of a folder of kept traces",
+            "Give it another ending, such as .db, and a folder of another name.",
+        ),
         (r"(-.*)", "{0!r} stands where a name is expected", "Write ./{0} for a file of this name."),
         (r"(.*)/\.?", "{0!r} is a folder", "Name a file in it."),
     )

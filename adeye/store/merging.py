@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import json
 import re
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Connection, Row, Table
 
-    from adeye.store.location import Location
+    from adeye.store.location import Location, Place
 
 _CHUNK: Final = 1_000
 _NAMED: Final = 3
@@ -97,6 +98,7 @@ class Merged:
         runs: Results that were not here.
         rows: Rows of all tables that were not here.
         blocks: Blocks of work that need nothing any more by it.
+        traces: Results of the source whose kept traces stay beside it.
     """
 
     source: str
@@ -104,6 +106,20 @@ class Merged:
     runs: int
     rows: int
     blocks: int
+    traces: int
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """A source that is open and found to be as it was written.
+
+    Attributes:
+        place: Where it is.
+        connection: Sees one state of it.
+    """
+
+    place: Location
+    connection: Connection
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,30 +137,62 @@ class Copied:
     rows: int
 
 
-def merge(into: Database, source: str | Path) -> Merged:
+def require_source(source: Place) -> None:
+    """Refuse what cannot be merged at all, before anything is; its rows are not looked at.
+
+    Raises:
+        InputError: There is no such database.
+        PlatformError: It cannot be used, is not ours or has another schema version.
+    """
+    place = locate(source)
+    with _reading(place) as connection:
+        require_current(connection, place)
+
+
+@contextmanager
+def origin_of(source: Place) -> Iterator[Origin]:
+    """Open a source and verify it; meanwhile the database that grows need not be there.
+
+    Raises:
+        InputError: There is no such database.
+        PlatformError: It cannot be used, or has another schema version.
+        IntegrityError: It is not as it was written.
+    """
+    place = locate(source)
+    with _reading(place) as connection:
+        _require_sound(connection, place)
+        yield Origin(place, connection)
+
+
+@contextmanager
+def _reading(place: Location) -> Iterator[Connection]:
+    require_exists(place)
+    database = Database(place, is_read_only=True)
+    try:
+        with database.read() as connection:
+            yield connection
+    finally:
+        database.close()
+
+
+def merge(into: Database, source: str | Path | Origin) -> Merged:
     """Add what another database has, in one transaction; again, it adds nothing.
 
     Args:
         into: The database that grows.
-        source: Path of the other one.
+        source: The other one, by its place, or open.
 
     Raises:
         InputError: The source does not exist, or is the same database.
         PlatformError: One of them cannot be used, or has another schema version.
         IntegrityError: The source is not as it was written, or contradicts what is here.
     """
-    place = locate(source)
-    require_exists(place)
-    if place == into.location or _is_same_file(place.path, into.location.path):
-        raise InputError(f"database {place}: it is the one that is merged into")
-    other = Database(place, is_read_only=True)
-    try:
-        with other.read() as reading:
-            _require_sound(reading, place)
-            with into.write() as writing:
-                return _Merge(reading, writing, place).run()
-    finally:
-        other.close()
+    with nullcontext(source) if isinstance(source, Origin) else origin_of(source) as origin:
+        place = origin.place
+        if place == into.location or _is_same_file(place.path, into.location.path):
+            raise InputError(f"database {place}: it is the one that is merged into")
+        with into.write() as writing:
+            return _Merge(origin.connection, writing, place).run()
 
 
 def _is_same_file(one: Path | None, other: Path | None) -> bool:
@@ -202,7 +250,9 @@ class _Merge:
             ensure_scenario_views(self._into)
         if ids and latest_id(self._into) != ids[-1]:
             save_use(self._into, ids[-1])
-        return Merged(str(self._path), ids, self._runs, self._rows, blocks)
+        kept = select(func.count(kept_trace.c.run_number.distinct()))
+        left = int(self._source.execute(kept).scalar_one())
+        return Merged(str(self._path), ids, self._runs, self._rows, blocks, left)
 
     def _copy(self, table: Table, campaigns: Sequence[Row[Any]], new: set[str]) -> None:
         """Copy what a table has, unless it waits for the numbers of the runs."""

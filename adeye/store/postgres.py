@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Final
 from sqlalchemy import BigInteger, Boolean, Float, Integer, create_engine, event
 from sqlalchemy.exc import DBAPIError
 
-from adeye.errors import IntegrityError, LostConnection, PlatformError
+from adeye.errors import InputError, IntegrityError, LostConnection, PlatformError
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -113,6 +114,7 @@ def make_engine(location: Location, writes_option: str) -> Engine:
             ``shared``.
 
     Raises:
+        InputError: Its address has an option that the driver does not know.
         PlatformError: The driver is not installed.
     """
     try:
@@ -121,6 +123,13 @@ def make_engine(location: Location, writes_option: str) -> Engine:
         raise PlatformError(
             "a PostgreSQL database needs adeye[postgres]: pip install 'adeye[postgres]'"
         ) from error
+    known = {item.keyword.decode() for item in psycopg.pq.Conninfo.get_defaults()}
+    if unknown := sorted(set(location.url.query) - known):
+        # Its value may be a password under a name that is misspelt.
+        raise InputError(
+            f"database {location}: {shown(unknown[0])} is no option of an address",
+            remedy="Name one of PostgreSQL, such as sslmode, or leave it out.",
+        )
     engine = create_engine(
         location.url,
         pool_pre_ping=True,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from adeye.store.database import Database
     from adeye.store.location import Location
-    from adeye.store.merging import Copied, Merged
+    from adeye.store.merging import Copied, Merged, Origin
     from adeye.store.stored import Block
     from adeye.store.wanted import Wanted
 
@@ -142,7 +142,7 @@ class Queue:
             )
             return [str(item) for item in found.scalars()]
 
-    def merge(self, source: str | Path) -> Merged:
+    def merge(self, source: str | Path | Origin) -> Merged:
         """Add what another database has, in one transaction; see ``store.merging``.
 
         Args:

@@ -95,14 +95,22 @@ def test_merge_says_what_came_over_and_needs_its_sources(
     adeye: Any, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     schema.upgrade("other.db")
-    found = Merged("other.db", ("c",), 1_000, 20_000, 3)
+    found = Merged("other.db", ("c",), 1_000, 20_000, 3, 7)
     monkeypatch.setattr(queue, "merge", lambda _database, _source: found)
     ended = adeye("db", "merge", "all.db", "other.db")
     assert ended.out == "other.db: campaigns 1, new runs 1,000, blocks done by it 3\n"
+    assert "kept traces of 7 runs stay in other.db.traces" in ended.err
     document = adeye("db", "merge", "all.db", "other.db", "other.db", "--json").document
     assert document["schema"] == "adeye/db-merge@1"
     assert [item["runs"] for item in document["sources"]] == [1_000, 1_000]
     monkeypatch.undo()
     monkeypatch.chdir(folder)
-    ended = adeye("db", "merge", "all.db", "none.db")
+    ended = adeye("db", "merge", "new.db", "other.db", "none.db")
     assert (ended.code, "none.db: no such file" in ended.err) == (2, True)
+    (folder / "foreign.yaml").write_text("a: 1\n")
+    assert adeye("db", "merge", "new.db", "foreign.yaml").code == 5
+    # One that was altered is found out before anything is made, too.
+    with sqlite3.connect(folder / "other.db") as raw:
+        raw.execute("INSERT INTO uid_set VALUES (?, '[]', ?)", ("0" * 64, "0" * 64))
+    assert adeye("db", "merge", "new.db", "other.db").code == 4
+    assert not (folder / "new.db").exists()

@@ -46,6 +46,21 @@ def test_verification_needs_a_key_or_a_word(adeye: Any, campaign: str) -> None:
     assert "needs either --key or --unsigned" in ended.err
 
 
+def test_key_is_not_overwritten_by_the_signature(adeye: Any, folder: Path, campaign: str) -> None:
+    pytest.importorskip("cryptography", reason="the extra `sign` is not installed")
+    assert campaign
+    for key, words in (("manifest.json.sig", "is a key"), ("k.pem", "")):
+        assert adeye("manifest", "keygen", "--private", key, "--public", f"{key}.pub").code == 0
+        before = (folder / key).read_bytes()
+        for _ in range(2):
+            ended = adeye("manifest", "write", "--db", "x.db", "--sign", key)
+            assert (ended.code, words in ended.err) == (2 if words else 0, True)
+        assert (folder / key).read_bytes() == before
+        (folder / "manifest.json.sig").unlink()
+    ended = adeye("query", "campaigns", "--db", "x.db", "-o", "manifest.json")
+    assert (ended.code, "is a baseline, a manifest" in ended.err) == (2, True)
+
+
 def test_signed_manifest_is_checked_with_the_public_key(
     adeye: Any, folder: Path, campaign: str
 ) -> None:

@@ -11,7 +11,7 @@ import pytest
 import typer
 
 from adeye.cli.app import app
-from adeye.cli.writing import named, named_page, named_place, write_rows
+from adeye.cli.writing import named, named_anew, named_page, named_place, write_rows
 from adeye.errors import PlatformError, UsageError
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def test_every_option_that_names_a_file_to_write_is_among_these() -> None:
             f"{verb} --{name.replace('_', '-')}".strip()
             for name, hint in hints.items()
             for item in getattr(hint, "__metadata__", ())
-            if getattr(item, "callback", None) in (named, named_page, named_place)
+            if getattr(item, "callback", None) in (named, named_anew, named_page, named_place)
         }
 
     assert options(typer.main.get_command(app), "") == set(WRITING)

@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 from sqlalchemy import Connection
 
-from adeye.errors import IntegrityError, LostConnection, PlatformError
+from adeye.errors import InputError, IntegrityError, LostConnection, PlatformError
 from adeye.store import postgres, tables
 from adeye.store.database import Database
 from adeye.store.encoding import Row, row
@@ -29,6 +29,12 @@ on_server = pytest.mark.parametrize("place", ["postgresql"], indirect=True)
 )
 def test_statement_is_written_as_the_server_takes_it(here: str, there: str) -> None:
     assert postgres.translated(here) == there
+
+
+def test_option_that_the_driver_does_not_know_is_named_without_its_value() -> None:
+    with pytest.raises(InputError, match="'pasword' is no option") as caught:
+        Database(locate("postgresql://host/evidence?pasword=canary"))
+    assert "canary" not in str(caught.value)
 
 
 def odd_rows(count: int) -> list[Row]:
