@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import os
 import sys
 import traceback
 from collections.abc import Callable
+from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass
 from importlib import import_module
@@ -22,7 +24,7 @@ from adeye.supervision import guest, is_asked
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from pydantic_core import ErrorDetails
 
@@ -313,7 +315,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[label] = module
     try:
-        with guest(name):
+        with guest(name), _folder_kept():
             exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
     except BaseException as error:
         sys.modules.pop(label, None)
@@ -323,9 +325,23 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     return module
 
 
+@contextmanager
+def _folder_kept() -> Iterator[None]:
+    """Stay in the working folder, which relative paths of the user are meant from."""
+    try:
+        before = Path.cwd()
+    except FileNotFoundError:  # it was removed, so nothing is found from there anyway
+        yield
+        return
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
 def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) -> Part:
     try:
-        with guest(name):
+        with guest(name), _folder_kept():
             module = import_module(source)
     except SyntaxError as error:
         raise _syntax_error(name, error.filename or source, error) from error

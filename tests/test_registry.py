@@ -91,6 +91,15 @@ def test_error_while_importing_is_reported_with_file_and_line(folder: Path) -> N
     assert (Path(where.path).name, where.line) == ("raising.py", 2)
 
 
+def test_code_that_changes_the_working_folder_leaves_relative_paths_alone(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    (folder / "mine.py").write_text(f"import os\nos.chdir('/')\n{CHANNEL}")
+    load_part("./mine.py:Mine", Path())
+    assert Path.cwd() == folder
+
+
 def test_file_with_null_bytes_is_an_input_error(folder: Path) -> None:
     (folder / "binary.py").write_bytes(b"\0\1")
     with pytest.raises(SpecError, match="null"):

@@ -14,7 +14,7 @@ import hashlib
 import pickle
 import platform
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache
@@ -33,7 +33,7 @@ from adeye.store.columns import Dictionary
 from adeye.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from hashlib import _Hash
 
     from adeye.campaign.plan import CampaignPlan
@@ -134,11 +134,18 @@ class Elsewhere:
         """Execute tasks as they come.
 
         Raises:
-            IntegrityError: What the executor brings is not what a worker made of a block.
+            IntegrityError: What the executor brings is not what a worker made of a block, or it
+                ends without having asked for any.
         """
-        # A map asks again after its end, as executors do; a generator would have ended for good.
-        for done in self._executor.run(map(self._demanding, tasks)):
+        demanding = _Demanding(tasks, self._demanding)
+        for done in self._executor.run(demanding):
             yield self._accepted(done)
+        # Asked again and again, it would end again and again, and the campaign never.
+        if not demanding.was_asked:
+            raise IntegrityError(
+                f"executor {self._name} ended without taking its tasks. Correct the executor: its "
+                "run() takes tasks until there are no more; or run with another one to go on."
+            )
 
     def _accepted(self, done: Done[DemandingTask, BatchResult]) -> Done[BatchTask, BatchResult]:
         """Take a block back if it was given and its result has the seal of its worker."""
@@ -173,6 +180,23 @@ class Elsewhere:
         made = DemandingTask.of(self._demand, replace(task, context=known[1]))
         self._given[made.packed] = task
         return made
+
+
+class _Demanding(Iterator[DemandingTask]):
+    """Tasks with what their workers must have, and whether somebody asked for one.
+
+    Asked again after its end, it looks again; a generator would have ended for good.
+    """
+
+    def __init__(
+        self, tasks: Iterator[BatchTask], demanding: Callable[[BatchTask], DemandingTask]
+    ) -> None:
+        self.was_asked = False
+        self._tasks, self._demanding = tasks, demanding
+
+    def __next__(self) -> DemandingTask:
+        self.was_asked = True
+        return self._demanding(next(self._tasks))
 
 
 def demand_of(plan: CampaignPlan, marked: tuple[Path, str] | None = None) -> Demand:

@@ -273,6 +273,9 @@ def _misfit(name: str, values: Any, shape: tuple[int | None, ...]) -> str:
         return ""
     if not isinstance(values, np.ndarray):
         return f"{name} is {type(values).__name__}, not an array"
+    if isinstance(values, np.ma.MaskedArray) and (hidden := np.ma.getmaskarray(values).sum()):
+        # Below a mask lies anything; what the channel does not tell is no command.
+        return f"{name} is an array with {hidden} masked samples, not numbers"
     numeric = values.dtype.kind in "fiub"
     is_whole = name not in _WHOLE or values.dtype.kind in "iu"
     fits = len(values.shape) == len(shape) and all(

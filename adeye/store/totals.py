@@ -253,7 +253,7 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         repeated |= Counter({item.architecture: item.repeated})
     planned, accounted, lost = _accounted(repository, campaign)
     code = gate_exit(verdicts, planned=planned, accounted=accounted)
-    reasons += lost
+    reasons += [*lost, *_unasked(verdicts)]
     failures = channel_failures(repository, campaign)
     if any(item.refused for item in failures):
         code = exit_code([code, ExitCode.INCOMPLETE])
@@ -264,6 +264,12 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
     beside += [_repeats(count, name) for name, count in repeated.items() if count]
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
+
+
+def _unasked(verdicts: Mapping[str, Sequence[Verdict]]) -> list[str]:
+    """Say for which architectures in the gate nothing is asked for."""
+    names = ", ".join(name for name, found in verdicts.items() if not found)
+    return [f"no FSR is mandatory for {names}"] if names else []
 
 
 def _passed(campaign: CampaignInfo, aside: Sequence[str], also: Sequence[str]) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 from adeye.errors import InputError, SourceLocation, SweepError, suggest
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 Kind = Literal["parameter", "scenario", "architecture", "faults"]
 MAX_AXIS_VALUES = 1_000_000
+_SAME = 1e-9
+"""Relative difference up to which two levels are one situation."""
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:[0-9]{1,30}(?:\.[0-9]{0,30})?|\.[0-9]{1,30})(?:[eE][-+]?[0-9]{1,3})?)\s*(\S*)\s*"
 )
@@ -151,8 +154,7 @@ class AxisReader:
         _check_varied(name, kind, path, where)
         if spec.choice is not None:
             values = tuple(self._value(name, kind, text, where) for text in levels_of(spec))
-            if len(set(values)) != len(values):
-                raise SweepError(f"{name}: a value of the choice occurs twice", where=where)
+            _require_distinct(name, levels_of(spec), values, where)
         elif kind != "parameter":
             raise SweepError(
                 f"{name}: a {spec.kind} distribution is for scenario parameters only",
@@ -328,6 +330,17 @@ def _require_distinct(
                 f"{name}: a value occurs twice, as {pair}", where=where, remedy="Remove one."
             )
         first[value] = text
+    # Rounding alone may part two numbers so; whole ones are never rounded.
+    numbers = sorted(value for value in first if isinstance(value, float))
+    for low, high in pairwise(numbers):
+        is_whole = low.is_integer() and high.is_integer()
+        if math.isclose(low, high, rel_tol=_SAME) and not is_whole:
+            pair = " and ".join(shown(first[value]) for value in (low, high))
+            raise SweepError(
+                f"{name}: two values are the same but for a part of {_SAME:g}, {pair}",
+                where=where,
+                remedy="Remove one.",
+            )
 
 
 def _steps(name: str, steps: Steps, where: SourceLocation) -> tuple[Value, ...]:

@@ -280,6 +280,18 @@ def test_executor_that_alters_what_it_carries_is_named(
         list(executor.run(iter([a_task(mini.plan)])))
 
 
+def test_executor_that_asks_for_no_task_is_named(mini: Executed) -> None:
+    class Idle(InProcess[Any, Any]):
+        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
+            del tasks
+            return iter(())
+
+    context: ExecutorContext[Any, Any] = ExecutorContext(execute_as_demanded)
+    executor = Elsewhere(mini.plan, lambda it: Idle(it.work), context, name="own:Idle")
+    with pytest.raises(IntegrityError, match="executor own:Idle ended without taking its tasks"):
+        list(executor.run(iter([a_task(mini.plan)])))
+
+
 def test_results_of_two_blocks_that_an_executor_exchanges_are_refused(mini: Executed) -> None:
     first = a_task(mini.plan)
     second = replace(first, block=2, execute=(mini.plan.cases[1],))

@@ -90,6 +90,15 @@ def test_only_mandatory_failures_in_the_gate_count(
     assert folded(repository, campaign)[fsr, name].verdict is Verdict.FAIL
 
 
+def test_gate_that_asks_for_nothing_says_so(repository: Repository, example: Any) -> None:
+    example.requirements = tuple(
+        item.model_copy(update={"mandatory": False}) for item in example.requirements
+    )
+    code, message = gate(repository, example.campaign(repository))
+    assert code is ExitCode.INCOMPLETE
+    assert message == "no FSR is mandatory for new"
+
+
 @pytest.mark.parametrize(
     "verdict", [Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.VACUOUS]
 )

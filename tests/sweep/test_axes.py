@@ -96,6 +96,7 @@ def test_steps_are_as_many_as_asked_and_evenly_spaced(start: int, count: int, st
         ("gap", [], "has no values"),
         ("gap", ["30 m", "0.03 km"], "a value occurs twice, as '30 m' and '0.03 km'"),
         ("gap", ["30 m", *(f"{n} m" for n in range(20, 31))], "occurs twice, as '30 m'. Remove"),
+        ("gap", ["30.00000000001 m", "25 m", "30 m"], "'30 m' and '30.00000000001 m'"),
         ("gap", ["30 s"], "is a time, not a length"),
         ("gap", [30], "is a plain number, not a length"),
         ("gap", ["far"], "is not a quantity like '30 m'"),

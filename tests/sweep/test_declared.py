@@ -97,7 +97,7 @@ def test_unusable_data_is_refused_at_the_axis(
         ("gap", {"lognormal": {"median": "0 m", "sigma": 0.5}}, "of 0 m is not positive"),
         ("gap", {"uniform": ["40 m", "20 m"]}, "nothing is left"),
         ("gap", {"choice": {"30 m": 0.5, "300 m": 0.5}}, "outside the scenario's range"),
-        ("gap", {"choice": {"1 m": 0.5, "100 cm": 0.5}}, "a value of the choice occurs twice"),
+        ("gap", {"choice": {"1 m": 0.5, "100 cm": 0.5}}, "a value occurs twice, as '1 m' and"),
         ("scenario.horizon", {"uniform": ["8 s", "9 s"]}, "for scenario parameters only"),
     ],
 )

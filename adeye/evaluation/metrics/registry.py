@@ -284,11 +284,19 @@ def _numbers(
 ) -> NDArray[Any]:
     """Copy what a metric gave, one number per run; texts, truths and the like are no numbers."""
     array = np.asarray(given)
+    hidden = np.ma.getmaskarray(given) if isinstance(given, np.ma.MaskedArray) else None
     allowed = "iuf" if kind is np.float64 else "iu"
     if array.shape != (runs,) or (runs and array.dtype.kind not in allowed):
         msg = f"{name} is {array.dtype} of shape {array.shape}, not a number for each of {runs}"
         raise TypeError(msg)
-    return np.array(array, dtype=kind)
+    numbers = np.array(array, dtype=kind)
+    if hidden is not None and hidden.any():
+        if kind is not np.float64:
+            msg = f"{name} is masked in {hidden.sum()} of {runs}"
+            raise TypeError(msg)
+        # Below a mask lies anything; what the metric does not tell is no value.
+        numbers[hidden] = np.nan
+    return numbers
 
 
 def _one_by_one(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:

@@ -216,21 +216,105 @@ def names_in(node: Node) -> tuple[str, ...]:
 
 
 def silence_of(node: Node) -> tuple[str, ...]:
-    """List the channels whose failure a node is about: it asks for their silence or their age.
+    """List the channels whose failure a formula notices: it asks for something of their silence.
 
-    What asks only whether a channel is ``ok``, ``degraded`` or wants authority looks away from it.
+    The silence, or an age beyond a bound, has to stand where it makes the formula harder to hold,
+    at whichever row it comes: what it implies, or that it never is. What holds of a silent channel
+    anyway, such as ``always(silent or not silent)``, or once it was not, notices nothing.
     """
+    split = (name.split(".") for name in names_in(node))
+    channels = dict.fromkeys(
+        name[1] for name in split if len(name) == 3 and name[::2] in _OF_SILENCE
+    )
+    return tuple(channel for channel in channels if _notices(node, channel))
+
+
+_Truth: TypeAlias = bool | None
+"""None where it is open."""
+_OF_SILENCE: Final = (["channel", "status"], ["channel", "age"])
+
+
+def _notices(node: Node, channel: str, *, is_asked: bool = True, at_any_row: bool = False) -> bool:
+    """Tell whether a part of a formula can make it fail because a channel is silent.
+
+    Args:
+        node: The part.
+        channel: Id of the channel.
+        is_asked: Whether the formula asks for the part; else for its contrary, or for what follows.
+        at_any_row: Whether it counts at whichever row the channel is silent.
+    """
+    if _while_silent(node, channel) is is_asked:
+        return False
     match node:
-        case Equality(left=Signal(name=name)):
-            label, part = label_of(node), "status"
-            asks = label in {"silent", "fault"} or (label == "ok" and node.is_negated)
+        case Comparison() | Equality():
+            return at_any_row and _while_silent(node, channel) is not None
+        case Temporal() | Past():
+            at_any_row |= (node.operator in {"always", "historically"}) is is_asked
+            # Else one row without silence is enough.
+            return at_any_row and _notices(
+                node.operand, channel, is_asked=is_asked, at_any_row=True
+            )
+        case Connective(operator="implies"):
+            return _notices(node.left, channel, is_asked=not is_asked, at_any_row=True) or _notices(
+                node.right, channel, is_asked=is_asked, at_any_row=at_any_row
+            )
+        case Not() | Edge(operator="fall"):
+            is_asked = not is_asked
+    return any(
+        _notices(child, channel, is_asked=is_asked, at_any_row=at_any_row)
+        for child in children(node)
+    )
+
+
+def _while_silent(node: Node, channel: str) -> _Truth:
+    """Tell what a part of a formula is as long as a channel is silent; None if that is open."""
+    found: _Truth = None
+    match node:
+        case Equality():
+            found = _status_while_silent(node, channel)
         case Comparison():
-            name, part, asks = next(iter(names_in(node)), ""), "age", True
-        case _:
-            found = (name for child in children(node) for name in silence_of(child))
-            return tuple(dict.fromkeys(found))
-    names = name.split(".")
-    return (names[1],) if asks and len(names) == 3 and names[::2] == ["channel", part] else ()
+            found = _age_while_silent(node, channel)
+        case Connective():
+            left, right = (_while_silent(part, channel) for part in (node.left, node.right))
+            if node.operator == "implies":
+                left = _contrary(left)
+            decides = node.operator != "and"
+            if decides in {left, right}:
+                found = decides
+            elif left is not None and right is not None:
+                found = not decides
+        case Not(operand=part) | Edge(operator="fall", operand=part):
+            found = _contrary(_while_silent(part, channel))
+        case Edge() | Temporal() | Past() | Previous():
+            found = _while_silent(node.operand, channel)
+        case Until() | Since():
+            found = _while_silent(node.right, channel) or None
+    return found
+
+
+def _contrary(found: _Truth) -> _Truth:
+    return None if found is None else not found
+
+
+def _status_while_silent(node: Equality, channel: str) -> _Truth:
+    if not isinstance(node.left, Signal) or node.left.name != f"channel.{channel}.status":
+        return None
+    is_as_silent = {"silent": True, "fault": True, "ok": False}.get(label_of(node) or "")
+    return _contrary(is_as_silent) if node.is_negated else is_as_silent
+
+
+def _age_while_silent(node: Comparison, channel: str) -> _Truth:
+    age = f"channel.{channel}.age"
+    is_left = age in names_in(node.left)
+    if not is_left and age not in names_in(node.right):
+        return None
+    is_above = (node.operator in {">", ">="}) is is_left
+    bound = node.right if is_left else node.left
+    # No age is below zero, so that `>= 0` and `< 0` tell nothing apart; `> 0` and `<= 0` do.
+    is_strict = is_above is ("=" not in node.operator)
+    if isinstance(bound, Constant) and not (bound.value > 0 or (bound.value == 0 and is_strict)):
+        return None
+    return is_above
 
 
 def future_reach(node: Node, *, is_outermost: bool = True) -> float:

@@ -177,6 +177,22 @@ def test_interruption_in_a_metric_is_no_error_of_it(hand_made: Any) -> None:
         computed(Interrupted, hand_made(runs=2))
 
 
+def test_value_below_a_mask_is_an_error_of_its_run(hand_made: Any) -> None:
+    class Masked(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            hidden = [run == 1 for run in range(trace.runs)]
+            made = super().compute(trace)
+            actor = np.ma.masked_array(made.actor, mask=False)
+            return MetricColumn(
+                np.ma.masked_array(made.value, mask=hidden), made.status, made.time, actor
+            )
+
+    register_metric(Masked)
+    column = compute_metrics(hand_made(runs=3).trace())["mean_speed_mps"]
+    assert list(column.status) == ["value", "error", "value"]
+    assert np.isnan(column.value[1])
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_value_that_is_not_finite_is_an_error(hand_made: Any, bad: float) -> None:
     class Bad(Mean):

@@ -119,9 +119,35 @@ def test_implications_count_at_the_top_and_under_one_always_only() -> None:
         ("always(channel.a.status == degraded implies x)", ()),
         ("always(channel.a.acceleration > 1 implies authority.a)", ()),
         ("always(sensor.a.age > 0.3 s implies x)", ()),
+        ("always(not (channel.a.status == silent))", ("a",)),
+        ("always(channel.a.status == ok)", ("a",)),
+        ("always(channel.a.age <= 0.3 s)", ("a",)),
+        ("always(0.3 s >= channel.a.age or x)", ("a",)),
+        ("always(channel.a.age >= 0.3 s implies channel.b.age < 0.1 s)", ("a", "b")),
+        ("eventually(channel.a.status == silent) implies eventually(x)", ("a",)),
+        ("not eventually(channel.a.status == silent)", ("a",)),
+        ("always(fall(channel.a.status == ok) implies x)", ("a",)),
+        ("always(once[0 s, 1 s](channel.a.status == fault) implies x)", ("a",)),
+        ("always(y implies (channel.a.status == silent implies x))", ("a",)),
+        (
+            "always((channel.a.status == silent implies x) and (channel.a.status == ok implies y))",
+            ("a",),
+        ),
+        ("always(channel.a.status == silent or not (channel.a.status == silent))", ()),
+        ("x and always(channel.a.status == silent or not (channel.a.status == silent))", ()),
+        ("always(channel.a.status == silent implies channel.a.status != ok)", ()),
+        ("always(channel.a.status == silent)", ()),
+        ("always(y or (channel.a.status == silent and x))", ()),
+        ("always(fall(channel.a.status == silent) implies x)", ()),
+        ("eventually(channel.a.status == ok)", ()),
+        ("eventually(channel.a.status == silent implies x)", ()),
+        ("channel.a.status != silent", ()),
+        ("always(channel.a.age >= 0 s)", ()),
+        ("always(channel.a.age > -1 s implies x)", ()),
+        ("always(channel.a.age >= 0.3 s)", ()),
     ],
 )
-def test_formula_is_about_the_channels_whose_silence_or_age_it_asks_for(
+def test_formula_is_about_the_channels_whose_silence_can_make_it_fail(
     text: str, channels: tuple[str, ...]
 ) -> None:
     assert silence_of(parse_text(text)) == channels
