@@ -14,6 +14,7 @@ from adeye.evaluation.measured import measured, nested_antecedents, reads_odd
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.source import is_decision, plan_dictionary
 from adeye.evaluation.stl.check import TRUTH_LABELS
+from adeye.evaluation.stl.constancy import first_constant
 from adeye.evaluation.stl.formula import Formula, parse_formula
 from adeye.evaluation.stl.lexer import KEYWORDS
 from adeye.evaluation.stl.syntax import (
@@ -171,9 +172,9 @@ def check_requirements(
         The FSRs in the concept's order, ready to judge with.
 
     Raises:
-        InputError: A name, metric or scenario does not exist, a dimension does not fit, a window
-            exceeds a tail, or an architecture in the gate lacks a signal. Several errors come as
-            ``InputErrors``.
+        InputError: A name, metric or scenario does not exist, a dimension does not fit, a part of
+            a formula does not depend on its signals, a window exceeds a tail, or an architecture in
+            the gate lacks a signal. Several errors come as ``InputErrors``.
     """
     checked: list[CheckedRequirement] = []
     errors: list[InputError] = []
@@ -223,6 +224,7 @@ class _Check:
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
+        self._check_truth(compiled.formula)
         self._check_parameters(compiled.formula, scenarios)
         self._check_windows(compiled.formula, scenarios)
         missing = self._not_applicable(compiled.formula, scenarios)
@@ -270,6 +272,16 @@ class _Check:
                 )
         for dictionary in known.values():
             formula.check(dictionary)
+
+    def _check_truth(self, formula: Formula) -> None:
+        found = first_constant(formula.root)
+        if found is not None:
+            part, is_held = found
+            raise self._refuse(
+                f"'{formula.quote(part)}' (formula, character {part.span[0] + 1}) "
+                f"{'always' if is_held else 'never'} holds, whatever its signals are",
+                "Write a limit or condition that depends on them, or leave the part out.",
+            )
 
     def _check_parameter_names(self, scenarios: Sequence[str]) -> None:
         for name in self._requirement.parameters:

@@ -29,7 +29,7 @@ def spoilt_metric(body: str) -> Callable[[Bench], Said]:
 
 def vacuous(bench: Bench) -> Said:
     with bench.fsr("FSR-08") as fsr:
-        fsr["formula"] = "always(time < 0 s implies ego.speed >= 500 m/s)"
+        fsr["formula"] = "always(time > 900 s implies ego.speed >= 500 m/s)"
     return bench.run()
 
 

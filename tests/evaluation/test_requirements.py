@@ -198,6 +198,21 @@ def test_wrong_dimension_is_refused(check: Check) -> None:
         check(formula="always(gap > 2 s)")
 
 
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "always(time >= 0 s)",
+        "always(contact or not contact)",
+        "always(any_actor.distance <= 1e308 m)",
+        "always(ego.speed <= 5 m/s or ego.speed - ego.speed <= 0 m/s)",
+    ],
+)
+def test_what_no_signal_decides_is_refused_at_its_place(check: Check, formula: str) -> None:
+    with pytest.raises(SpecError, match="always holds, whatever its signals are") as caught:
+        check(formula=formula)
+    assert "depends on them" in caught.value.remedy
+
+
 def test_text_that_is_no_formula_is_refused(check: Check) -> None:
     with pytest.raises(ExpressionError, match=r"concept\.yaml"):
         check(formula="always(gap >")

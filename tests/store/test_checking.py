@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from adeye.errors import InputError, PlatformError
+from adeye.evaluation.stl.columns import HELD, NEEDED, SPARE
 from adeye.spec.concept import (
     Assumption,
     Concept,
@@ -577,6 +578,27 @@ def test_no_defect_hides_another(tmp_path: Path, sound_database: bytes) -> None:
             if not broken(path) >= {one.rule, other.rule}:
                 hidden.add((one.name, other.name))
     assert hidden == OVERRULED & tried
+
+
+@pytest.mark.parametrize(
+    ("kind", "needed", "details"),
+    [
+        (NEEDED, 1, ["exercised in none of 8 runs: gap >= 9 never held"]),
+        (HELD, 2, ["exercised for new in 1 different results, 2 are needed"]),
+        (SPARE, 1, []),
+    ],
+)
+def test_what_the_gate_takes_for_vacuous_is_a_finding(
+    repository: Repository, example: Any, kind: int, needed: int, details: list[str]
+) -> None:
+    example.repeat(kind)
+    example.requirements = tuple(
+        item.model_copy(update={"min_exercised": needed}) for item in example.requirements
+    )
+    checked = check_campaign(repository.location, example.campaign(repository, 8))
+    assert checked is not None
+    found = [item for item in checked.violations if item.rule == "vacuous_fsr"]
+    assert [item.detail for item in found if item.id == "FSR1"] == details
 
 
 def test_one_view_has_what_all_have(database: Path) -> None:

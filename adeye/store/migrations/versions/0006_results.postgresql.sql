@@ -2,6 +2,14 @@
 
 --
 
+DROP VIEW v_check
+
+--
+
+DROP VIEW v_check_vacuous_fsr
+
+--
+
 DROP VIEW v_gate
 
 --
@@ -164,3 +172,99 @@ LEFT JOIN worst w ON w.campaign = s.campaign AND w.architecture = s.architecture
 --
 
 COMMENT ON VIEW v_gate IS '70b4af5c7606442efb0bc9abd8ba3ecb43af67743c9130a3cb58238c02160aa8'
+
+--
+
+CREATE VIEW v_check_vacuous_fsr AS
+WITH asked AS (
+    SELECT t.campaign_id, t.fsr_id, t.architecture, SUM(t.runs) AS runs, MIN(h.antecedent) AS lacks,
+        CASE WHEN COUNT(h.antecedent) > 0 THEN 0 ELSE SUM(t.exercised) END AS exercised
+    FROM tally t
+    LEFT JOIN (
+        SELECT campaign_id, fsr_id, architecture, MIN(antecedent) AS antecedent
+        FROM never_held WHERE decides = 1
+        GROUP BY campaign_id, fsr_id, architecture) h ON h.campaign_id = t.campaign_id
+        AND h.fsr_id = t.fsr_id AND h.architecture = t.architecture
+    GROUP BY t.campaign_id, t.fsr_id, t.architecture)
+SELECT campaign_id AS campaign, 'fsr' AS part, fsr_id AS id,
+    'exercised in none of ' || SUM(runs) || ' runs'
+        || COALESCE(': ' || MIN(lacks) || ' never held', '') AS detail
+FROM asked
+GROUP BY campaign_id, fsr_id
+HAVING SUM(exercised) = 0
+UNION ALL
+SELECT g.campaign, 'fsr', g.fsr, 'exercised for ' || g.architecture || ' in ' || g.exercised
+    || ' different results, ' || g.min_exercised || ' are needed'
+FROM v_gate g
+WHERE g.in_gate = 1 AND g.verdict = 'VACUOUS' AND EXISTS (
+    SELECT 1 FROM asked a
+    WHERE a.campaign_id = g.campaign AND a.fsr_id = g.fsr AND a.exercised > 0)
+
+--
+
+COMMENT ON VIEW v_check_vacuous_fsr IS 'bc7dfa790a96fc629e898dc3ea2bb25040aa9e58d7feb8bc0576fe3831f89a98'
+
+--
+
+CREATE VIEW v_check AS
+SELECT 'hazard_asil' AS rule, campaign, part, id, detail FROM v_check_hazard_asil
+UNION ALL
+SELECT 'hazard_without_goal' AS rule, campaign, part, id, detail FROM v_check_hazard_without_goal
+UNION ALL
+SELECT 'goal_asil' AS rule, campaign, part, id, detail FROM v_check_goal_asil
+UNION ALL
+SELECT 'goal_without_fsr' AS rule, campaign, part, id, detail FROM v_check_goal_without_fsr
+UNION ALL
+SELECT 'asil_lost' AS rule, campaign, part, id, detail FROM v_check_asil_lost
+UNION ALL
+SELECT 'fsr_without_allocation' AS rule, campaign, part, id, detail FROM v_check_fsr_without_allocation
+UNION ALL
+SELECT 'fsr_without_measure' AS rule, campaign, part, id, detail FROM v_check_fsr_without_measure
+UNION ALL
+SELECT 'threshold_without_source' AS rule, campaign, part, id, detail FROM v_check_threshold_without_source
+UNION ALL
+SELECT 'element_capability' AS rule, campaign, part, id, detail FROM v_check_element_capability
+UNION ALL
+SELECT 'illegal_decomposition' AS rule, campaign, part, id, detail FROM v_check_illegal_decomposition
+UNION ALL
+SELECT 'decomposition_elements' AS rule, campaign, part, id, detail FROM v_check_decomposition_elements
+UNION ALL
+SELECT 'independence_argument' AS rule, campaign, part, id, detail FROM v_check_independence_argument
+UNION ALL
+SELECT 'independence_unknown' AS rule, campaign, part, id, detail FROM v_check_independence_unknown
+UNION ALL
+SELECT 'common_cause' AS rule, campaign, part, id, detail FROM v_check_common_cause
+UNION ALL
+SELECT 'expired_dfa' AS rule, campaign, part, id, detail FROM v_check_expired_dfa
+UNION ALL
+SELECT 'expired_assumption' AS rule, campaign, part, id, detail FROM v_check_expired_assumption
+UNION ALL
+SELECT 'expired_waiver' AS rule, campaign, part, id, detail FROM v_check_expired_waiver
+UNION ALL
+SELECT 'fhti_budget' AS rule, campaign, part, id, detail FROM v_check_fhti_budget
+UNION ALL
+SELECT 'emergency_operation' AS rule, campaign, part, id, detail FROM v_check_emergency_operation
+UNION ALL
+SELECT 'response_beyond_budget' AS rule, campaign, part, id, detail FROM v_check_response_beyond_budget
+UNION ALL
+SELECT 'fsr_without_scenario' AS rule, campaign, part, id, detail FROM v_check_fsr_without_scenario
+UNION ALL
+SELECT 'hazard_without_scenario' AS rule, campaign, part, id, detail FROM v_check_hazard_without_scenario
+UNION ALL
+SELECT 'orphan_scenario' AS rule, campaign, part, id, detail FROM v_check_orphan_scenario
+UNION ALL
+SELECT 'not_applicable_in_gate' AS rule, campaign, part, id, detail FROM v_check_not_applicable_in_gate
+UNION ALL
+SELECT 'not_run' AS rule, campaign, part, id, detail FROM v_check_not_run
+UNION ALL
+SELECT 'stale_evidence' AS rule, campaign, part, id, detail FROM v_check_stale_evidence
+UNION ALL
+SELECT 'outside_odd' AS rule, campaign, part, id, detail FROM v_check_outside_odd
+UNION ALL
+SELECT 'older_version' AS rule, campaign, part, id, detail FROM v_check_older_version
+UNION ALL
+SELECT 'vacuous_fsr' AS rule, campaign, part, id, detail FROM v_check_vacuous_fsr
+
+--
+
+COMMENT ON VIEW v_check IS 'acbba94c939c735e3e2871a0d8579b91388d49e95cad78ecd5d64a288a0d3821'
