@@ -32,22 +32,10 @@ laid: dict[int, int] = {}
 
 _SOURCES: Final = (".yaml", ".yml", ".py")
 _WRITTEN: Final = frozenset(
-    {
-        ".csv",
-        ".htm",
-        ".html",
-        ".json",
-        ".jsonl",
-        ".mmd",
-        ".npz",
-        ".parquet",
-        ".reqif",
-        ".sarif",
-        ".sig",
-    }
-    | {".svg", ".txt", ".xml"}
+    {"", ".csv", ".htm", ".html", ".json", ".jsonl", ".mmd", ".npz", ".parquet", ".reqif"}
+    | {".sarif", ".sig", ".svg", ".txt", ".xml"}
 )
-"""Endings of what verbs write; what ends otherwise was not made by any, unless someone asked."""
+"""Endings of what verbs write; what is there and ends otherwise is something else."""
 _PEM: Final = b"-----BEGIN"
 _COMMITTED: Final = re.compile(
     rb'\s*\{.*"(?:schema":\s*"adeye/(?:baseline|manifest)@|payloadType":\s*"application/vnd\.adeye)',
@@ -271,13 +259,6 @@ def _head(path: Path, size: int = _HEAD_BYTES) -> bytes:
         return b""
 
 
-def _require_same_columns(path: Path, new: Path) -> None:
-    """Refuse to put a table of CSV where one with other columns is, such as an input of an ODD."""
-    old = _head(path).splitlines()[:1] if path.suffix.lower() == ".csv" else []
-    if old and old != _head(new).splitlines()[:1]:
-        raise _refused("", path, "is a table with other columns")
-
-
 def write_atomically(content: bytes, path: Path) -> None:
     """Write a file beside its place and move it there; missing folders are made.
 
@@ -312,7 +293,6 @@ def replacing(path: Path) -> Iterator[Path]:
         with _refusals_in_words(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             yield temporary
-            _require_same_columns(path, temporary)
             _sync(temporary)
             temporary.replace(path)
     finally:

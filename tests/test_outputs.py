@@ -144,8 +144,6 @@ def test_what_must_not_be_lost_is_not_replaced(tmp_path: Path, name: str) -> Non
         ("m.json.sig", '{"payloadType": "application/vnd.adeye.manifest+json"}'),
         ("key.txt", "-----BEGIN PRIVATE KEY-----"),
         ("pyproject.toml", "[project]"),
-        ("LICENSE", "x"),
-        ("v.csv", "v\n1\n"),
     ],
 )
 def test_evidence_and_what_was_never_written_are_not_replaced(
@@ -161,13 +159,6 @@ def test_evidence_and_what_was_never_written_are_not_replaced(
             write_atomically(b"new", path)
     path.write_text("", "utf-8")
     write_atomically(b"a,b\n1,2\n", path)
-
-
-def test_table_of_the_same_columns_is_replaced(tmp_path: Path) -> None:
-    path = tmp_path / "t.csv"
-    for content in (b"a,b\r\n1,2\r\n", b"a,b\n3,4\n"):
-        write_atomically(content, path)
-        assert path.read_bytes() == content
 
 
 def test_what_was_read_is_not_written_whoever_passes_over_the_refusal(tmp_path: Path) -> None:
