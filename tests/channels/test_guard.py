@@ -10,6 +10,7 @@ from adeye.signals import FAULT, OK, SILENT, ControlCommand, Observation
 from adeye.testing import channel_context
 
 RUNS = 3
+MASK = [False, True, False]
 
 
 class Answering:
@@ -115,7 +116,7 @@ def test_exception_silences_all_runs_that_have_not_ended() -> None:
         (good(candidates=np.zeros((RUNS, 2, 5))), "candidates"),
         (good(candidates=np.zeros((RUNS, 4, 5, 2))), "one cost each"),
         (good(chosen=np.zeros(RUNS)), "chosen"),
-        (good(acceleration=np.ma.masked_array(np.zeros(RUNS), mask=[0, 1, 0])), "1 masked"),
+        (good(acceleration=np.ma.masked_array(np.zeros(RUNS), mask=MASK)), "1 masked"),
     ],
 )
 def test_answer_of_the_wrong_form_silences_all_runs(answer: Any, detail: str) -> None:

@@ -237,7 +237,7 @@ def test_hidden_time_is_no_time() -> None:
 
 @pytest.mark.parametrize("unit", ["ns", "us", "ms"])
 @pytest.mark.parametrize("begin", [None, "2024-01-01"])
-def test_stamps_are_seconds_whatever_they_count(unit: str, begin: str | None) -> None:
+def test_stamps_are_seconds_whatever_they_count(unit: Any, begin: str | None) -> None:
     times = pd.to_timedelta(np.arange(4) * 100, unit="ms").as_unit(unit)
     stamps = times if begin is None else pd.Timestamp(begin).as_unit(unit) + times
     table = table_of(pd.DataFrame({"time": stamps, "gap": EVEN}))
