@@ -14,7 +14,7 @@ import typer
 from adeye.cli.app import app
 from adeye.cli.interruption import leave_if_abandoned, raising_on_sigterm
 from adeye.cli.output import clean, talk
-from adeye.errors import ASKED_TO_END, Terminated
+from adeye.errors import Terminated
 from adeye.notices import told_to
 from adeye.supervision import Ended, has_guests, note_end, supervise
 
@@ -100,9 +100,6 @@ def _ended(arguments: Sequence[str] | None) -> int:
     except SystemExit as error:
         return _code_of(error)
     except BaseException as error:  # noqa: BLE001 - the boundary where errors become messages
-        # Where a class is being made, Python wraps what a signal raises.
-        if isinstance(error.__cause__, ASKED_TO_END):
-            return _TERMINATED if isinstance(error.__cause__, Terminated) else _INTERRUPTED
         return _report(error)
 
 

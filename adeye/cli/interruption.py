@@ -29,24 +29,33 @@ _KINDS: Final[dict[int, type[BaseException]]] = {
 
 @contextmanager
 def raising_on_sigterm() -> Iterator[None]:
-    """Raise what they mean in the main thread when SIGINT and SIGTERM come; else change nothing."""
+    """Raise what they mean in the main thread when SIGINT and SIGTERM come; else change nothing.
+
+    Compiled code that they come in may make another error of it, which then stands for them.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    former = {signal.SIGTERM: signal.signal(signal.SIGTERM, _raise)}
+    asked: list[type[BaseException]] = []
+
+    def end(number: int, _frame: FrameType | None) -> None:
+        note_signal(number)
+        asked.append(_KINDS[number])
+        raise _KINDS[number]
+
+    former = {signal.SIGTERM: signal.signal(signal.SIGTERM, end)}
     # Where it is ignored, as in the background of a shell, or somebody else listens, it stays so.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        former[signal.SIGINT] = signal.signal(signal.SIGINT, _raise)
+        former[signal.SIGINT] = signal.signal(signal.SIGINT, end)
     try:
         yield
+    except Exception as error:
+        if asked:
+            raise asked[0] from error
+        raise
     finally:
         for name, handler in former.items():
             signal.signal(name, handler)
-
-
-def _raise(number: int, _frame: FrameType | None) -> None:
-    note_signal(number)
-    raise _KINDS[number]
 
 
 @contextmanager

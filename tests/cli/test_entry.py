@@ -109,12 +109,9 @@ def test_control_characters_of_a_message_do_not_reach_the_terminal(
 def test_interruption_has_its_code_and_no_traceback(
     adeye: Any, plan_raises: Any, error: BaseException, code: int
 ) -> None:
-    wrapped = RuntimeError("Error calling __set_name__")
-    wrapped.__cause__ = error
-    for raised in (error, wrapped):
-        plan_raises(raised)
-        ended = adeye("plan", "odd.yaml")
-        assert (ended.code, ended.err) == (code, "")
+    plan_raises(error)
+    ended = adeye("plan", "odd.yaml")
+    assert (ended.code, ended.err) == (code, "")
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,21 @@ def test_sigterm_raises_inside_and_the_former_handler_comes_back() -> None:
     assert signal.getsignal(signal.SIGTERM) == before
 
 
+def test_what_compiled_code_makes_of_it_stands_for_it() -> None:
+    class Named:
+        def __set_name__(self, _owner: object, _name: str) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    def make() -> None:
+        type("Owner", (), {"part": Named()})
+
+    with pytest.raises(Terminated) as caught, raising_on_sigterm():
+        make()
+    assert isinstance(caught.value.__cause__, RuntimeError)
+    with pytest.raises(RuntimeError, match="its own"), raising_on_sigterm():
+        raise RuntimeError("its own")
+
+
 def test_another_thread_leaves_the_handler_alone() -> None:
     before = signal.getsignal(signal.SIGTERM)
     seen: list[object] = []
