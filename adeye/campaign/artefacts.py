@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from contextlib import suppress
-from pathlib import Path
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
 from adeye.campaign.keeping import read_kept
 from adeye.errors import IntegrityError
+from adeye.outputs import BESIDE_DATABASE
 from adeye.store.kept_files import (
     SUFFIX,
     content_name,
@@ -24,6 +24,7 @@ from adeye.store.stored import Finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from pathlib import Path
 
     from adeye.store.location import Place
     from adeye.store.merging import Copied
@@ -71,30 +72,32 @@ def copy_campaigns(source: Repository, names: Sequence[str], to: Place) -> Copie
         PlatformError: A database or the disk refuses.
     """
     chosen = tuple(dict.fromkeys(source.find_campaign(name).id for name in names))
-    place, made = locate(to), list[Path]()
-    is_new = place.path is not None and not place.path.exists()
+    place = locate(to)
     folders, folder = folders_of(source.location.beside), folder_of(place.beside)
     names_of = [source.evidence.kept_files(item) for item in chosen]
     kept = dict.fromkeys(name for item in names_of for name in item)
     for wrong in altered_files(source):
         if wrong.row.removesuffix(SUFFIX) in kept:
             raise IntegrityError(f"{wrong}. Nothing was copied; see 'adeye db verify'.")
-    try:
+    with ExitStack() as undoing:
+        undoing.callback(_remove_empty, folder)
+        if place.path is not None and not place.path.exists():
+            real = place.path.resolve()
+            for end in ("", *BESIDE_DATABASE):
+                undoing.callback(real.with_name(real.name + end).unlink, missing_ok=True)
         with Repository.open(place) as into:
             # Before the rows that name them are there; without those, files are only left over.
             for name in kept:
-                file = copy_kept(name, folders, folder)
-                made += [] if file is None else [file]
-            return into.queue.copy(source.location, chosen)
-    except BaseException:
-        if is_new and place.path is not None:
-            real = place.path.resolve()
-            made += [real.with_name(f"{real.name}{end}") for end in ("", "-wal", "-shm")]
-        for path in made:
-            path.unlink(missing_ok=True)
-        with suppress(OSError):
-            folder.rmdir()
-        raise
+                if (file := copy_kept(name, folders, folder)) is not None:
+                    undoing.callback(file.unlink, missing_ok=True)
+            copied = into.queue.copy(source.location, chosen)
+        undoing.pop_all()
+    return copied
+
+
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def left_files(repository: Repository) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Generic
 
-from adeye.campaign.elsewhere import COMPUTING, differing
+from adeye.campaign.elsewhere import COMPUTING, PROTOCOL, differing
 from adeye.errors import PlatformError, UnfitWorker, UsageError
 from adeye.notices import notice, waiting_for
 from adeye.ports import Done, Result, Task
@@ -46,8 +46,6 @@ _TELL_EVERY_S: Final = 60.0
 _RUNNING: Final = "running"
 _NAMED: Final = 5
 """Workers that one message names."""
-_PROTOCOL: Final = 4
-"""Of pickles, which every release of Python reads that adeye may meet."""
 _RELEASES: Final = ("adeye", *COMPUTING)
 
 
@@ -290,7 +288,7 @@ class DaskExecutor(Generic[Task, Result]):
 
     def _submit(self, task: Task, worker: _Worker[Task]) -> None:
         # ``pickle.loads`` is there whatever else is not, and finds by its name what it shall call.
-        call = pickle.dumps(_Call(self._work, task), protocol=_PROTOCOL)
+        call = pickle.dumps(_Call(self._work, task), protocol=PROTOCOL)
         # Pure tasks with equal arguments would be one: a batch that comes back is another attempt.
         future = self._client.submit(
             pickle.loads, call, pure=False, retries=0, workers=[worker.address]
@@ -398,7 +396,7 @@ class _Call:
     """A call that is made where it is unpickled: the name of ``perform``, and bytes."""
 
     def __init__(self, work: Callable[[Any], Any], task: Any) -> None:
-        self._packed = pickle.dumps((work, task), protocol=_PROTOCOL)
+        self._packed = pickle.dumps((work, task), protocol=PROTOCOL)
 
     def __reduce__(self) -> tuple[Callable[[bytes], tuple[str, Any]], tuple[bytes]]:
         return perform, (self._packed,)

@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 COMPUTING: Final = ("highway-env", "llvmlite", "numba", "numpy", "scipy")
 """Packages whose release may decide a result."""
 
-_PROTOCOL: Final = 4
-"""Of pickles that every release of Python reads."""
+PROTOCOL: Final = 4
+"""Of pickles, which every release of Python reads that adeye may meet."""
 _OWN: Final = "adeye:run"
 """Any name in the package; its digest is that of all files of the package."""
 
@@ -81,7 +81,7 @@ class DemandingTask:
     def of(cls, demand: Demand, task: BatchTask) -> DemandingTask:
         """Pack what a worker must have, and the block."""
         parts = pickle.dumps(demand), pickle.dumps(task)
-        return cls(pickle.dumps((demand.releases, *parts), protocol=_PROTOCOL))
+        return cls(pickle.dumps((demand.releases, *parts), protocol=PROTOCOL))
 
     @property
     def releases(self) -> tuple[tuple[str, str], ...]:

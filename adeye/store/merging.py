@@ -473,28 +473,23 @@ def copy(into: Database, source: str | Path | Location, campaigns: Sequence[str]
         PlatformError: One of them cannot be used.
         IntegrityError: The source is not as it was written, or the copy is not the same.
     """
-    place = locate(source)
-    other = Database(place, is_read_only=True)
-    try:
-        with other.read() as reading:
-            _require_sound(reading, place)
-            with into.write() as writing:
-                if latest_id(writing) is not None:
-                    raise InputError(
-                        f"database {into.location} has campaigns already",
-                        remedy="Copy into a new one; 'adeye db merge' brings databases together.",
+    with origin_of(source) as origin:
+        place, reading = origin.place, origin.connection
+        with into.write() as writing:
+            if latest_id(writing) is not None:
+                raise InputError(
+                    f"database {into.location} has campaigns already",
+                    remedy="Copy into a new one; 'adeye db merge' brings databases together.",
+                )
+            copied = _Copy(reading, writing, place).run_chosen(campaigns)
+        with into.read() as written:
+            _require_sound(written, into.location)
+            for name in campaigns:
+                if campaign_sums(written, name) != campaign_sums(reading, name):
+                    raise IntegrityError(
+                        f"database {into.location}: campaign {name[:12]} is not as in {place}. "
+                        "Copy it again; nothing was changed there."
                     )
-                copied = _Copy(reading, writing, place).run_chosen(campaigns)
-            with into.read() as written:
-                _require_sound(written, into.location)
-                for name in campaigns:
-                    if campaign_sums(written, name) != campaign_sums(reading, name):
-                        raise IntegrityError(
-                            f"database {into.location}: campaign {name[:12]} is not as in {place}. "
-                            "Copy it again; nothing was changed there."
-                        )
-    finally:
-        other.close()
     return copied
 
 
