@@ -11,6 +11,7 @@ import numpy as np
 from adeye.errors import SpecError, suggest
 from adeye.evaluation.metrics import METRICS, MetricDefinition
 from adeye.evaluation.stl.check import unit_exponents
+from adeye.evaluation.stl.constancy import FAR
 from adeye.units import UNITS, Dimension, read_quantity, shown
 
 if TYPE_CHECKING:
@@ -106,10 +107,12 @@ def check_side(requirement: Requirement, bound: Bound, where: SourceLocation | N
         return
     if bound.is_lower:
         is_wrong, end = metric.worse == "higher", metric.least
-        cannot_fail = end is not None and bound.limit <= end
+        end = -FAR if end is None else end
+        cannot_fail = bound.limit <= end
     else:
         is_wrong, end = metric.worse == "lower", metric.most
-        cannot_fail = end is not None and bound.limit >= end
+        end = FAR if end is None else end
+        cannot_fail = bound.limit >= end
     if cannot_fail:
         what = f"'{bound.text}' cannot fail: no value is {'below' if bound.is_lower else 'above'}"
         what += f" {end:g}"

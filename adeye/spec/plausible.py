@@ -44,7 +44,7 @@ BOUNDS: Final[dict[str, tuple[str, str, str]]] = {
     "mount.x": ("-20 m", "20 m", "mount.x"),
     "mount.y": ("-10 m", "10 m", "mount.y"),
     "mount.z": ("0 m", "10 m", "mount.z"),
-    "range": ("0 m", "2000 m", "sensors.*.range"),
+    "range": ("0.1 m", "2000 m", "sensors.*.range"),
     "position_noise": (
         *("0 m", "100 m"),
         "sensors.*.range_noise sensors.*.lateral_noise sensors.*.position_noise",

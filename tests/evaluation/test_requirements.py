@@ -422,6 +422,8 @@ def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
         ({"metric": "nominal_availability", "at_least": -0.5}, "cannot fail"),
         ({"metric": "smoothness", "at_most": 0.5}, "harmless side: the lower"),
         ({"metric": "smoothness", "at_least": 0}, "cannot fail"),
+        ({"metric": "max_drac_mps2", "at_most": 1e300}, "cannot fail: no value is above 1e.06"),
+        ({"metric": "standstill_gap_m", "at_least": "-1e9 m"}, "cannot fail"),
     ],
 )
 def test_bound_on_the_wrong_side_is_refused_unless_it_is_meant(

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 Interval: TypeAlias = tuple[float, float]
 
 _ANY: Final = (-math.inf, math.inf)
-_FAR: Final = 1e100
-"""A limit beyond it is one that no value reaches."""
+FAR: Final = 1e6
+"""A limit beyond it, in SI, is one that nothing about a drive reaches: 11 days, 1,000 km."""
 _MOST_PARTS: Final = 8
 """Different parts of a condition up to which all ways in which they hold are tried."""
 
@@ -89,7 +89,7 @@ def _equal(node: Equality) -> bool | None:
 def _limit(term: Term) -> Interval:
     """Give the values of a term; one that lies too far counts as infinite."""
     low, high = _values(term)
-    if low == high and abs(low) > _FAR:
+    if low == high and abs(low) > FAR:
         low = high = math.copysign(math.inf, low)
     return low, high
 
