@@ -140,7 +140,7 @@ def test_result_that_is_not_finite_is_refused(text: str) -> None:
 
 
 def test_a_relation_that_divides_by_zero_names_the_point() -> None:
-    with pytest.raises(ExpressionError, match="divides by zero .* where gap = 0 and rain = 2 in"):
+    with pytest.raises(ExpressionError, match=r"divides by zero .* where gap = 0 and rain = 2 in"):
         parse("1 / gap > rain").evaluate({"gap": np.array([1.0, 0.0]), "rain": 2.0})
     for guarded in ("gap == 0 or 1 / gap > 2", "gap != 0 and 1 / gap > 2"):
         assert parse(guarded).evaluate({"gap": 0.0}) is ("or" in guarded)
@@ -157,7 +157,7 @@ DECIMALS = st.integers(-20, 40).map(lambda count: 5 * count)
 def test_a_sum_of_decimals_on_a_limit_counts_as_on_it(parts: list[int], unit: str) -> None:
     terms = " + ".join(f"{part} {unit}" for part in parts)
     names = " + ".join([NAMES[0], *(f"{part} {unit}" for part in parts[1:])])
-    values = {name: 0.0 for name in NAMES} | {
+    values = dict.fromkeys(NAMES, 0.0) | {
         NAMES[0]: parse(f"{parts[0]} {unit}").evaluate({}) if parts[0] else 0.0
     }
     limit = f"{sum(parts)} {unit}"
