@@ -11,6 +11,7 @@ import numpy as np
 from adeye.evaluation.extremes import EXTREME, SAMPLES, Extremes
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.requirements import JUDGE_VERSION
+from adeye.kernel.clock import tick_times
 from adeye.store.basis_block import BasisBlock, ExtremeBlock
 from adeye.store.columns import Dictionary, Texts
 
@@ -48,7 +49,9 @@ def basis_block(evaluation: Evaluation, files: Sequence[tuple[str, int] | None] 
                 np.repeat(np.arange(len(parts)), counts), Dictionary([name for name, _ in parts])
             ),
             value=value[:, EXTREME].astype(np.float64),
-            time_s=np.where(row[:, EXTREME] >= 0, row[:, EXTREME] * frame.step_s, np.nan),
+            time_s=np.where(
+                row[:, EXTREME] >= 0, tick_times(row[:, EXTREME], frame.step_s), np.nan
+            ),
             actor=Texts(actor[:, EXTREME], names),
             samples=Texts.of(
                 [text for _, item in parts for text in _samples_texts(item, frame.objects)]

@@ -23,6 +23,7 @@ from adeye.errors import (
 )
 from adeye.faults.plan import TIME_TOLERANCE
 from adeye.identity import digest
+from adeye.kernel.clock import tick_times
 from adeye.spec.budget import budgets_of
 from adeye.spec.clock import ticks
 from adeye.spec.columns import may_hold
@@ -263,7 +264,7 @@ def _check_presence(files: OddFiles, section: Section, shared: Shared, seen: set
     scenario, step = shared.scenario, shared.step
     end = round((scenario.horizon + scenario.tail) / step)
     # Nothing is decided from the last row.
-    time = np.arange(min(round(scenario.horizon / step), end - 1) + 1) * step
+    time = tick_times(np.arange(min(round(scenario.horizon / step), end - 1) + 1), step)
     points, varied = section.group.points, {axis.name for axis in section.group.axes}
     for fault in shared.faults:
         when = fault.onset.when

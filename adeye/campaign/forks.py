@@ -13,6 +13,7 @@ from adeye.campaign.work import describe
 from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.evaluation.timeline import violation_s
 from adeye.evaluation.uncertainty import verdict_with
+from adeye.kernel.clock import tick_time
 from adeye.spec.clock import ticks
 from adeye.store.repository import Repository
 from adeye.store.rows import EngineKey, ForkRecord
@@ -156,7 +157,8 @@ def _check(recalled: Recalled, override: AuthorityOverride) -> None:
     if override.from_tick > last:
         raise InputError(
             f"tick {override.from_tick} is behind the end of run {name}",
-            remedy=f"Its last decision is that of tick {last}, at {last * case.step:g} s.",
+            remedy=f"Its last decision is that of tick {last}, at "
+            f"{tick_time(last, case.step):g} s.",
         )
 
 
@@ -188,7 +190,7 @@ def _fork_together(
             origin=origin,
             fork=fork,
             from_tick=override.from_tick,
-            from_time_s=override.from_tick * recalled.case.step,
+            from_time_s=tick_time(override.from_tick, recalled.case.step),
             authority=override.channel,
             links=None if links is None else min(len(links), override.from_tick // LINK_TICKS),
             is_same=origin.trace_digest == fork.trace_digest,

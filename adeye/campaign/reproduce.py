@@ -17,6 +17,7 @@ from adeye.engine import identity
 from adeye.engine import run as run_batch
 from adeye.errors import InputError, UsageError, suggest
 from adeye.evaluation.requirements import requirement_digest
+from adeye.kernel.clock import tick_time
 from adeye.outputs import replacing
 from adeye.spec.concept import Concept
 from adeye.spec.odd import Attributes
@@ -339,7 +340,7 @@ def _fork_fields(case: StoredCase) -> dict[str, Any]:
         "fork_of": case.fork.origin,
         "authority": case.fork.authority,
         "from_tick": case.fork.from_tick,
-        "from_time_s": case.fork.from_tick * case.step_s,
+        "from_time_s": tick_time(case.fork.from_tick, case.step_s),
     }
 
 

@@ -16,6 +16,7 @@ from adeye.evaluation.takeovers import (
     precision_of,
     recall_of,
 )
+from adeye.kernel.clock import tick_time
 from adeye.store.hindsight import TakeoverLine
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
@@ -160,7 +161,7 @@ def _line(recalled: Recalled, forked: Forked) -> TakeoverLine:
         architecture=recalled.run.architecture,
         fault_entry=recalled.case.fault_entry,
         class_=classify_takeover(found),
-        takeover_s=None if tick is None else tick * recalled.case.step,
+        takeover_s=None if tick is None else tick_time(tick, recalled.case.step),
         violation_s=violation,
         fork_violation_s=fork_violation,
     )

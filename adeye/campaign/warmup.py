@@ -14,6 +14,7 @@ from adeye.campaign.runner import Progress
 from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.engine import run as run_batch
 from adeye.errors import PlatformError
+from adeye.kernel.clock import tick_times
 from adeye.kernel.jit import mark_cache_warm
 from adeye.spec.clock import ticks
 
@@ -121,7 +122,7 @@ def _judge(task: BatchTask) -> None:
     columns["begun"][:] = 0.0
     trace = replace(
         first,
-        time=np.arange(rows, dtype=np.float64) * case.step,
+        time=tick_times(np.arange(rows), case.step),
         length=np.full(1, rows),
         horizon_row=np.full(1, rows - 1),
         complete=np.ones(1, dtype=np.bool_),

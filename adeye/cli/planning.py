@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from adeye.sweep.expand import Factor
 
 _SHARED_BY_ALL: Final = "all"
+_MOST_LEVELS: Final = 10
 _TIMES: Final = " \N{MULTIPLICATION SIGN} "
 
 
@@ -132,10 +133,19 @@ def _print_designs(planned: CampaignPlan) -> None:
                 f"{use.name}: random, {points.count} independent draws from declared "
                 f"distributions; relations excluded {excluded} of {points.drawn}"
             )
+        lines += [
+            f"{use.name}: relations leave no point with {axis} = {_levels(levels)}"
+            for axis, levels in points.absent.items()
+        ]
     if lines:
         emit("")
     for line in lines:
         emit(clean(line))
+
+
+def _levels(levels: Sequence[object]) -> str:
+    more = f" and {len(levels) - _MOST_LEVELS} more" if len(levels) > _MOST_LEVELS else ""
+    return listed(map(str, levels[:_MOST_LEVELS])) + more
 
 
 def _covering(scenario: str, points: Points) -> str:
@@ -154,6 +164,7 @@ def _designs(planned: CampaignPlan) -> dict[str, object]:
             "rows": points.count,
             "drawn": points.drawn,
             "tuples": points.tuples,
+            "absent": points.absent,
         }
         for use in planned.files.odd.spec.scenarios
         for points in (planned.expansion.points[use.name],)

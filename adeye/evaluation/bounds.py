@@ -12,6 +12,7 @@ from adeye.errors import SpecError, suggest
 from adeye.evaluation.metrics import METRICS, MetricDefinition
 from adeye.evaluation.stl.check import unit_exponents
 from adeye.evaluation.stl.constancy import FAR
+from adeye.kernel.relation import differences
 from adeye.units import UNITS, Dimension, read_quantity, shown
 
 if TYPE_CHECKING:
@@ -42,12 +43,15 @@ class Bound:
     def margins(self, values: Floats, is_free: Bools) -> Floats:
         """Give the distances (R,) to the limit in the metric's unit, negative when violated.
 
+        What differs from the limit by rounding only lies on it, with the margin 0.
+
         Args:
             values: (R,) of the metric.
             is_free: (R,) whether there was no conflict, so that the value is not read.
         """
         measured = np.where(is_free, 0.0, values)
-        margin = measured - self.limit if self.is_lower else self.limit - measured
+        ends = (measured, self.limit) if self.is_lower else (self.limit, measured)
+        margin = differences(*ends)
         if self.metric.cap is None:
             return margin
         return np.where(is_free, self.metric.cap if self.is_lower else -self.metric.cap, margin)

@@ -258,6 +258,7 @@ def evaluate_extremes(
         status=np.take_along_axis(kept.status, order, axis=1).astype(np.int8),
         cap=declared.cap,
         actor=np.take_along_axis(kept.actor, order, axis=1),
+        slack=declared.slack,
     )
     is_enough = length > 0
     found = evaluate_columns(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +14,10 @@ from adeye.evaluation.stl.columns import HELD, NEEDED, evaluate_columns
 from adeye.evaluation.stl.formula import parse_formula
 from adeye.evaluation.stl.lexer import KEYWORDS
 from adeye.evaluation.stl.profile import evaluate_rows
-from adeye.evaluation.stl.syntax import nested_implications
+from adeye.evaluation.stl.syntax import last_row, nested_implications
 from adeye.evaluation.stl.table import TableSignals, sampling, time_column
 from adeye.evaluation.verdict import Verdict
+from adeye.kernel.clock import tick_time
 from adeye.units import Dimension, parse_quantity, read_quantity, shown
 
 if TYPE_CHECKING:
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     from adeye.evaluation.stl.parser import Parameters
     from adeye.evaluation.stl.table import Table
     from adeye.signals import Floats
-
-_SLACK: Final = 1e-6
-"""Part of a step by which the horizon may miss a row."""
 
 
 @dataclass(frozen=True)
@@ -99,24 +96,31 @@ def judge_table(text: str, table: Table, reading: Reading) -> JudgedTable:
         InputError: The formula, the table or what is told of it cannot be used.
     """
     column = time_column(table, reading.time)
-    times, step = sampling(table, column, reading.units.get(column, "s"))
-    signals = TableSignals(table, {column: "s", **reading.units}, reading.words)
+    times, step, row_slack = sampling(table, column, reading.units.get(column, "s"))
+    signals = TableSignals(table, reading.units, reading.words, column)
     parameters = _parameters(reading.parameters, table)
     formula = parse_formula(text, parameters=parameters)
     _check_names(formula, table, parameters)
-    horizon, row = _horizon(reading.horizon, step, len(times))
+    horizon, row = _horizon(reading.horizon, (step, row_slack), len(times))
     length, complete = np.array([len(times)]), np.array([row < len(times)])
     result = evaluate_columns(
         formula,
         signals,
         step_s=step,
+        row_slack=row_slack,
         length=length,
         horizon=np.array([row]),
         complete=complete,
         chosen=np.array([True]),
     )
     low, high = evaluate_rows(
-        formula, signals, step_s=step, length=length, horizon=np.array([row]), complete=complete
+        formula,
+        signals,
+        step_s=step,
+        row_slack=row_slack,
+        length=length,
+        horizon=np.array([row]),
+        complete=complete,
     )
     frame = Frame(step, (), np.array([False]), (None,))
     judgement = frame.judge_formula(result, text).of_run(0)
@@ -159,14 +163,14 @@ def _check_names(formula: Formula, table: Table, parameters: Parameters) -> None
             )
 
 
-def _horizon(text: str | None, step: float, rows: int) -> tuple[float, int]:
-    """Give the horizon and its row."""
+def _horizon(text: str | None, grid: tuple[float, float], rows: int) -> tuple[float, int]:
+    """Give the horizon and its row; the grid is the step and its slack."""
     if text is None:
-        return (rows - 1) * step, rows - 1
+        return tick_time(rows - 1, grid[0]), rows - 1
     horizon = parse_quantity(text, Dimension.TIME)
     if horizon < 0.0:
         raise InputError(f"the horizon {shown(text)} is below 0", remedy="Write 0 s or more.")
-    return horizon, math.floor(min(horizon / step + _SLACK, rows))
+    return horizon, min(last_row(horizon, *grid), rows)
 
 
 def _named(judgement: Judgement, formula: Formula, nested: Sequence[int]) -> Judgement:

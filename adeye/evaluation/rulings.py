@@ -31,6 +31,7 @@ from adeye.evaluation.stl.columns import HELD, NEEDED, SPARE
 from adeye.evaluation.stl.descent import BINDING_STATUSES
 from adeye.evaluation.stl.program import KIND, WORD
 from adeye.evaluation.uncertainty import is_uncertain, uncertain_detail
+from adeye.kernel.clock import tick_times
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -225,7 +226,7 @@ class Frame:
                 result.robustness_low[runs],
                 result.robustness_high[runs],
                 result.difference[runs],
-                np.where(row >= 0, row * self.step_s, np.nan),
+                np.where(row >= 0, tick_times(row, self.step_s), np.nan),
                 _shown(result.value[runs], node, [item.is_value_shown for item in words]),
                 _shown(result.threshold[runs], node, [item.is_threshold_shown for item in words]),
             ],

@@ -12,6 +12,7 @@ from adeye.evaluation.road import in_refuge, on_road
 from adeye.evaluation.samples import Statuses, mark_errors, mark_undecided
 from adeye.evaluation.series import SERIES, TraceSeries, series_signals
 from adeye.evaluation.stl.series import SampleStatus, Series
+from adeye.kernel.relation import differences
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -253,6 +254,7 @@ class TraceSignals:
             status=status,
             cap=declared.cap,
             actor=actor,
+            slack=declared.slack,
         )
 
     def _column(self, name: str) -> NDArray[Any]:
@@ -277,7 +279,11 @@ class TraceSignals:
             return _reading(self.is_standstill, speed)
         if name == "safe_state":
             return _reading(self.is_safe_state, speed, d)
-        inside = self.inside_odd[:, np.newaxis] & self.is_on_road & (speed <= self._max_speed)
+        inside = (
+            self.inside_odd[:, np.newaxis]
+            & self.is_on_road
+            & (differences(speed, self._max_speed) <= 0.0)
+        )
         return _reading(inside, speed, d)
 
     def _of_ego(self, what: str) -> Reading:
@@ -367,7 +373,9 @@ class TraceSignals:
         return _reading(self._column("reason"))
 
     def _age(self, stamp: Floats) -> Reading:
-        return _reading(self.trace.time - np.where(stamp < 0.0, 0.0, stamp), stamp)
+        # The difference of two times, to the picosecond: ages that are alike are one number.
+        age = np.round(self.trace.time - np.where(stamp < 0.0, 0.0, stamp), 12)
+        return _reading(age, stamp)
 
 
 Reading = tuple["NDArray[Any]", Statuses, "NDArray[np.int64] | None"]

@@ -1,7 +1,8 @@
 """A stack machine for expressions over one run's variables; truth is 1.0 and 0.0.
 
 What is undefined is never true: a comparison with NaN is false, ``and``, ``or`` and ``not`` take
-NaN as false, and every number that is computed from NaN is NaN.
+NaN as false, and every number that is computed from NaN is NaN. Comparisons are those of
+``kernel.relation``, so the size of what a number was made of goes along with it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from adeye.kernel.elementary import cos, exp, log, power, sin
 from adeye.kernel.jit import allocating, compiled
+from adeye.kernel.relation import compares
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,7 +61,7 @@ FUNCTION_CODES: Final = {
 
 
 @allocating
-def run_program(
+def run_program(  # noqa: C901 - one branch for each number of operands
     ops: NDArray[np.int64], args: NDArray[np.float64], variables: NDArray[np.float64]
 ) -> float:
     """Evaluate a postfix program.
@@ -74,32 +76,41 @@ def run_program(
         or logarithm outside its domain gives NaN or an infinity, never an exception.
     """
     stack = np.empty(MAX_STACK)
+    sizes = np.empty(MAX_STACK)
     top = -1
     for at in range(ops.shape[0]):
         op = ops[at]
-        if op == 0:
+        if op <= 1:
             top += 1
-            stack[top] = args[at]
-        elif op == 1:
-            top += 1
-            stack[top] = variables[int(args[at])]
+            stack[top] = args[at] if op == 0 else variables[int(args[at])]
+            sizes[top] = abs(stack[top])
         elif op <= 14 or op in (18, 19):
             top -= 1
-            stack[top] = _binary(op, float(stack[top]), float(stack[top + 1]))
+            left, right = float(stack[top]), float(stack[top + 1])
+            one, other = float(sizes[top]), float(sizes[top + 1])
+            stack[top] = _binary(op, left, right, max(one, other))
+            sizes[top] = _size(op, stack[top], left, right, one, other)
         elif op in (27, 28):
             top -= 2
-            stack[top] = _ternary(
-                op, float(stack[top]), float(stack[top + 1]), float(stack[top + 2])
-            )
+            first, second, third = stack[top], stack[top + 1], stack[top + 2]
+            stack[top] = _ternary(op, float(first), float(second), float(third))
+            if op == 28:
+                sizes[top] = sizes[top + 1] if first != 0.0 else sizes[top + 2]
+            elif stack[top] != first:
+                sizes[top] = sizes[top + 1] if stack[top] == second else sizes[top + 2]
         elif op == 29:
             top -= 1
-            if stack[top - 1] == stack[top + 1]:
+            size = max(float(sizes[top - 1]), float(sizes[top + 1]))
+            if compares(7, float(stack[top - 1]), float(stack[top + 1]), size):
                 stack[top] = 1.0
         elif op == 30:
             top -= 1
             stack[top] = stack[top + 1]
+            sizes[top] = abs(stack[top])
         else:
             stack[top] = unary(op, float(stack[top]))
+            if op not in (16, 17):
+                sizes[top] = abs(stack[top])
     return float(stack[top])
 
 
@@ -157,11 +168,28 @@ def _elementary(op: int, value: float) -> float:
 
 
 @compiled
-def _binary(op: int, left: float, right: float) -> float:
+def _size(op: int, value: float, left: float, right: float, one: float, other: float) -> float:
+    """Size of what the result of two operands is made of, from the sizes of these.
+
+    Adding does not make the errors of the parts smaller, so a sum is as large as its parts.
+    """
+    if op in (2, 3):
+        return one + other
+    if op == 4:
+        return one * other
+    if op == 5 and right != 0.0:
+        return one / abs(right) * (other / abs(right))
+    if op in (18, 19):
+        return one if value == left else other
+    return abs(value)
+
+
+@compiled
+def _binary(op: int, left: float, right: float, size: float) -> float:
     if op <= 6:
         return _arithmetic(op, left, right)
     if op <= 12:
-        return 1.0 if _compares(op, left, right) else 0.0
+        return 1.0 if compares(op, left, right, size) else 0.0
     if op == 13:
         return 1.0 if _is_true(left) and _is_true(right) else 0.0
     if op == 14:
@@ -193,20 +221,6 @@ def _smaller(left: float, right: float) -> float:
 def _greater(left: float, right: float) -> float:
     """Return the left one of equals, and NaN if either is."""
     return left if left >= right or math.isnan(left) else right
-
-
-@compiled
-def _compares(op: int, left: float, right: float) -> bool:
-    if op == 7:
-        return left == right
-    if op == 8:
-        # Not `!=`, which holds for NaN.
-        return left < right or left > right
-    if op == 9:
-        return left < right
-    if op == 10:
-        return left <= right
-    return left > right if op == 11 else left >= right
 
 
 @compiled

@@ -179,7 +179,7 @@ def begin_events(
     first_begun: int,
     actions: Floats,
     tick: int,
-    step: float,
+    time: float,
     begun: Floats,
     actors: Floats,
 ) -> None:
@@ -198,7 +198,7 @@ def begin_events(
         first_begun: Column of the first event's ``begun``.
         actions: (B, V, ACTION_WIDTH).
         tick: Number of the tick.
-        step: Master clock [s].
+        time: Of it [s].
         begun: (B, V) times, NaN before, in and out.
         actors: (B, A, ACTOR_WIDTH) in and out.
     """
@@ -215,7 +215,7 @@ def begin_events(
                 variables[run],
                 actions[run],
                 tick,
-                step,
+                time,
                 begun[run],
                 actors[run],
             )
@@ -232,7 +232,7 @@ def _begin_events_once(
     variables: Floats,
     actions: Floats,
     tick: int,
-    step: float,
+    time: float,
     begun: Floats,
     actors: Floats,
 ) -> bool:
@@ -245,7 +245,7 @@ def _begin_events_once(
         value = run_program(ops[program, :length], args[program, :length], variables)
         # NaN compares false: an undefined condition begins nothing.
         if value > 0.0 or value < 0.0:
-            begun[event] = tick * step
+            begun[event] = time
             begin_action(actors[int(actions[event, ACTION_ACTOR])], actions[event], tick)
             began = True
     return began

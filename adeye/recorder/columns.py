@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.kernel.clock import tick_times
 from adeye.recorder.beliefs import compare_tracks, show_nothing
 from adeye.recorder.rows import clear, mark_detected, move, place_detections, place_points
 from adeye.trace import COLUMNS, DRAWN, ChannelEvent, Layout, Trace
@@ -112,7 +113,7 @@ class Recorder:
         self._layout = layout
         self._case_digests = case_digests
         runs = len(case_digests)
-        self._time = np.arange(rows, dtype=np.float64) * layout.context.step
+        self._time = tick_times(np.arange(rows), layout.context.step)
         self._length = np.zeros(runs, dtype=np.int64)
         self._open = np.ones(runs, dtype=np.bool_)
         self._is_drawn = drawn

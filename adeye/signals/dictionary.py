@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from adeye.kernel.clock import TIME_SLACK
 from adeye.signals.authority import REASON_LABELS
 from adeye.signals.flow import STATUS_LABELS
 
@@ -19,6 +20,7 @@ class SignalType:
         labels: Words of an enumeration, by code.
         text: What it means.
         cap: Margin that "no conflict" counts with, for a series that declares +inf.
+        slack: Differences up to it are none [unit]: of times, which are rounded; else 0.
     """
 
     unit: str
@@ -27,6 +29,7 @@ class SignalType:
     text: str
     labels: tuple[str, ...] = ()
     cap: float | None = None
+    slack: float = 0.0
 
 
 def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalType]:
@@ -41,7 +44,7 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
     """
     number = _number
     signals = {
-        "time": number("s", 1.0, "time since the start"),
+        "time": _clock(1.0, "time since the start"),
         "ego.x": number("m", 10.0, "place in the map"),
         "ego.y": number("m", 10.0, "place in the map"),
         "ego.heading": number("rad", 0.1, "heading in the map"),
@@ -100,7 +103,7 @@ def architecture_signals(
             f"channel.{name}.status": SignalType(
                 "1", 1.0, "enumeration", "state of the channel", STATUS_LABELS
             ),
-            f"channel.{name}.age": _number("s", 0.1, "age of its newest command"),
+            f"channel.{name}.age": _clock(0.1, "age of its newest command"),
             f"authority.{name}": _boolean("its command acts"),
         }
         for actor in object_ids:
@@ -109,7 +112,7 @@ def architecture_signals(
     for name in sensors:
         signals |= {
             f"sensor.{name}.alive": _boolean("it delivers"),
-            f"sensor.{name}.age": _number("s", 0.1, "age of its newest sample"),
+            f"sensor.{name}.age": _clock(0.1, "age of its newest sample"),
         }
         for actor in object_ids:
             signals[f"sensor.{name}.detects.{actor}"] = _boolean("its newest sample has the actor")
@@ -128,6 +131,10 @@ def architecture_signals(
 
 def _number(unit: str, scale: float, text: str) -> SignalType:
     return SignalType(unit, scale, "number", text)
+
+
+def _clock(scale: float, text: str) -> SignalType:
+    return SignalType("s", scale, "number", text, slack=TIME_SLACK)
 
 
 def _boolean(text: str) -> SignalType:

@@ -21,7 +21,7 @@ from adeye.kernel.postfix import (
     PUSH_NUMBER,
     PUSH_VARIABLE,
 )
-from adeye.spec.columns import Value, evaluated
+from adeye.spec.columns import Value, told
 from adeye.spec.dimensions import measured
 from adeye.spec.grammar import COMPARISONS, MAX_DEPTH, MAX_LENGTH, POPS, Step, read_steps
 from adeye.units import Dimension, shown
@@ -94,11 +94,12 @@ class Expression:
             A bool, float or str where all columns that it uses are scalar, else an (N,) array.
 
         Raises:
-            ExpressionError: A name is unknown, text meets a number, or a result is not finite.
+            ExpressionError: A name is unknown, text meets a number, a result is not finite, or a
+                truth hangs on a number that is not.
         """
         self._require(columns)
         try:
-            result = evaluated(self.steps, columns)
+            result, defined = told(self.steps, columns)
         except TypeError as error:
             raise self._error("mixes text and numbers") from error
         except ValueError as error:
@@ -106,7 +107,27 @@ class Expression:
         values = np.asarray(result)
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             raise self._error("is not finite for some values")
+        if self.is_truth and not np.all(defined):
+            raise self._error(
+                f"divides by zero or is not finite{self._place(columns, defined)}",
+                "Guard it, as in 'b == 0 or a / b < 2'.",
+            )
         return result
+
+    def fulfilled(self, columns: Mapping[str, Value]) -> Any:
+        """Tell where a condition is defined and holds; as ``evaluate`` for a condition."""
+        result, defined = told(self.steps, columns)
+        return np.asarray(result, dtype=bool) & np.asarray(defined)
+
+    def _place(self, columns: Mapping[str, Value], defined: Any) -> str:
+        """Name the first point at which the expression is not defined."""
+        at = int(np.argmin(np.atleast_1d(defined)))
+        words = []
+        for name in sorted(self.names):
+            column = np.asarray(columns[name])
+            value = column.item() if column.ndim == 0 else column[at].item()
+            words.append(f"{name} = {value if isinstance(value, str) else format(value, 'g')}")
+        return f" where {' and '.join(words)} in SI" if words else ""
 
     def dimension(self, dims: Mapping[str, Dimension | None]) -> Dimension | None:
         """Infer what it measures; None if that is open (a bare 0, or names of open dimension).

@@ -15,13 +15,11 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel
 
 from adeye.errors import suggest
+from adeye.kernel.relation import differences
 from adeye.spec.expression import Expression
 from adeye.spec.misplaced import Loc
 from adeye.spec.quantity import GrownRecord, Many
 from adeye.units import Dimension, format_quantity, parse_quantity, shown
-
-_SLACK: Final = 1e-9
-"""Rounding errors of conversion, as a share of a limit."""
 
 Limits = Mapping[str, tuple[Any, Any]]
 """Least and most in SI by the name of a bound, of one run or as columns over runs."""
@@ -157,7 +155,7 @@ def implausible(
         low, high = limits.get(name) or _in_si(name, dimension)
         values, low, high = np.broadcast_arrays(value, low, high)
         beyond = np.flatnonzero(
-            (values < low - _SLACK * np.abs(low)) | (values > high + _SLACK * np.abs(high))
+            (differences(values, low) < 0.0) | (differences(values, high) > 0.0)
         )
         if len(beyond):
             first = beyond[0]

@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 from adeye.errors import InputError, SourceLocation, SweepError, suggest
+from adeye.kernel.relation import differences
 from adeye.spec.distribution import Distribution
 from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
@@ -214,8 +215,7 @@ def parameter_value(
     value = parameter_quantity(name, parameter, text, where)
     if parameter.range is not None:
         low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)
-        slack = 1e-9 * max(abs(low), abs(high), 1e-9)
-        if not low - slack <= value <= high + slack:
+        if not differences(value, low) >= 0.0 >= differences(value, high):
             raise SweepError(
                 f"{name}: {text} is outside the scenario's range "
                 f"[{parameter.range[0]}, {parameter.range[1]}]",

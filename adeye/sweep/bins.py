@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.kernel.relation import SLACK
 from adeye.units import UNITS, Dimension
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.boundary import Columns
 
-SLACK: Final = 1e-9
-"""Relative slack at an edge, so that one written in another unit still has its own value."""
 DEFAULT_EDGES: Final[dict[str, tuple[float, ...]]] = {
     "ego_speed": (0.0, 30.0 / 3.6, 60.0 / 3.6, 90.0 / 3.6, 130.0 / 3.6),
     # Below drizzle, light, moderate and heavy rain (American Meteorological Society).

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel.relation import differences
 from adeye.spec.expression import Expression
 from adeye.units import Dimension, format_quantity
 
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from adeye.spec.scenario import LogicalScenario
 
 Columns = Mapping[str, NDArray[np.float64] | float]
-SLACK = 1e-9
-"""Relative slack, so that a limit written in another unit still admits its own value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +57,9 @@ def breaches(
             values = np.abs(values)
         outside = np.zeros(count, dtype=bool)
         if low is not None:
-            outside |= ~(values >= low - SLACK * abs(low))
+            outside |= ~(differences(values, low) >= 0.0)
         if high is not None:
-            outside |= ~(values <= high + SLACK * abs(high))
+            outside |= ~(differences(values, high) <= 0.0)
         if outside.any():
             value = float(values[np.argmax(outside)])
             side, limit = ("above", high) if high is not None and value > high else ("below", low)
@@ -108,7 +107,7 @@ def _low_sun(
         return
     values = np.broadcast_to(np.asarray(elevation.evaluate(columns), dtype=float), (count,))
     below_horizon = values < 0.0
-    outside = ~(below_horizon | (values >= limits.min - SLACK * limits.min))
+    outside = ~(below_horizon | (differences(values, limits.min) >= 0.0))
     if outside.any():
         value = float(values[np.argmax(outside)])
         text = (

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.errors import SweepError, suggest
+from adeye.kernel.relation import differences
 from adeye.spec.distribution import Distribution
 from adeye.spec.document import require_plain
 from adeye.sweep.law import Law, require_mass
@@ -221,8 +222,7 @@ def require_within(law: Law, name: str, ends: tuple[float, float], where: Source
         SweepError: It can.
     """
     low, high = ends
-    slack = 1e-9 * max(abs(low), abs(high), 1e-9)
-    if law.low < low - slack or law.high > high + slack:
+    if differences(law.low, low) < 0.0 or differences(law.high, high) > 0.0:
         raise SweepError(
             f"{name}: a {law.kind} distribution from {law.low:g} to {law.high:g} (SI) leaves the "
             f"scenario's range from {low:g} to {high:g}",

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from adeye.spec.expression import Expression
+    from adeye.spec.odd import Level
     from adeye.sweep.axes import Axis
 
 MAX_RAW_POINTS = 50_000_000
@@ -58,6 +59,7 @@ class Points:
         count: N.
         tuples: What the points cover, of a covering design.
         drawn: Draws that were looked at for the points, of a sample.
+        absent: Listed levels that no point has, by the name of the axis: relations exclude them.
     """
 
     values: dict[str, Column]
@@ -66,6 +68,7 @@ class Points:
     count: int
     tuples: Tuples | None = None
     drawn: int | None = None
+    absent: Mapping[str, tuple[Level, ...]] = field(default_factory=dict)
     _distinct: dict[tuple[str, ...], NDArray[np.int64]] = field(
         default_factory=dict, compare=False, repr=False
     )
@@ -185,7 +188,7 @@ def zipped(
     """Walk all axes in step and keep the feasible points.
 
     Raises:
-        SweepError: The axes have different lengths, or no point is feasible.
+        SweepError: The axes have different lengths, two points are the same, or none is feasible.
     """
     sizes = {len(axis) for axis in axes}
     if len(sizes) > 1:
@@ -200,6 +203,7 @@ def zipped(
     mask = _feasible(axes, levels, relations, fixed)
     count = int(mask.sum())
     _require_points(count, raw, relations, where)
+    _require_different(axes, raw, where)
     return points_of(axes, [level[mask] for level in levels], raw, count)
 
 
@@ -276,6 +280,7 @@ def holds(
         count: N.
 
     Raises:
+        ExpressionError: It is not defined at a point.
         SweepError: It names what is not there.
     """
     names: dict[str, Column | float] = {**fixed, **columns}
@@ -302,6 +307,37 @@ def _require_points(
         )
 
 
+def _require_different(axes: Sequence[Axis], count: int, where: SourceLocation) -> None:
+    """Refuse equal points: they would be one test case that is executed once."""
+    first: dict[tuple[float | str, ...], int] = {}
+    for number in range(count if axes else 0):
+        point = tuple(axis.values[number] for axis in axes)
+        if point in first:
+            told = ", ".join(f"{axis.name} = {axis.texts[number]}" for axis in axes)
+            raise SweepError(
+                f"points {first[point] + 1} and {number + 1} are the same: {told}",
+                where=where,
+                remedy="Remove one.",
+            )
+        first[point] = number
+
+
+def _absent(axes: Sequence[Axis], levels: Sequence[Levels]) -> dict[str, tuple[Level, ...]]:
+    """Find the listed levels of each axis that no point has."""
+    found: dict[str, tuple[Level, ...]] = {}
+    for axis, level in zip(axes, levels, strict=True):
+        there = np.bincount(level, minlength=len(axis)) > 0
+        if not there.all():
+            # Of a list or a zip, several levels may have one value.
+            values = {axis.values[at] for at in np.flatnonzero(there)}
+            missing = [
+                axis.texts[at] for at in np.flatnonzero(~there) if axis.values[at] not in values
+            ]
+            if missing:
+                found[axis.name] = tuple(dict.fromkeys(missing))
+    return found
+
+
 def points_of(
     axes: Sequence[Axis],
     levels: Sequence[Levels],
@@ -324,4 +360,5 @@ def points_of(
         raw,
         count,
         tuples,
+        absent=_absent(axes, levels),
     )

@@ -40,10 +40,24 @@ def read_points(files: OddFiles, number: int) -> tuple[tuple[Axis, ...], Points]
     for name, text in use.parameters.items():
         at = files.odd.locate(("scenarios", number, "parameters", name))
         axis = reader.read(name, (text,), at)
+        _refuse_varied(axis, axes)
         if axis.kind == "parameter":
             fixed[name] = float(axis.values[0])
     relations = _relations(files, number, axes)
     return axes, _designed(files, number, axes, relations, fixed)
+
+
+def _refuse_varied(fixed: Axis, axes: Sequence[Axis]) -> None:
+    """Refuse what a use fixes and varies, or fixes a part of what it varies, and the reverse."""
+    for axis in axes:
+        one, other = fixed.name.split("."), axis.name.split(".")
+        length = min(len(one), len(other))
+        if one[:length] == other[:length]:
+            raise SweepError(
+                f"{fixed.name} is fixed for this use, and {axis.name} is swept at {axis.where}",
+                where=fixed.where,
+                remedy="Remove one of them.",
+            )
 
 
 def _designed(

@@ -237,8 +237,7 @@ def _points(
         else:
             values[axis.name], levels[axis.name] = table[:, at] + 0.0, own
     points = Points(values, levels, raw, count, drawn=drawn)
-    if any(axis.law is not None for axis in axes):
-        _require_distinct(points, axes, where)
+    _require_distinct(points, axes, where)
     return points
 
 

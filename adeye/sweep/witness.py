@@ -88,7 +88,7 @@ class Witnesses:
         columns: dict[str, NDArray[np.float64] | float] = {**fixed, **_spread(ranges)}
         mask = np.ones(POINTS, dtype=np.bool_)
         for constraint in scenario.constraints:
-            mask &= np.broadcast_to(np.asarray(constraint.evaluate(columns), dtype=bool), (POINTS,))
+            mask &= np.broadcast_to(constraint.fulfilled(columns), (POINTS,))
         codes = {
             name: own[..., mask]
             for name, own in codes_of(scenario, columns, POINTS, self._bins).items()

@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye.channels.links import CHANNEL_PREFIX, observe
 from adeye.channels.scalar import ScalarChannel, ScalarFactory
+from adeye.kernel.clock import tick_time
 from adeye.signals import (
     EGO_SPEED,
     EGO_X,
@@ -245,7 +246,7 @@ def _script(context: ChannelContext, kinds: Mapping[str, str]) -> list[_Tick]:
     others = [link[len(CHANNEL_PREFIX) :] for link in context.links if CHANNEL_PREFIX in link]
     stamp = 0.0
     for tick in range(TICKS):
-        time = tick * context.step
+        time = tick_time(tick, context.step)
         ego = np.zeros((runs, 7))
         ego[:, EGO_SPEED] = context.desired_speed
         ego[:, EGO_X] = context.desired_speed * time

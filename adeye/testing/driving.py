@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from adeye.channels.links import observe
+from adeye.kernel.clock import tick_time
 from adeye.kernel.geometry import box_distance
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.road import position
@@ -125,7 +126,7 @@ def drive(  # noqa: PLR0913 - what a loop consists of
     rows: list[dict[str, object]] = []
     running = np.ones(1, dtype=np.bool_)
     for tick in range(round(horizon / step) + 1):
-        time = tick * step
+        time = tick_time(tick, step)
         objects = np.array(world.objects(time), dtype=np.float64).reshape(1, -1, 5)
         waiting.append(_sense(world, road, ego, objects, time))
         readings = waiting[max(0, tick - world.latency)]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.kernel.clock import tick_time
 from adeye.ports import SensorContext, SensorModel
 from adeye.signals import (
     DETECTION_COLUMNS,
@@ -232,7 +233,7 @@ def three_objects() -> SceneContext:
 
 def scene_of(context: SceneContext, tick: int) -> Scene:
     """Return the scene of ``three_objects`` at a tick: three ego speeds, constant velocities."""
-    runs, time = context.runs, tick * context.step
+    runs, time = context.runs, tick_time(tick, context.step)
     ego = np.zeros((runs, 7))
     ego[:, EGO_SPEED] = 10.0 + 5.0 * np.arange(runs)
     ego[:, EGO_X] = ego[:, EGO_SPEED] * time

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.kernel.jit import compiled
+from adeye.kernel.relation import AT_LEAST, compares
 from adeye.spec.clock import ticks
 
 if TYPE_CHECKING:
@@ -107,7 +108,8 @@ def end_runs(  # noqa: PLR0913, PLR0917 - a kernel
     for run in range(running.shape[0]):
         if not running[run]:
             continue
-        if ego_s[run] >= goal[run] and tick < horizon_row[run]:
+        is_there = compares(AT_LEAST, ego_s[run], goal[run], max(abs(ego_s[run]), abs(goal[run])))
+        if is_there and tick < horizon_row[run]:
             horizon_row[run] = tick
             arrived[run] = True
         if contact[run] >= 0:

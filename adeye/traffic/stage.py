@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adeye.kernel.clock import tick_time
 from adeye.kernel.jit import compiled
 from adeye.kernel.storyboard import begin_events, move_actors
 from adeye.signals import Bools, Floats, Ints, Scene
@@ -88,7 +89,7 @@ class Stage:
         contacts = self._contacts
         return Scene(
             tick=self._tick,
-            time=self._tick * self.world.context.step,
+            time=tick_time(self._tick, self.world.context.step),
             ego=self.ego,
             ego_place=self._ego_place,
             objects=self.objects,
@@ -125,7 +126,7 @@ class Stage:
                 world.triggers.first_event,
                 script.actions,
                 self._tick,
-                world.context.step,
+                tick_time(self._tick, world.context.step),
                 self._begun,
                 self._actors,
             )

@@ -9,8 +9,12 @@ import pytest
 
 from adeye.errors import InputError
 from adeye.evaluation.judged_table import JudgedTable, Reading, judge_table
+from adeye.evaluation.stl.columns import SATISFIED, VIOLATED, evaluate_columns
+from adeye.evaluation.stl.formula import parse_formula
+from adeye.evaluation.stl.series import Series
 from adeye.evaluation.stl.table import table_of
 from adeye.evaluation.verdict import Verdict
+from adeye.kernel.clock import TIME_SLACK, tick_times
 
 COLUMNS = {
     "time": [10.0, 10.1, 10.2, 10.3],
@@ -111,3 +115,95 @@ def test_what_does_not_fit_is_refused(formula: str, reading: dict[str, Any], mes
 def test_words_that_do_not_occur_can_be_declared() -> None:
     found = judged("always(mode != lost)", words={"mode": ["ok", "degraded", "lost"]})
     assert found.verdict is Verdict.PASS
+
+
+# --- times are decimals
+
+
+ROWS = 12
+
+
+def _on(times: Any, formula: str, bad: int, **reading: Any) -> Verdict:
+    values = np.ones(len(times))
+    values[bad] = -1.0
+    return judge_table(formula, table_of({"time": times, "x": values}), Reading(**reading)).verdict
+
+
+@pytest.mark.parametrize("first", range(1, 1001, 100))
+def test_a_row_at_the_end_of_a_window_belongs_to_it_at_every_step(first: int) -> None:
+    for step in range(first, first + 100):
+        times = [round(step * row / 1000, 3) for row in range(ROWS)]
+        row = 1 + step % (ROWS - 2)
+        at = f"{times[row]} s"
+        assert _on(times, f"always[0 s, {at}](x > 0)", row, horizon="0 s") is Verdict.FAIL
+        assert _on(times, f"eventually[{at}, {at}](x < 0)", row, horizon="0 s") is Verdict.PASS
+        assert _on(times, "always(x > 0)", row, horizon=at) is Verdict.FAIL
+
+
+@pytest.mark.parametrize("milliseconds", [1, 3, 9, 13, 30, 50, 70, 83, 100, 333, 400, 1000])
+def test_a_run_and_its_table_have_one_verdict(milliseconds: int) -> None:
+    step = milliseconds / 1000
+    times = tick_times(np.arange(40), step)
+    clock = Series(times[np.newaxis], 1.0, "s", "number", slack=TIME_SLACK)
+    for row in range(1, 40, 4):
+        at, half = f"{times[row]} s", f"{times[row // 2]} s"
+        for text in (
+            f"always(time <= {at} or time >= {times[row] + step:.6g} s)",
+            f"always(not (time > {half} and time - {half} < {step:.6g} s))",
+            f"eventually(time - {half} == {times[row - row // 2]} s)",
+            f"eventually(time == {at})",
+            f"always(time != {at})",
+            f"eventually[{at}, {at}](time == {at})",
+        ):
+            run = evaluate_columns(
+                parse_formula(text),
+                _Clock(clock),
+                step_s=step,
+                length=np.array([40]),
+                horizon=np.array([39]),
+                complete=np.array([True]),
+                chosen=np.array([True]),
+            )
+            expected = VIOLATED if "!=" in text else SATISFIED
+            assert run.verdict[0] == expected, (text, step)
+            table = judge_table(text, table_of({"time": times}), Reading())
+            assert table.verdict is (Verdict.PASS if expected == SATISFIED else Verdict.FAIL)
+
+
+class _Clock:
+    def __init__(self, clock: Series) -> None:
+        self.clock = clock
+
+    def series(self, _name: str) -> Series:
+        return self.clock
+
+
+@pytest.mark.parametrize("rate", [30, 60, 12])
+def test_a_row_whose_rounded_time_ends_a_window_belongs_to_it(rate: int) -> None:
+    times = [round(row / rate, 3) for row in range(40)]
+    for row in range(1, 39):
+        window = f"always[0 s, {times[row]} s](x > 0)"
+        assert _on(times, window, row, horizon="0 s") is Verdict.FAIL
+        assert _on(times, window, row + 1, horizon="0 s") is Verdict.PASS
+
+
+def test_times_of_a_calendar_compare_as_decimals() -> None:
+    times = 1_700_000_000 + np.arange(10) / 10
+    formula = "eventually(time - 1700000000 s == 0.3 s)"
+    assert judge_table(formula, table_of({"time": times}), Reading()).verdict is Verdict.PASS
+
+
+def test_units_of_stamps_are_their_own() -> None:
+    stamps = np.arange(4).astype("timedelta64[ms]")
+    with pytest.raises(InputError, match="times with a unit of their own"):
+        judge_table(
+            "always(x > 0)",
+            table_of({"time": stamps, "x": [1.0] * 4}),
+            Reading(units={"time": "ms"}),
+        )
+    dates = np.datetime64("2024-01-01") + np.arange(4).astype("timedelta64[s]")
+    columns = {"time": np.arange(4.0), "sent": dates}
+    with pytest.raises(InputError, match="'sent' has dates"):
+        judge_table("always(sent > 0 s)", table_of(columns), Reading())
+    columns = {"time": dates, "age": np.full(4, 100).astype("timedelta64[ms]")}
+    assert judge_table("always(age <= 0.1 s)", table_of(columns), Reading()).verdict is Verdict.PASS

@@ -8,7 +8,7 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from adeye.errors import ExpressionError, SourceLocation
@@ -60,7 +60,7 @@ def test_program_agrees_with_columns(text: str, values: list[float]) -> None:
     try:
         wanted = expression.evaluate(dict(zip(NAMES, values, strict=True)))
     except ExpressionError:
-        assert not math.isfinite(found)
+        assert expression.is_truth or not math.isfinite(found)
     else:
         assert found == float(wanted)
 
@@ -139,8 +139,43 @@ def test_result_that_is_not_finite_is_refused(text: str) -> None:
         parse(text).evaluate({"x": np.array([1.0, 0.0])})
 
 
-def test_infinity_on_the_way_is_no_error() -> None:
-    assert parse("1 / gap > 2").evaluate({"gap": 0.0}) is True
+def test_a_relation_that_divides_by_zero_names_the_point() -> None:
+    with pytest.raises(ExpressionError, match=r"divides by zero .* where gap = 0 and rain = 2 in"):
+        parse("1 / gap > rain").evaluate({"gap": np.array([1.0, 0.0]), "rain": 2.0})
+    for guarded in ("gap == 0 or 1 / gap > 2", "gap != 0 and 1 / gap > 2"):
+        assert parse(guarded).evaluate({"gap": 0.0}) is ("or" in guarded)
+
+
+# --- what lies on a limit
+
+
+DECIMALS = st.integers(-20, 40).map(lambda count: 5 * count)
+
+
+@given(parts=st.lists(DECIMALS, min_size=1, max_size=4), unit=st.sampled_from(["km/h", "m", "deg"]))
+@example(parts=[20, 45], unit="km/h")
+def test_a_sum_of_decimals_on_a_limit_counts_as_on_it(parts: list[int], unit: str) -> None:
+    terms = " + ".join(f"{part} {unit}" for part in parts)
+    names = " + ".join([NAMES[0], *(f"{part} {unit}" for part in parts[1:])])
+    values = dict.fromkeys(NAMES, 0.0) | {
+        NAMES[0]: parse(f"{parts[0]} {unit}").evaluate({}) if parts[0] else 0.0
+    }
+    limit = f"{sum(parts)} {unit}"
+    for text in (terms, names):
+        told = {
+            relation: parse(f"{text} {relation} {limit}")
+            for relation in ("<=", ">=", "==", "<", ">", "!=")
+        }
+        for relation, expression in told.items():
+            expected = "=" in relation and relation != "!="
+            assert expression.evaluate(values) is expected
+            assert run(expression, [values[name] for name in NAMES]) == float(expected)
+        assert parse(f"{text} - {limit} <= 0").evaluate(values) is True
+
+
+def test_a_difference_that_people_see_is_none_of_rounding() -> None:
+    assert parse("a <= 65 km/h").evaluate({"a": 65.000001 / 3.6}) is False
+    assert parse("a > 0 mm/h").evaluate({"a": 1e-6 / 3.6e6}) is True
 
 
 def test_text_and_numbers_are_not_mixed() -> None:

@@ -87,7 +87,8 @@ def test_axis_that_varies_nothing_is_left_out_and_its_points_fall_together(load:
 
 def test_rows_that_fall_together_keep_the_first_of_each(load: Load) -> None:
     radar = "architecture.sensors.front_radar.range"
-    sweep = {"design": "zip", "parameters": {"gap": ["30 m", "40 m", "30 m"], radar: ["9 m"] * 3}}
+    axes = {"gap": ["30 m", "40 m", "30 m"], radar: ["9 m", "9 m", "10 m"]}
+    sweep = {"design": "zip", "parameters": axes}
     assert groups(load(sweep), "legacy_camera")[0].rows.tolist() == [0, 1]
 
 

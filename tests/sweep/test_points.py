@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.errors import SweepError
+from adeye.errors import ExpressionError, SweepError
 from adeye.sweep.points import read_points
 
 if TYPE_CHECKING:
@@ -101,3 +101,52 @@ def test_stream_of_a_random_design_is_the_scenarios_own(load: Load) -> None:
     one = read_points(load(sweep), 0)[1].columns["gap"].tolist()
     other = read_points(load(sweep, use={"as": "again"}), 0)[1].columns["gap"].tolist()
     assert one != other
+
+
+@pytest.mark.parametrize(
+    "sweep",
+    [
+        {"design": "list", "points": [{"gap": "30 m"}, {"gap": "40 m"}, {"gap": "3000 cm"}]},
+        {"design": "zip", "parameters": {"gap": ["30 m", "40 m", "3000 cm"]}},
+    ],
+)
+def test_equal_points_are_refused(load: Load, sweep: dict[str, Any]) -> None:
+    with pytest.raises(SweepError, match="points 1 and 3 are the same: gap = 3000 cm"):
+        read_points(load(sweep), 0)
+
+
+@pytest.mark.parametrize("parameters", [{"gap": ["40 m"]}, {}])
+def test_a_sample_that_is_one_point_is_refused(load: Load, parameters: dict[str, Any]) -> None:
+    sweep = {"design": "random", "samples": 5, "parameters": parameters}
+    with pytest.raises(SweepError, match="5 samples have 1 different points"):
+        read_points(load(sweep), 0)
+
+
+@pytest.mark.parametrize("design", ["full_factorial", "pairwise"])
+def test_levels_that_no_point_has_are_named(load: Load, design: str) -> None:
+    axes = {"gap": ["30 m", "40 m", "50 m"], "rain": ["0 mm/h", "5 mm/h"]}
+    sweep = {"design": design, "parameters": axes, "where": ["gap < 50 m"]}
+    assert read_points(load(sweep), 0)[1].absent == {"gap": ("50 m",)}
+    assert read_points(load({"design": design, "parameters": axes}), 0)[1].absent == {}
+
+
+@pytest.mark.parametrize("path", ["gap", "scenario.environment.illumination"])
+def test_what_is_fixed_is_not_swept(load: Load, path: str) -> None:
+    levels = ["10 m", "20 m"] if path == "gap" else ["day", "night"]
+    use = {"parameters": {path: levels[0]}}
+    with pytest.raises(SweepError, match=rf"{path} is fixed for this use, and {path} is swept at"):
+        read_points(load({"parameters": {path: levels}}, use=use), 0)
+
+
+def test_points_on_a_limit_are_points(load: Load) -> None:
+    sweep = {
+        "parameters": {"ego_speed": ["80 km/h", "100 km/h"], "gap": ["30 m"]},
+        "where": ["ego_speed + 30 km/h <= 110 km/h"],
+    }
+    assert read_points(load(sweep), 0)[1].count == 1
+
+
+def test_a_relation_that_divides_by_zero_is_refused(load: Load) -> None:
+    sweep = {"parameters": {"gap": ["30 m", "40 m"]}, "where": ["1 m / (gap - 30 m) < 2"]}
+    with pytest.raises(ExpressionError, match="divides by zero or is not finite where gap = 30"):
+        read_points(load(sweep), 0)

@@ -22,6 +22,7 @@ from adeye.evaluation.metrics.statuses import StatusColumn
 from adeye.evaluation.samples import is_demand
 from adeye.evaluation.series import SERIES, TraceSeries
 from adeye.evaluation.source import STANDSTILL_SPEED
+from adeye.kernel.clock import tick_times
 from adeye.ports import MetricColumn
 from adeye.signals import EGO_SPEED
 
@@ -150,7 +151,7 @@ def rss_violation(series: TraceSeries) -> MetricColumn:
     runs = np.arange(len(row))
     codes = np.where(count > 0, VALUE, UNDEFINED)
     worst = column_of(series, codes, row, margins[runs, row], actors[runs, row])
-    seconds = np.where(is_error, np.nan, count * series.step)
+    seconds = np.where(is_error, np.nan, tick_times(count, series.step))
     status = StatusColumn(np.where(is_error, ERROR, VALUE))
     return MetricColumn(seconds, status, worst.time, worst.actor)
 

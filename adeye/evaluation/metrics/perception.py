@@ -23,6 +23,7 @@ from adeye.evaluation.metrics.relevance import (
 )
 from adeye.evaluation.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags, last_found
 from adeye.evaluation.outcome import last_rows
+from adeye.kernel.clock import tick_times
 from adeye.ports import MetricColumn
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def detection_latency(series: TraceSeries) -> MetricColumn:
         as_flags(series.column("detected")),
         _sensors(series),
     )
-    return column_of(series, codes, row, _seconds(late, series), thing)
+    return column_of(series, codes, row, tick_times(late, series.step), thing)
 
 
 @metric_entry(
@@ -118,7 +119,7 @@ def missed_time(series: TraceSeries) -> MetricColumn:
     )
     _, _, shown = false_rows(series.trace.length, series.column("false_tracks")[:, :, channel])
     codes = np.where((codes == VALUE) & (shown != VALUE), NOT_APPLICABLE, codes)
-    return column_of(series, codes, row, _seconds(missed, series), thing)
+    return column_of(series, codes, row, tick_times(missed, series.step), thing)
 
 
 @metric_entry(
@@ -138,7 +139,7 @@ def false_track_time(series: TraceSeries) -> MetricColumn:
     wrong, row, codes = false_rows(
         series.trace.length, series.column("false_tracks")[:, :, channel]
     )
-    return column_of(series, codes, row, _seconds(wrong, series))
+    return column_of(series, codes, row, tick_times(wrong, series.step))
 
 
 @metric_entry(
@@ -239,12 +240,3 @@ def measuring_sensors(layout: Layout) -> tuple[int, ...]:
         for index, name in enumerate(layout.sensors)
         if name in linked and architecture.sensors[name].kind != "ground_truth"
     )
-
-
-def _seconds(rows: Ints, series: TraceSeries) -> Floats:
-    """Return how long a number of rows lasts [s], to the nanosecond.
-
-    Twelve rows of 0.05 s are 0.6 s, not the 0.6000000000000001 s that binary fractions make of
-    them, which would be above a threshold of 0.6 s.
-    """
-    return np.round(rows.astype(np.float64) * series.step, 9)

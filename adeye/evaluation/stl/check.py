@@ -20,6 +20,7 @@ from adeye.evaluation.stl.syntax import (
     Term,
     children,
     label_of,
+    names_in,
 )
 from adeye.units import UNITS, Dimension
 
@@ -148,7 +149,8 @@ class _Checker:
                 "Write a number, or the signal on the left of the comparison.",
             )
         exponents = self._same(node, node.left, node.right)
-        if any(exponents):
+        is_time = all(self.entry(name, node).slack > 0.0 for name in names_in(node))
+        if any(exponents) and not is_time:
             self._refuse(
                 node,
                 f"'{self._quote(node)}' compares measured quantities for equality",

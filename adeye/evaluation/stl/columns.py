@@ -10,7 +10,7 @@ import numpy as np
 from adeye.evaluation.stl.machine import evaluate_runs
 from adeye.evaluation.stl.measures import NO_STATUS
 from adeye.evaluation.stl.program import Program, compile_formula
-from adeye.evaluation.stl.syntax import nested_implications, without
+from adeye.evaluation.stl.syntax import ROW_SLACK, nested_implications, without
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -84,6 +84,7 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
     source: SignalSource,
     *,
     step_s: float,
+    row_slack: float = ROW_SLACK,
     length: Ints,
     horizon: Ints,
     complete: Bools,
@@ -100,6 +101,7 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
         formula: The formula.
         source: Its signals, arrays (B, T).
         step_s: Time between rows [s].
+        row_slack: Part of a step by which the end of a window may miss a row.
         length: (B,) valid rows of each run, 1 to T.
         horizon: (B,) last row at which an obligation of an outermost operator may start, >= 0.
         complete: (B,) whether the trace ended because the scenario was over.
@@ -114,7 +116,7 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
         ValueError: The arrays do not fit together.
     """
     inputs = checked_inputs(formula, source, step_s, (length, horizon, complete, chosen))
-    program = compile_formula(formula, inputs, step_s)
+    program = compile_formula(formula, inputs, step_s, row_slack)
     samples, statuses = stacked(inputs)
 
     def run(program: Program, chosen: Bools) -> tuple[Floats, Ints, NDArray[np.int8]]:
@@ -153,7 +155,7 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
         # Programs are known by their text, which quotes are cut from.
         text = f"{formula.text}\n{pattern.tolist()}"
         other = replace(formula, text=text, root=without(formula.root, left_out))
-        _, found, _ = run(compile_formula(other, inputs, step_s), same)
+        _, found, _ = run(compile_formula(other, inputs, step_s, row_slack), same)
         nested[same & (found[:, 1] == SATISFIED)] *= SPARE
     return StlColumns(
         robustness_low=numbers[:, 0],

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from adeye.evaluation.stl.measures import parted
 from adeye.evaluation.stl.program import (
     ALWAYS,
     AND,
@@ -32,6 +33,7 @@ from adeye.evaluation.stl.program import (
     RISE,
     SECOND_PART,
     SINCE,
+    SLACK,
     THRESHOLD,
     TO_ROW,
     UNTIL,
@@ -81,7 +83,7 @@ def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         bound: Which bound of the robustness to explain: 0 lower, 1 upper.
         nodes: Of the ``Program``, like ``limits``.
-        limits: (N, 4).
+        limits: (N, 5).
         known: Rows of the run.
         last: Last known row at which an outermost obligation starts.
         is_cut: Whether obligations lie beyond the trace.
@@ -361,7 +363,7 @@ def _read(
         numbers[2] = value
         numbers[3] = limits[CODE] if limits[CODE] >= 0.0 else threshold
         return 0
-    difference = values[first, row] - values[second, row]
+    difference = parted(values[first, row] - values[second, row], limits[SLACK])
     if kind == COMPARE:
         margin = min(max(difference, limits[LOWER_CAP]), limits[UPPER_CAP])
     else:
@@ -369,7 +371,7 @@ def _read(
     numbers[2], numbers[3] = value, threshold
     if math.isfinite(value) and math.isfinite(threshold):
         # The margin may have been limited by a cap; people see the whole difference.
-        numbers[4] = math.copysign(value - threshold, margin)
+        numbers[4] = math.copysign(parted(value - threshold, limits[SLACK]), margin)
         return 0
     numbers[2] = value if math.isfinite(value) else math.nan
     numbers[3] = threshold if math.isfinite(threshold) else math.nan

@@ -69,7 +69,7 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
         terms: (K, 3).
         constants: (K,).
         nodes: (N, 10).
-        limits: (N, 4).
+        limits: (N, 5).
         implied: (I, 5).
         antecedents: Conditions of the implications.
         nested: (J,) implications below the top level.

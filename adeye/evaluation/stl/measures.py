@@ -30,6 +30,7 @@ from adeye.evaluation.stl.program import (
     SCALE,
     SECOND_PART,
     SIGNAL,
+    SLACK,
     SUBTRACT,
     UPPER_CAP,
     WORD,
@@ -122,6 +123,12 @@ def checked_term(found: float, one: float, other: float, mark: int) -> tuple[flo
     if is_error and not mark & IS_UNKNOWN:
         mark |= IS_ERROR
     return (0.0 if mark else found), mark
+
+
+@compiled
+def parted(difference: float, slack: float) -> float:
+    """Give a difference of two numbers, 0 up to the slack that they are compared with."""
+    return 0.0 if abs(difference) <= slack else difference
 
 
 @compiled
@@ -270,6 +277,7 @@ def _fill_differences(  # noqa: PLR0913, PLR0917 - a kernel
     left, right = values[first], values[second]
     is_comparison = node[KIND] == COMPARE
     lowest, highest, scale = limits[LOWER_CAP], limits[UPPER_CAP], limits[SCALE]
+    slack = limits[SLACK]
     marks = 0
     begin = 0
     if is_comparison and _are_comparable(
@@ -278,16 +286,17 @@ def _fill_differences(  # noqa: PLR0913, PLR0917 - a kernel
         begin = known - 1
     for k in range(begin):
         one, other = left[k], right[k]
-        robustness = min(max(one - other, lowest), highest) / scale
+        difference = parted(one - other, slack)
+        robustness = min(max(difference, lowest), highest) / scale
         bounds[0, k] = bounds[1, k] = robustness
-        holds = (one > other) | ((one == other) & (not flag))
+        holds = (difference > 0.0) | ((difference == 0.0) & (not flag))
         truth[0, k] = truth[1, k] = 1 if holds else -1
     for k in range(begin, known):
         one, other = left[k], right[k]
         mark = flags[first, k] | flags[second, k]
-        difference, mark = checked_term(one - other, one, other, mark)
+        difference, mark = checked_term(parted(one - other, slack), one, other, mark)
         if is_comparison:
-            holds = one > other or (one == other and not flag)
+            holds = difference > 0.0 or (difference == 0.0 and not flag)
             margin = min(max(difference, lowest), highest)
             is_finite = math.isfinite(margin)
         else:

@@ -23,6 +23,7 @@ from adeye.evaluation.stl.program import (
     WORD,
     compile_formula,
 )
+from adeye.evaluation.stl.syntax import ROW_SLACK
 from adeye.kernel.jit import allocating, compiled
 
 if TYPE_CHECKING:
@@ -35,11 +36,12 @@ if TYPE_CHECKING:
     Bytes = NDArray[np.int8]
 
 
-def evaluate_rows(
+def evaluate_rows(  # noqa: PLR0913 - what a formula is evaluated on
     formula: Formula,
     source: SignalSource,
     *,
     step_s: float,
+    row_slack: float = ROW_SLACK,
     length: Ints,
     horizon: Ints,
     complete: Bools,
@@ -50,6 +52,7 @@ def evaluate_rows(
         formula: The formula.
         source: Its signals, arrays (B, T).
         step_s: Time between rows [s].
+        row_slack: Part of a step by which the end of a window may miss a row.
         length: (B,) valid rows of each run, 1 to T.
         horizon: (B,) last row at which an obligation of an outermost operator may start, >= 0.
         complete: (B,) whether the trace ended because the scenario was over.
@@ -64,7 +67,7 @@ def evaluate_rows(
         ValueError: The arrays do not fit together.
     """
     inputs = checked_inputs(formula, source, step_s, (length, horizon, complete))
-    program = compile_formula(formula, inputs, step_s)
+    program = compile_formula(formula, inputs, step_s, row_slack)
     samples, statuses = stacked(inputs)
     out = np.full((2, *samples.shape[1:]), np.nan)
     _fill_rows(

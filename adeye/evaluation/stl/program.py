@@ -14,6 +14,7 @@ import numpy as np
 from adeye.evaluation.stl.scales import Scale, combined, label_code, unit_of
 from adeye.evaluation.stl.syntax import (
     PREDICATES,
+    ROW_SLACK,
     Arithmetic,
     Assertion,
     Comparison,
@@ -61,7 +62,7 @@ KIND, FIRST_PART, SECOND_PART, FROM_ROW, TO_ROW, HAS_WINDOW, IS_START, FLAG, VAL
 )
 """Columns of ``Program.nodes``. ``FLAG`` is strict of a comparison, negated of an equality; the
 last two are the terms that people see as value and threshold."""
-LOWER_CAP, UPPER_CAP, SCALE, CODE = range(4)
+LOWER_CAP, UPPER_CAP, SCALE, CODE, SLACK = range(5)
 """Columns of ``Program.limits``."""
 
 _OPERATIONS: Final = {
@@ -107,7 +108,7 @@ class Program:
         terms: (K, 3) operation, operands (of a signal its index).
         constants: (K,) value of a constant.
         nodes: (N, 10) conditions, children first; the last is the formula.
-        limits: (N, 4) caps, scale, code of a word.
+        limits: (N, 5) caps, scale, code of a word, difference up to which numbers are equal.
         implied: (I, 5) implications: first antecedent, their number, 1 if they are judged row by
             row, first row, last row (-1: of the obligations).
         antecedents: Conditions of the implications.
@@ -139,22 +140,27 @@ _PROGRAMS: Final[dict[tuple[Any, ...], Program]] = {}
 _MOST_PROGRAMS: Final = 1024
 
 
-def compile_formula(formula: Formula, inputs: Mapping[str, Series], step_s: float) -> Program:
+def compile_formula(
+    formula: Formula,
+    inputs: Mapping[str, Series],
+    step_s: float,
+    row_slack: float = ROW_SLACK,
+) -> Program:
     """Number the parts of a formula; the same again is remembered.
 
     Raises:
         ExpressionError: A signal has the wrong kind or dimension, or a window contains no row.
     """
     declared = tuple(
-        (name, series.scale, series.unit, series.kind, series.labels, series.cap)
+        (name, series.scale, series.unit, series.kind, series.labels, series.cap, series.slack)
         for name, series in inputs.items()
     )
-    key = (formula.text, formula.parameters, declared, step_s)
+    key = (formula.text, formula.parameters, declared, step_s, row_slack)
     if key not in _PROGRAMS:
         formula.check(inputs)
         if len(_PROGRAMS) >= _MOST_PROGRAMS:
             _PROGRAMS.clear()
-        _PROGRAMS[key] = _Compiler(formula, inputs, step_s).program()
+        _PROGRAMS[key] = _Compiler(formula, inputs, step_s, row_slack).program()
     return _PROGRAMS[key]
 
 
@@ -163,10 +169,11 @@ class _Compiler:
     formula: Formula
     inputs: Mapping[str, Series]
     step_s: float
+    row_slack: float
     terms: list[tuple[int, int, int]] = field(default_factory=list)
     constants: list[float] = field(default_factory=list)
     nodes: list[list[int]] = field(default_factory=list)
-    limits: list[tuple[float, float, float, float]] = field(default_factory=list)
+    limits: list[tuple[float, ...]] = field(default_factory=list)
     words: list[Words] = field(default_factory=list)
     numbers: dict[int, int] = field(default_factory=dict)
 
@@ -197,14 +204,14 @@ class _Compiler:
         for parts, operator in find_implications(self.formula.root):
             first, last = 0, -1
             if operator is not None and operator.window is not None:
-                first, last = window_rows(operator.window, self.step_s)
+                first, last = window_rows(operator.window, self.step_s, self.row_slack)
             implied.append((len(antecedents), len(parts), int(operator is not None), first, last))
             antecedents += [self.numbers[id(part)] for part in parts]
         return implied, antecedents
 
     def _condition(self, node: Condition, *, is_start: bool) -> int:
         row = [0] * 10
-        limits = (0.0, 0.0, 1.0, 0.0)
+        limits: tuple[float, ...] = (0.0, 0.0, 1.0, 0.0, 0.0)
         words = Words(self.formula.quote(node), names_in(node)[0], names_in(node))
         if isinstance(node, PREDICATES):
             row, limits, words = self._predicate(node)
@@ -215,7 +222,7 @@ class _Compiler:
             row[KIND] = _kind(node)
             window = window_of(node)
             if window is not None:
-                row[FROM_ROW], row[TO_ROW] = window_rows(window, self.step_s)
+                row[FROM_ROW], row[TO_ROW] = window_rows(window, self.step_s, self.row_slack)
                 row[HAS_WINDOW] = 1
         row[IS_START] = int(is_start)
         self.nodes.append(row)
@@ -224,9 +231,7 @@ class _Compiler:
         self.numbers[id(node)] = len(self.nodes) - 1
         return len(self.nodes) - 1
 
-    def _predicate(
-        self, node: Predicate
-    ) -> tuple[list[int], tuple[float, float, float, float], Words]:
+    def _predicate(self, node: Predicate) -> tuple[list[int], tuple[float, ...], Words]:
         if isinstance(node, Assertion):
             return self._word(node, node.name, None, is_negated=False)
         if isinstance(node, Equality) and self.inputs[names_in(node)[0]].kind != "number":
@@ -252,13 +257,14 @@ class _Compiler:
             np.inf if upper is None or not is_comparison else upper,
             difference.size if difference.size > 0.0 else 1.0,
             0.0,
+            max(self.inputs[name].slack for name in names_in(node)),
         )
         names, unit = names_in(node), unit_of(node, self.inputs)
         return row, limits, Words(self.formula.quote(node), names[0], names, unit, unit)
 
     def _word(
         self, node: Predicate, name: str, equality: Equality | None, *, is_negated: bool
-    ) -> tuple[list[int], tuple[float, float, float, float], Words]:
+    ) -> tuple[list[int], tuple[float, ...], Words]:
         row, code = [0] * 10, 1.0
         label = None if equality is None else label_of(equality)
         first = second = self._load(name).index
@@ -280,7 +286,7 @@ class _Compiler:
             is_value_shown=is_truth,
             is_threshold_shown=is_truth and label is None,
         )
-        return row, (0.0, 0.0, 1.0, code), seen
+        return row, (0.0, 0.0, 1.0, code, 0.0), seen
 
     def _load(self, name: str) -> _Term:
         series = self.inputs[name]

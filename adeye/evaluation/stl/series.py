@@ -47,6 +47,10 @@ class SignalEntry(Protocol):
     def labels(self) -> tuple[str, ...]:
         """Words of an enumeration, by code."""
 
+    @property
+    def slack(self) -> float:
+        """Differences up to it are none: of times; else 0."""
+
 
 @dataclass(frozen=True, slots=True)
 class Series:
@@ -62,6 +66,7 @@ class Series:
             where a ``cap`` is declared.
         cap: Margin that "no conflict" counts with [unit], > 0; None: the signal declares none.
         actor: (B, T) index of the actor that each sample is about, -1 for none.
+        slack: Differences up to it are none [unit]: of times, which are rounded; else 0.
     """
 
     values: NDArray[Any]
@@ -72,6 +77,7 @@ class Series:
     status: NDArray[np.int8] | None = None
     cap: float | None = None
     actor: NDArray[np.integer[Any]] | None = None
+    slack: float = 0.0
 
     def __post_init__(self) -> None:
         for name, size in (("scale", self.scale), ("cap", self.cap)):

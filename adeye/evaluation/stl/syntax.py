@@ -16,7 +16,7 @@ from adeye.errors import ExpressionError
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-_ROW_SLACK: Final = 1e-6
+ROW_SLACK: Final = 1e-6
 """Part of a step by which a window bound may miss a row, for bounds such as 0.3 s at 0.1 s."""
 _MAX_ROWS: Final = float(2**40)
 """Rows beyond the end of any trace, which 64 bits still hold."""
@@ -402,14 +402,19 @@ def response_time(node: Node, *, is_due: bool = False) -> float | None:
     return (math.inf if window is None else window.last_s) + (found or 0.0)
 
 
-def window_rows(window: Window, step_s: float) -> tuple[int, int]:
+def window_rows(window: Window, step_s: float, row_slack: float = ROW_SLACK) -> tuple[int, int]:
     """Give the first and last row of a window after its start.
+
+    Args:
+        window: Closed at both ends.
+        step_s: Time between rows [s].
+        row_slack: Part of a step by which an end may miss a row.
 
     Raises:
         ExpressionError: The window lies between two rows and contains none.
     """
-    first = math.ceil(min(window.first_s / step_s - _ROW_SLACK, _MAX_ROWS))
-    last = math.floor(min(window.last_s / step_s + _ROW_SLACK, _MAX_ROWS))
+    first = math.ceil(min(window.first_s / step_s - row_slack, _MAX_ROWS))
+    last = last_row(window.last_s, step_s, row_slack)
     if first > last:
         raise ExpressionError(
             f"the window from {window.first_s:g} s to {window.last_s:g} s contains no row at a "
@@ -417,6 +422,11 @@ def window_rows(window: Window, step_s: float) -> tuple[int, int]:
             remedy="Widen the window or reduce the step.",
         )
     return first, last
+
+
+def last_row(time_s: float, step_s: float, row_slack: float = ROW_SLACK) -> int:
+    """Give the last row up to a time; ends of windows and horizons are turned into rows here."""
+    return math.floor(min(time_s / step_s + row_slack, _MAX_ROWS))
 
 
 Implication = tuple[tuple[Condition, ...], Temporal | None]

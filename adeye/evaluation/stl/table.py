@@ -16,6 +16,8 @@ import numpy as np
 from adeye.errors import InputError, SourceLocation, suggest
 from adeye.evaluation.stl.check import TRUTH_LABELS
 from adeye.evaluation.stl.series import Series
+from adeye.evaluation.stl.syntax import ROW_SLACK
+from adeye.kernel.clock import TIME_SLACK
 from adeye.outputs import reads
 from adeye.spec.document import require_plain
 from adeye.units import UNITS, convert, decimal, shown, si_unit
@@ -45,11 +47,15 @@ class Table:
         name: Where it comes from, for messages.
         columns: Cells by column: text, numbers, truth values, None.
         lines: Line of each row in its file; empty if it comes from no text file.
+        durations: Columns that brought a unit of their own; their cells are seconds.
+        dates: Those of them that were dates: seconds after their first row.
     """
 
     name: str
     columns: Mapping[str, Sequence[Any]]
     lines: Sequence[int] = ()
+    durations: frozenset[str] = frozenset()
+    dates: frozenset[str] = frozenset()
 
     @property
     def rows(self) -> int:
@@ -173,7 +179,13 @@ def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table
         a.ndim != 1 for a in cells.values()
     ):
         raise InputError(f"{name} has columns of unequal lengths", remedy="Give each as many rows.")
-    table = Table(name, {key: _cells(array) for key, array in cells.items()})
+    kinds = {key: array.dtype.kind for key, array in cells.items()}
+    table = Table(
+        name,
+        {key: _cells(array) for key, array in cells.items()},
+        durations=frozenset(key for key, kind in kinds.items() if kind in "mM"),
+        dates=frozenset(key for key, kind in kinds.items() if kind == "M"),
+    )
     for key, column in table.columns.items():
         for row, cell in enumerate(column):
             if isinstance(cell, int) and cell.bit_length() > _MOST_BITS:
@@ -233,7 +245,7 @@ def time_column(table: Table, name: str | None = None) -> str:
     return name
 
 
-def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float]:
+def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float, float]:
     """Read the times of the rows, which must be evenly spaced.
 
     Args:
@@ -242,8 +254,8 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float]:
         unit: Its unit.
 
     Returns:
-        The times (T,) [s], and the step [s]. If the times fit a whole number of rows a second, or
-        of seconds a row, the step is exactly that: stamps may be rounded.
+        The times (T,) [s]; the step [s], see ``_step_of``; and the part of a step by which a
+        difference of two times may miss a whole number of steps, which is rounding for exact times.
 
     Raises:
         InputError: A time is no number, does not come after the one before, or is off its place by
@@ -253,6 +265,7 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float]:
         raise InputError(
             f"{shown(unit)} is not a unit of time", remedy="Write s, ms, min or h for the time."
         )
+    _refuse_unit(table, name, unit)
     cells = [_number(cell) for cell in table.cells(name)]
     if len(cells) < 2:
         raise InputError(f"{table.name} has fewer than 2 rows", remedy="Give it at least 2.")
@@ -277,7 +290,7 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float]:
             int(row) + 1,
             name,
         )
-    step = _whole_step(times)
+    step = _step_of(times)
     for row in np.flatnonzero(_misplaced(times, step))[:1]:
         table.refuse(
             f"time {times[row]:.15g} s is off an even spacing of {step:.6g} s",
@@ -285,7 +298,16 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float]:
             int(row),
             name,
         )
-    return times, step
+    return times, step, _spread(times, step) / step + ROW_SLACK
+
+
+def _refuse_unit(table: Table, name: str, unit: str) -> None:
+    if name in table.durations and unit != "s":
+        raise InputError(
+            f"column {shown(name)} has times with a unit of their own, and was said to be in "
+            f"{shown(unit)}",
+            remedy="Give it no unit.",
+        )
 
 
 def _misplaced(times: Floats, step: float) -> Any:
@@ -293,10 +315,29 @@ def _misplaced(times: Floats, step: float) -> Any:
     return np.abs(times - places) > TOLERANCE * step
 
 
-def _whole_step(times: Floats) -> float:
-    step = float(times[-1] - times[0]) / (len(times) - 1)
-    whole = float(round(step)) if step >= 1.0 else 1.0 / round(1.0 / step)
-    return step if _misplaced(times, whole).any() else whole
+def _spread(times: Floats, step: float) -> float:
+    """Give how far the difference of two times is off a whole number of steps at most [s]."""
+    return float(np.ptp(times - times[0] - step * np.arange(len(times))))
+
+
+def _step_of(times: Floats) -> float:
+    """Find the step that times were made with, which may be rounded or jitter.
+
+    It is the one nearest to their mean step that they fit as well as that: a decimal of two digits,
+    a whole number of rows a second or of seconds a row, else the shortest decimal.
+    """
+    mean = float(times[-1] - times[0]) / (len(times) - 1)
+    allowed = 2.0 * _spread(times, mean) + 4.0 * float(np.spacing(np.abs(times).max()))
+
+    def fits(step: float) -> bool:
+        return step > 0.0 and _spread(times, step) <= allowed and not _misplaced(times, step).any()
+
+    whole = float(round(mean)) if mean >= 1.0 else 1.0 / round(1.0 / mean)
+    usual = [step for step in (float(f"{mean:.2g}"), whole) if fits(step)]
+    if usual:
+        return min(usual, key=lambda step: abs(step - mean))
+    decimals = (float(f"{mean:.{digits}g}") for digits in range(3, 16))
+    return next((step for step in decimals if fits(step)), mean)
 
 
 # --- signals
@@ -310,15 +351,19 @@ class TableSignals:
         table: The table.
         units: Unit of a column's numbers; they become SI. None: plain numbers.
         words: Values that a column of words may have; by default those that occur.
+        time: Column of the times.
     """
 
     table: Table
     units: Mapping[str, str] = field(default_factory=dict)
     words: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    time: str | None = None
 
     def __post_init__(self) -> None:
         for name in (*self.units, *self.words):
             self.table.cells(name)
+        for name, unit in self.units.items():
+            _refuse_unit(self.table, name, unit)
 
     def series(self, name: str) -> Series:
         """Give the samples (1, T) of a column.
@@ -329,6 +374,11 @@ class TableSignals:
             KeyError: There is no such column.
         """
         cells = self.table.columns[name]
+        if name in self.table.dates and name != self.time:
+            raise InputError(
+                f"column {shown(name)} has dates, which are compared with nothing",
+                remedy="Subtract the time of the row, or another date.",
+            )
         if name in self.words:
             labels = tuple(self.words[name])
             return self._coded(name, [_text(cell) for cell in cells], labels, "enumeration")
@@ -364,7 +414,8 @@ class TableSignals:
             )
 
     def _numbers(self, name: str, numbers: Sequence[float | None]) -> Series:
-        unit = UNITS.get(self.units.get(name, ""))
+        is_time = name == self.time or name in self.table.durations
+        unit = UNITS.get(self.units.get(name, "s" if is_time else ""))
         if unit is None and self.units.get(name, "1") != "1":
             raise InputError(
                 f"column {shown(name)}: {shown(self.units[name])} is not a unit",
@@ -374,7 +425,10 @@ class TableSignals:
         if unit is None:
             return Series(values[np.newaxis], 1.0, "1", "number")
         values = np.array([convert(value, unit) for value in values.tolist()])
-        return Series(values[np.newaxis], 1.0, si_unit(unit.exponents), "number")
+        # Times far from 0, as those of a calendar, are rounded more.
+        largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+        slack = TIME_SLACK + 4.0 * float(np.spacing(largest)) if is_time else 0.0
+        return Series(values[np.newaxis], 1.0, si_unit(unit.exponents), "number", slack=slack)
 
     def _coded(self, name: str, texts: Sequence[str], labels: tuple[str, ...], kind: Any) -> Series:
         if name in self.units:

@@ -107,7 +107,7 @@ def test_the_column_of_times_is_found_or_named() -> None:
     ],
 )
 def test_the_step_is_that_of_the_times(times: list[Any], unit: str, step: float) -> None:
-    found, measured = sampling(Table("x", {"t": times}), "t", unit)
+    found, measured, _ = sampling(Table("x", {"t": times}), "t", unit)
     assert measured == step
     assert found[-1] - found[0] == pytest.approx(step * (len(times) - 1), rel=2e-3)
 
