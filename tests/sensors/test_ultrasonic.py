@@ -241,3 +241,13 @@ def test_order_of_the_other_sensors_does_not_change_a_bit() -> None:
     one = look(context, shown, others, cross_talk=True)
     two = look(context, shown, dict(reversed(others.items())), cross_talk=True)
     np.testing.assert_array_equal(one.detections, two.detections)
+
+
+def test_noise_of_what_nearly_touches_keeps_its_mean() -> None:
+    runs = 4000
+    context = scene_context([WALL], runs=runs, kinds=["building"])
+    found = look(context, scene(context, [(0.11, 0.0)]), range_noise="0.05 m")
+    distance = found.detections[found.mask[:, 0], 0, 0]
+    assert len(distance) == runs
+    assert distance.mean() == pytest.approx(0.01, abs=4.0 * 0.05 / np.sqrt(runs))
+    assert distance.std() == pytest.approx(0.05, rel=4.0 / np.sqrt(2.0 * runs))

@@ -13,10 +13,12 @@ from adeye.channels.pose import (
     POSE_ALIGN,
     POSE_D,
     POSE_HEADING,
+    POSE_REAR,
     POSE_S,
     POSE_SPEED,
     POSE_X,
     POSE_Y,
+    POSE_YAW_RATE,
 )
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
@@ -181,7 +183,9 @@ def _see_first(thing: Floats, s: float, d: float, road: float, seen: Floats, pos
     thing[THING_WIDTH] = seen[DETECTION_WIDTH]
     thing[THING_MEAN] = pose[POSE_SPEED]
     if seen[DETECTION_HAS_RANGE_RATE] > 0.0 and abs(x) > _AHEAD * distance:
-        thing[THING_MEAN] += seen[DETECTION_RANGE_RATE] * distance / x
+        # The box centre swings across as the ego turns.
+        aside = pose[POSE_YAW_RATE] * pose[POSE_REAR]
+        thing[THING_MEAN] += (seen[DETECTION_RANGE_RATE] * distance + aside * y) / x
         thing[THING_HITS] = _SURE
     thing[THING_FORWARD] = thing[THING_MEAN]
 
