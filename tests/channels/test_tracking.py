@@ -289,14 +289,14 @@ def test_what_stands_beside_a_bend_has_no_speed(
     with_rate: bool,  # noqa: FBT001 - a parameter
 ) -> None:
     """The ego turns about a centre; its box centre is ahead of the rear axle, the sensor aside."""
-    speed, rate, rear = 8.0, 0.3, 1.45
-    radius = speed / rate
+    speed, turning, rear = 8.0, 0.3, 1.45
+    radius = speed / turning
     pose = ego_pose()
-    pose[POSE_SPEED], pose[POSE_YAW_RATE], pose[POSE_REAR] = speed, rate, rear
+    pose[POSE_SPEED], pose[POSE_YAW_RATE], pose[POSE_REAR] = speed, turning, rear
 
     def seen(time: float) -> Any:
         """Place in the vehicle frame of what stands at (20, 3) as the turn begins."""
-        turn = rate * time
+        turn = turning * time
         x = 20.0 - radius * math.sin(turn) - rear * math.cos(turn)
         y = 3.0 - radius * (1.0 - math.cos(turn)) - rear * math.sin(turn)
         c, s = math.cos(turn), math.sin(turn)
@@ -310,6 +310,7 @@ def test_what_stands_beside_a_bend_has_no_speed(
         if stamp < 0.0:
             continue
         before, after = (np.hypot(*seen(stamp + late)) for late in (-1e-4, 1e-4))
-        detection = sample(*seen(stamp), rate=(after - before) / 2e-4 if with_rate else None)
-        update(tracks, pose, accuracy, detection, stamp, time - stamp)
+        x, y = seen(stamp)
+        rate = (after - before) / 2e-4 if with_rate else None
+        update(tracks, pose, accuracy, sample(x, y, rate), stamp, time - stamp)
     assert np.hypot(tracks[0, TRACK_VX], tracks[0, TRACK_VY]) < 0.02

@@ -230,7 +230,7 @@ def _body(  # noqa: PLR0913, PLR0917 - where it is read
 @inlined
 def _reach(body: Body, place: Floats) -> float:
     """Half of what a body takes of the reference line [m]: more than its extent inside a bend."""
-    return body[HALF_LENGTH] / max(1e-3, 1.0 - place[PLACE_CURVATURE] * body[D])
+    return float(body[HALF_LENGTH] / max(1e-3, 1.0 - place[PLACE_CURVATURE] * body[D]))
 
 
 @inlined

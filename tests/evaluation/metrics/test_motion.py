@@ -46,7 +46,7 @@ def test_jerk_of_a_stop_converges_with_the_step(hand_made: Any, column: str) -> 
 
 @pytest.mark.parametrize("step", [0.03, 0.05, 0.07, 0.3, 1.0, 2.5])
 def test_steady_change_is_its_slope_at_every_step(step: float) -> None:
-    slope = np.arange(60) * step * 0.7
+    slope = np.asarray(np.arange(60) * step * 0.7, dtype=np.float64)
     change = mean_change(slope[np.newaxis], step)[0]
     np.testing.assert_allclose(change[np.arange(60) * step >= CHANGE_WINDOW], 0.7, rtol=1e-9)
     assert change[0] == 0.0
