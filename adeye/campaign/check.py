@@ -469,7 +469,7 @@ def _check_plausible(files: OddFiles, section: Section, shared: Shared, run: flo
     of_file = {*lifted, *architecture.beyond_plausible}
     found: list[tuple[Implausible, SourceLocation]] = []
     for item in implausible(architecture, of_file, limits):
-        if not _is_written(architecture, item.loc):
+        if not is_written(architecture, item.loc):
             continue
         where = group.architecture.locate(item.loc)
         if architecture is not group.architecture.spec:
@@ -488,7 +488,7 @@ def _check_plausible(files: OddFiles, section: Section, shared: Shared, run: flo
         raise SpecError(said, where=where, remedy=item.remedy)
 
 
-def _is_written(record: Any, loc: Loc) -> bool:
+def is_written(record: Any, loc: Loc) -> bool:
     """Tell whether a file says what is at a place of a record: nobody can correct a default."""
     for part in loc:
         if isinstance(record, BaseModel):
