@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from adeye.campaign.authorship import author
 from adeye.campaign.parts import load_code, named_files
@@ -469,6 +470,8 @@ def _check_plausible(files: OddFiles, section: Section, shared: Shared, run: flo
     of_file = {*lifted, *architecture.beyond_plausible}
     found: list[tuple[Implausible, SourceLocation]] = []
     for item in implausible(architecture, of_file, limits):
+        if not is_written(architecture, item.loc):
+            continue
         where = group.architecture.locate(item.loc)
         if architecture is not group.architecture.spec:
             path = tuple(map(str, item.loc))
@@ -484,6 +487,18 @@ def _check_plausible(files: OddFiles, section: Section, shared: Shared, run: flo
     for item, where in found:
         said = f"{item.text}, where a run of {shared.scenario_id} takes {run:g} s"
         raise SpecError(said, where=where, remedy=item.remedy)
+
+
+def is_written(record: Any, loc: Loc) -> bool:
+    """Tell whether a file says what is at a place of a record: nobody can correct a default."""
+    for part in loc:
+        if isinstance(record, BaseModel):
+            if part not in record.model_fields_set:
+                return False
+            record = getattr(record, str(part))
+        else:
+            record = record[part]
+    return True
 
 
 def _check_worlds(expansion: Expansion, section: Section) -> None:

@@ -24,7 +24,7 @@ from adeye.kernel.criticality import required_deceleration, time_to_collision
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
 from adeye.kernel.prediction import MIN_LATERAL_SPEED
-from adeye.kernel.road import local
+from adeye.kernel.road import lane_way, local
 
 if TYPE_CHECKING:
     from adeye.signals import Floats
@@ -91,6 +91,7 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
     path[PATH_REQUIRED] = 0.0
     ego_s, ego_d, ego_x, ego_y = pose[POSE_S], pose[POSE_D], pose[POSE_X], pose[POSE_Y]
     ego_heading = pose[POSE_HEADING]
+    road = ego_heading - pose[POSE_ALIGN]
     sine, cosine = sin_cos(ego_heading)
     # Seldom is it not the angle that the next track needs, too.
     turn = pose[POSE_ALIGN]
@@ -105,7 +106,8 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
         s, d, heading, _ = local(segments, x, y)
         if s <= ego_s:
             continue
-        gap = s - ego_s - 0.5 * (ego_length + track[TRACK_LENGTH])
+        apart = lane_way(ego_s, road, ego_d, s, heading)
+        gap = apart - 0.5 * (ego_length + track[TRACK_LENGTH])
         # Zeros are equal although their signs may differ, so they do not count as known.
         if ego_heading - heading != turn or turn == 0.0:
             turn = ego_heading - heading

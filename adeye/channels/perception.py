@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.channels.pose import POSE_WIDTH, clear_pose, has_pose, update_pose
+from adeye.channels.pose import POSE_REAR, POSE_WIDTH, clear_pose, has_pose, update_pose
 from adeye.channels.sight import Sight
 from adeye.channels.tracking import drop_tentative, predict_tracks, update_tracks
 from adeye.channels.tracks import (
@@ -71,6 +71,7 @@ class Perception:
         self.segments: Floats = np.ascontiguousarray(context.road.segments)
         self.running: Bools = np.zeros(runs, dtype=np.bool_)
         self.pose: Floats = np.zeros((runs, POSE_WIDTH))
+        self.pose[:, POSE_REAR] = [0.5 * vehicle.wheelbase for vehicle in context.vehicles]
         for row in self.pose:
             clear_pose(row)
         self.tracks: Floats = np.zeros((runs, TRACKS, TRACK_STATE))

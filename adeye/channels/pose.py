@@ -39,8 +39,9 @@ from adeye.signals import (
     POSE_X,  # in the map [m]
     POSE_Y,  # [m]
     POSE_HEADING,  # [rad]
-) = range(11)
-POSE_WIDTH: Final = 11
+    POSE_REAR,  # how far the rear axle is behind the box centre [m], which is no estimate
+) = range(12)
+POSE_WIDTH: Final = 12
 
 LATERAL_GAIN: Final = 0.5
 HEADING_GAIN: Final = 0.3
@@ -63,8 +64,10 @@ deceleration of 8 m/s² has changed its place by 1 m; our choice.
 
 @compiled
 def clear_pose(pose: Floats) -> None:
-    """Set a pose (POSE_WIDTH,) to what is known before the first sample: nothing."""
+    """Set a pose (POSE_WIDTH,) to what is known before the first sample: the vehicle only."""
+    rear = pose[POSE_REAR]
     pose[:] = 0.0
+    pose[POSE_REAR] = rear
     pose[POSE_STAMP] = -1.0
 
 
@@ -123,6 +126,7 @@ def _carry(pose: Floats, duration: float) -> None:
         pose[POSE_SPEED],
         pose[POSE_ACCELERATION],
         pose[POSE_YAW_RATE],
+        pose[POSE_REAR],
         duration,
     )
 
@@ -136,17 +140,25 @@ def _carried(  # noqa: PLR0913, PLR0917 - a kernel; numbers, because an array co
     speed: float,
     acceleration: float,
     yaw_rate: float,
+    rear: float,
     duration: float,
 ) -> tuple[float, float, float, float]:
     """Return s, d, heading relative to the road and speed some time later."""
     later = max(0.0, speed + acceleration * duration)
     way = 0.5 * (speed + later) * duration
     turn = yaw_rate * duration
+    # The rear axle moves along the heading, the box centre swings around it.
+    slip = rear * turn
     # A way on the inside of a curve is longer in terms of the reference line.
     scale = max(0.1, 1.0 - d * curvature)
     sine, cosine = sin_cos(align + 0.5 * (turn - curvature * way / scale))
-    along = way * cosine / scale
-    return s + along, d + way * sine, wrap_to_pi(align + turn - curvature * along), later
+    along = (way * cosine - slip * sine) / scale
+    return (
+        s + along,
+        d + (way * sine + slip * cosine),
+        wrap_to_pi(align + turn - curvature * along),
+        later,
+    )
 
 
 @inlined
@@ -159,6 +171,7 @@ def _correct(pose: Floats, estimate: Floats, age: float, is_first: bool) -> None
         estimate[EGO_SPEED],
         estimate[EGO_ACCELERATION],
         estimate[EGO_YAW_RATE],
+        pose[POSE_REAR],
         age,
     )
     lateral, heading, speed = LATERAL_GAIN, HEADING_GAIN, SPEED_GAIN

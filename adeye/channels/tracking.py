@@ -16,7 +16,7 @@ import numpy as np
 from adeye.channels.accuracy import RATE, assumed_noise
 from adeye.channels.confirmation import CONFIRM_SENSOR, count_hit, count_misses
 from adeye.channels.filtering import forget_motion, grow, learn, read_belief, write_belief
-from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED
+from adeye.channels.pose import POSE_ACCELERATION, POSE_REAR, POSE_SPEED, POSE_YAW_RATE
 from adeye.channels.tracks import (
     BEHIND,
     BLOCKED,
@@ -46,6 +46,7 @@ from adeye.channels.tracks import (
     with_face_kept,
 )
 from adeye.kernel.jit import inlined
+from adeye.kernel.motion import point_velocity
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -223,9 +224,13 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     if count == 0:
         count_misses(tracks, end, confirm)
         return end
-    mount_x, mount_y = carry_by(motion, mount_x, mount_y)
     speed = max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age)
-    origin = (mount_x, mount_y, speed)
+    forward, aside = point_velocity(speed, pose[POSE_YAW_RATE], mount_x + pose[POSE_REAR], mount_y)
+    mount_x, mount_y = carry_by(motion, mount_x, mount_y)
+    sine, cosine = motion[2], motion[3]
+    origin = (
+        mount_x, mount_y, cosine * forward + sine * aside, cosine * aside - sine * forward
+    )  # fmt: skip
     associate(tracks, end, detections, places, owner, count, age, gate, origin)
     room, most, is_known = -1, 0.0, False
     for row in range(count):
@@ -248,7 +253,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
             tracks[place, TRACK_BEGUN_BY] = confirm[CONFIRM_SENSOR]
         is_known = False
         track = tracks[place]
-        _correct(track, detections[row], x, y, mount_x, mount_y, speed, accuracy, age)
+        _correct(track, detections[row], x, y, origin, accuracy, age)
         # When it arrived, not when it was made: a late sensor has not lost the object.
         track[TRACK_SEEN] = stamp + age
         count_hit(track, confirm)
@@ -262,9 +267,7 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     detection: Floats,
     x: float,
     y: float,
-    mount_x: float,
-    mount_y: float,
-    ego_speed: float,
+    origin: tuple[float, float, float, float],
     accuracy: Floats,
     age: float,
 ) -> None:
@@ -275,9 +278,7 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
         detection: (7,).
         x: Its place in the present vehicle frame [m].
         y: [m].
-        mount_x: Of the sensor at the sample's time, in the same frame [m].
-        mount_y: [m].
-        ego_speed: At the sample's time [m/s].
+        origin: Place and velocity of the sensor at the sample's time, in the same frame [m, m/s].
         accuracy: (ACCURACY_WIDTH,) what is assumed of the sensor.
         age: Time since the sample [s].
     """
@@ -286,7 +287,7 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     else:
         # What was seen so far is the face; another length is no motion.
         track[TRACK_X] += with_face_kept(x, track[TRACK_LENGTH], detection[DETECTION_LENGTH])
-    dx, dy = x - mount_x, y - mount_y
+    dx, dy = x - origin[0], y - origin[1]
     distance = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
     along, across = assumed_noise(accuracy, distance)
@@ -296,8 +297,8 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     if detection[DETECTION_HAS_RANGE_RATE] > 0.0 and distance > 0.0:
         # The component of its velocity along the line of sight. That errs by the bearing, and so
         # takes in some of what goes across it.
-        measured = detection[DETECTION_RANGE_RATE] + ux * ego_speed
-        turning = (uy * (belief[0][1] - ego_speed) - ux * belief[0][3]) / distance
+        measured = detection[DETECTION_RANGE_RATE] + (ux * origin[2] + uy * origin[3])
+        turning = (uy * (belief[0][1] - origin[2]) - ux * (belief[0][3] - origin[3])) / distance
         noise = accuracy[RATE] + turning * turning * across
         belief = learn(belief, (0.0, ux, 0.0, uy), measured, noise)
     write_belief(track, belief)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from adeye.channels.pose import POSE_ACCELERATION, POSE_SPEED, POSE_YAW_RATE
+from adeye.channels.pose import POSE_ACCELERATION, POSE_REAR, POSE_SPEED, POSE_YAW_RATE
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
 from adeye.signals import (
@@ -96,6 +96,9 @@ prediction of three seconds."""
 def carried_by(pose: Floats, age: float) -> tuple[float, float, float, float]:
     """Return how the vehicle frame has moved since some time ago, for ``carry_by``.
 
+    Its origin is the box centre, which swings around the rear axle while that moves along the
+    heading.
+
     Args:
         pose: (POSE_WIDTH,) of the ego now.
         age: How long ago [s].
@@ -108,7 +111,8 @@ def carried_by(pose: Floats, age: float) -> tuple[float, float, float, float]:
     way = 0.5 * (pose[POSE_SPEED] + earlier) * age
     sine, cosine = sin_cos(0.5 * turn)
     turn_sine, turn_cosine = sin_cos(turn)
-    return way * cosine, way * sine, turn_sine, turn_cosine
+    swing = 2.0 * pose[POSE_REAR] * sine
+    return way * cosine - swing * sine, way * sine + swing * cosine, turn_sine, turn_cosine
 
 
 @inlined
@@ -135,7 +139,7 @@ def associate(  # noqa: PLR0913, PLR0917 - a kernel
     count: int,
     age: float,
     gate: float,
-    origin: tuple[float, float, float],
+    origin: tuple[float, float, float, float],
 ) -> None:
     """Give each track the detection that is nearest to it, the nearest pair first.
 
@@ -148,8 +152,8 @@ def associate(  # noqa: PLR0913, PLR0917 - a kernel
         count: Rows of detections from here on are empty.
         age: Time since the sample [s].
         gate: Largest distance between a track and its detection [m].
-        origin: Place of the sensor in the present vehicle frame [m], and speed of the ego at the
-            sample's time [m/s].
+        origin: Place and velocity of the sensor at the sample's time, in the present vehicle
+            frame [m, m/s].
     """
     for place in range(end):
         if tracks[place, TRACK_HITS] > 0.0:
@@ -171,7 +175,7 @@ def _share_out(  # noqa: PLR0913, PLR0917 - a kernel
     count: int,
     age: float,
     gate: float,
-    origin: tuple[float, float, float],
+    origin: tuple[float, float, float, float],
 ) -> None:
     """Join the nearest pair; who wanted the same detection looks for another; and so on."""
     while True:
@@ -222,7 +226,7 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
     count: int,
     age: float,
     gate: float,
-    origin: tuple[float, float, float],
+    origin: tuple[float, float, float, float],
 ) -> tuple[int, float]:
     """Return the nearest detection that is free, inside the gate and of the track's class."""
     x = track[TRACK_X] - age * track[TRACK_VX]
@@ -265,7 +269,7 @@ def _moves_alike(
     track: Floats,
     detection: Floats,
     place: Floats,
-    origin: tuple[float, float, float],
+    origin: tuple[float, float, float, float],
     along: float,
 ) -> bool:
     """Tell whether a detection has the range rate of a track, as far as both are known.
@@ -292,7 +296,7 @@ def _moves_alike(
         if not abs(along) <= _POINT_SIGMAS * math.sqrt(spread) + _POINT_SLACK:
             return False
     variance = ux * ux * track[TRACK_VAR_VX] + uy * uy * track[TRACK_VAR_VY]
-    error = detection[DETECTION_RANGE_RATE] + ux * origin[2]
+    error = detection[DETECTION_RANGE_RATE] + (ux * origin[2] + uy * origin[3])
     error -= ux * track[TRACK_VX] + uy * track[TRACK_VY]
     return bool(abs(error) <= _RATE_SIGMAS * math.sqrt(variance) + _RATE_SLACK)
 

@@ -1,8 +1,9 @@
 """Compiled: how near the ego is to others at every row of its runs, and who is the worst.
 
 An object is *ahead* if its centre is farther along the road than the ego's; ``bodies`` says when it
-is in the path. Gaps run along the road; where the extents overlap although the bodies are apart,
-the gap is the distance of the bodies, so that it is 0 in contact only.
+is in the path. Gaps run along the lane that the ego drives, at its lateral place, and speeds are
+those along each one's own lane; where the extents overlap although the bodies are apart, the gap is
+the distance of the bodies, so that it is 0 in contact only.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ from adeye.kernel.criticality import (
     time_to_collision,
 )
 from adeye.kernel.jit import allocating, compiled, inlined
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -228,7 +230,8 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
             turn(turns[0], thing + 1, o_turn)
             sine, cosine = turns[0, thing + 1, 1], turns[0, thing + 1, 2]
             other = on_road(os, od, o_speed, o_length, o_width, sine, cosine)
-            free = road_gap(s, body[HALF_LENGTH], os, other[HALF_LENGTH])
+            apart = lane_way(s, road, d, os, places[run, row, thing, PLACE_HEADING])
+            free = road_gap(apart, body[HALF_LENGTH], other[HALF_LENGTH])
             if is_in_path(body, 0.5 * width, other, free):
                 gap = free
                 if gap <= 0.0:

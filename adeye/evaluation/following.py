@@ -44,6 +44,7 @@ from adeye.kernel.margins import (
     margin_to_collision,
     modified_deceleration_rate,
 )
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -237,7 +238,8 @@ def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     s, d = ego_place[run, row, PLACE_S], ego_place[run, row, PLACE_D]
     length, width = ego_size[run, 0], ego_size[run, 1]
     heading = ego[run, row, EGO_HEADING]
-    turn(turns, 0, heading - ego_place[run, row, PLACE_HEADING])
+    road = ego_place[run, row, PLACE_HEADING]
+    turn(turns, 0, heading - road)
     own = on_road(s, d, ego[run, row, EGO_SPEED], length, width, turns[0, 1], turns[0, 2])
     acceleration = ego[run, row, EGO_ACCELERATION] * turns[0, 2]
     for thing in range(objects.shape[2]):
@@ -257,7 +259,8 @@ def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
             os, places[run, row, thing, PLACE_D], objects[run, row, thing, OBJECT_SPEED],
             sizes[run, thing, 0], sizes[run, thing, 1], sine, cosine,
         )  # fmt: skip
-        gap = road_gap(s, own[HALF_LENGTH], os, other[HALF_LENGTH])
+        apart = lane_way(s, road, d, os, places[run, row, thing, PLACE_HEADING])
+        gap = road_gap(apart, own[HALF_LENGTH], other[HALF_LENGTH])
         if not is_in_path(own, 0.5 * width, other, gap):
             continue
         if gap <= 0.0:

@@ -10,6 +10,7 @@ import numpy as np
 from adeye.evaluation.bodies import HALF_LENGTH, are_finite, on_road, turn
 from adeye.kernel.geometry import box_distance
 from adeye.kernel.jit import allocating
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_HEADING,
     EGO_X,
@@ -88,7 +89,11 @@ def measure_object(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
                     turn(turns, 1, o_heading - place[row, PLACE_HEADING])
                     body = on_road(s, 0.0, 0.0, own_length, own_width, turns[0, 1], turns[0, 2])
                     other = on_road(os, 0.0, 0.0, length, width, turns[1, 1], turns[1, 2])
-                    gaps[run, row] = road_gap(s, body[HALF_LENGTH], os, other[HALF_LENGTH])
+                    apart = lane_way(
+                        s, own_place[row, PLACE_HEADING], own_place[row, PLACE_D],
+                        os, place[row, PLACE_HEADING],
+                    )  # fmt: skip
+                    gaps[run, row] = road_gap(apart, body[HALF_LENGTH], other[HALF_LENGTH])
             if distances.shape[1]:
                 distances[run, row] = 0.0
                 if not is_finite:

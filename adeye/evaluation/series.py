@@ -288,10 +288,38 @@ def _following(quantity: int) -> Callable[[TraceSeries], Samples]:
     return measure
 
 
+CHANGE_WINDOW: Final = 1.0
+"""Time over which a change of the ego's motion is averaged [s], that of ISO 15622 for jerk.
+
+The acceleration of a stop falls to zero within a tick, and a command may jump: from one row to the
+next such a change would be as large as the step is small."""
+
+
+def mean_change(numbers: Floats, step: float) -> Floats:
+    """Average the rate of change of a number of the ego over the window before each row.
+
+    Before the run it counts as at the first row. Between two rows it is taken as even.
+
+    Args:
+        numbers: (B, T).
+        step: Time between rows [s].
+
+    Returns:
+        (B, T) [unit of the number over s], 0 at the first row.
+    """
+    lag = CHANGE_WINDOW / step
+    whole = int(lag + 1e-9)
+    share = max(0.0, lag - whole)
+    rows = np.arange(numbers.shape[1])
+    before = numbers[:, np.maximum(rows - whole, 0)]
+    if share > 0.0:
+        before = before + share * (numbers[:, np.maximum(rows - whole - 1, 0)] - before)
+    return np.asarray((numbers - before) / CHANGE_WINDOW)
+
+
 def _jerk(series: TraceSeries) -> Samples:
     acceleration = series.column("ego")[..., EGO_ACCELERATION]
-    values = np.zeros(acceleration.shape)
-    values[:, 1:] = np.diff(acceleration, axis=1) / series.step
+    values = mean_change(acceleration, series.step)
     status = np.full(values.shape, SampleStatus.VALUE, dtype=np.int8)
     status[:, 0] = SampleStatus.NOT_APPLICABLE
     status[~np.isfinite(values) | ~np.isfinite(acceleration)] = SampleStatus.ERROR
@@ -306,10 +334,11 @@ def _define(  # noqa: PLR0913, PLR0917 - a row of the table below
     worse: Literal["lower", "higher"],
     text: str,
     source: str,
+    version: int = 1,
 ) -> SeriesDefinition:
     kind = "boolean" if name == "rss_violation" else "number"
     declared = SignalType(unit, scale, kind, text, cap=cap)
-    return SeriesDefinition(name, declared, worse, source, f"adeye:series.{name}@1")
+    return SeriesDefinition(name, declared, worse, source, f"adeye:series.{name}@{version}")
 
 
 _IN_PATH = "the nearest object in the path ahead"
@@ -321,7 +350,7 @@ _DEFINITIONS = (
     ),
     _define(
         "gap", "m", 10.0, 200.0, "lower",
-        f"bumper-to-bumper gap along the road to {_IN_PATH}",
+        f"bumper-to-bumper gap along the ego's lane, at its lateral place, to {_IN_PATH}",
         "ISO 15622, clearance",
     ),
     _define(
@@ -371,8 +400,8 @@ _DEFINITIONS = (
     ),
     _define(
         "jerk", "m/s³", 1.0, None, "higher",
-        "change of the ego's longitudinal acceleration since the row before",
-        "difference quotient of the recorded state",
+        "mean change of the ego's longitudinal acceleration over the last second",
+        "ISO 15622:2018, which averages jerk over 1 s", version=2,
     ),
 )  # fmt: skip
 

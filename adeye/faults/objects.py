@@ -10,6 +10,7 @@ import numpy as np
 from adeye.faults.draws import Draws
 from adeye.faults.lists import Seat, column, indices_of, is_within, widened, with_rows, without
 from adeye.kernel.elementary import sin_cos
+from adeye.kernel.motion import point_velocity
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -141,6 +142,7 @@ class Ghost:
         spec: Any = context.specs[0]
         self._x, self._y = column(context, "x")[:, 0], column(context, "y")[:, 0]
         self._speed = column(context, "speed")[:, 0]
+        self._rear = [0.5 * item.vehicle.wheelbase for item in context.architectures]
         runs = len(self._x)
         self._row: Floats = np.zeros((runs, 7))
         self._row[:, DETECTION_LENGTH] = column(context, "length")[:, 0]
@@ -187,14 +189,21 @@ class Ghost:
         heading = ego[EGO_HEADING] - late * ego[EGO_YAW_RATE]
         sine, cosine = sin_cos(heading)
         course_sine, course_cosine = sin_cos(course)
-        way, speed = ego[EGO_SPEED] * late, self._speed[run]
+        now_sine, now_cosine = sin_cos(ego[EGO_HEADING])
+        mid_sine, mid_cosine = sin_cos(ego[EGO_HEADING] - 0.5 * late * ego[EGO_YAW_RATE])
+        # Back along the way of the rear axle, around which the box centre swings.
+        way, rear = ego[EGO_SPEED] * late, self._rear[run]
+        ego_x = ego[EGO_X] - way * mid_cosine - rear * (now_cosine - cosine)
+        ego_y = ego[EGO_Y] - way * mid_sine - rear * (now_sine - sine)
+        forward, aside = point_velocity(ego[EGO_SPEED], ego[EGO_YAW_RATE], rear, 0.0)
+        speed = self._speed[run]
         gone = speed * (moment.time - late - begin)
-        dx = x + gone * course_cosine - (ego[EGO_X] - way * cosine)
-        dy = y + gone * course_sine - (ego[EGO_Y] - way * sine)
+        dx = x + gone * course_cosine - ego_x
+        dy = y + gone * course_sine - ego_y
         row[DETECTION_X] = cosine * dx + sine * dy
         row[DETECTION_Y] = -sine * dx + cosine * dy
         distance = np.sqrt(dx * dx + dy * dy)
-        closing = dx * (speed * course_cosine - ego[EGO_SPEED] * cosine)
-        closing += dy * (speed * course_sine - ego[EGO_SPEED] * sine)
+        closing = dx * (speed * course_cosine - (forward * cosine - aside * sine))
+        closing += dy * (speed * course_sine - (forward * sine + aside * cosine))
         has_rate = row[DETECTION_HAS_RANGE_RATE] > 0.0 and distance > 0.0
         row[DETECTION_RANGE_RATE] = closing / distance if has_rate else 0.0

@@ -25,6 +25,7 @@ __all__ = [
     "fade",
     "friction_limited_acceleration",
     "lagged_steering",
+    "point_velocity",
 ]
 
 Floats = NDArray[np.float64]
@@ -32,6 +33,24 @@ Floats = NDArray[np.float64]
 #: Standard gravity [m/s^2].
 GRAVITY = 9.80665
 _BISECTIONS = 60
+
+
+@inlined
+def point_velocity(
+    speed: float, yaw_rate: float, ahead: float, aside: float
+) -> tuple[float, float]:
+    """Return the velocity of a point of the ego in its own frame, forward and to the left [m/s].
+
+    That of a rigid body whose rear axle moves along the heading: v + ω × r. So the box centre moves
+    across the heading, too, while the ego turns.
+
+    Args:
+        speed: Along the heading [m/s].
+        yaw_rate: [rad/s].
+        ahead: Of the point, from the rear axle [m].
+        aside: Of the point, to the left [m].
+    """
+    return speed - yaw_rate * aside, yaw_rate * ahead
 
 
 @compiled

@@ -18,7 +18,15 @@ from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import compiled, inlined
 
-__all__ = ["lane_center", "lane_of", "local", "offset_curvature", "position", "road_length"]
+__all__ = [
+    "lane_center",
+    "lane_of",
+    "lane_way",
+    "local",
+    "offset_curvature",
+    "position",
+    "road_length",
+]
 
 Floats = NDArray[np.float64]
 
@@ -145,6 +153,29 @@ def offset_curvature(curvature: float, d: float) -> float:
     """
     scale = 1.0 - curvature * d
     return curvature / scale if scale > 0.0 else math.nan
+
+
+@compiled
+def lane_way(s: float, heading: float, d: float, other_s: float, other_heading: float) -> float:
+    """Return the way to another place along the lane that a vehicle drives [m], < 0 behind it.
+
+    The line keeps the vehicle's distance d to the reference line. Where that turns by an angle, the
+    line is shorter by d times it, whatever the arcs, so that the way is exact with straights and
+    bends between; on a straight it is the difference of s to the last bit. At the centre of a bend
+    no way is left.
+
+    Args:
+        s: Of the vehicle along the reference line [m].
+        heading: Of the road there [rad].
+        d: Of the vehicle, to the left of the reference line [m].
+        other_s: Of the other place [m].
+        other_heading: Of the road there [rad]; turned by less than a half turn.
+    """
+    along = other_s - s
+    if other_heading == heading:
+        return along
+    way = along - d * wrap_to_pi(other_heading - heading)
+    return math.copysign(0.0, along) if way * along < 0.0 else way
 
 
 @inlined

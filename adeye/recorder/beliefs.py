@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.reachable import reachable_distance
-from adeye.kernel.road import local
+from adeye.kernel.road import lane_way, local
 from adeye.signals import (
     EGO_HEADING,
     EGO_SPEED,
@@ -23,6 +23,7 @@ from adeye.signals import (
     OBJECT_X,
     OBJECT_Y,
     PLACE_D,
+    PLACE_HEADING,
     PLACE_S,
 )
 from adeye.trace import NO_TRACKS
@@ -165,8 +166,9 @@ def _is_reachable(  # noqa: PLR0913, PLR0917 - a part of the kernel
     segments: Floats,
 ) -> bool:
     """Tell whether a body lies in the ego's corridor, no farther than it gets before it stands."""
-    s, d, _, _ = local(segments, x, y)
-    gap = s - place[PLACE_S] - 0.5 * (length + ego_size[0])
+    s, d, heading, _ = local(segments, x, y)
+    apart = lane_way(place[PLACE_S], place[PLACE_HEADING], place[PLACE_D], s, heading)
+    gap = apart - 0.5 * (length + ego_size[0])
     beside = abs(d - place[PLACE_D]) - 0.5 * (width + ego_size[1])
     is_ahead = s > place[PLACE_S]
     return bool(is_ahead and beside < 0.0 and gap <= reachable_distance(own[EGO_SPEED], friction))

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.kernel.elementary import sin_cos
+from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import compiled
+from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
 from adeye.sensors.delivery import Delivery, insert, no_measurement, sample_at
+from adeye.sensors.gnss import rear_axles
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -23,6 +26,7 @@ from adeye.signals import (
     EGO_SPEED,
     EGO_X,
     EGO_Y,
+    EGO_YAW_RATE,
     ESTIMATE_COLUMNS,
     ESTIMATE_PLACE,
     OBJECT_HEADING,
@@ -97,6 +101,7 @@ class GroundTruthSensor:
         """Prepare for a batch."""
         self._context = context
         runs, objects = context.scene.runs, len(context.scene.object_ids)
+        self._rear = rear_axles(context)
         self._found: Floats = np.zeros((objects, 3))
         self._order: Ints = np.zeros(objects, dtype=np.int64)
         first = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
@@ -113,6 +118,7 @@ class GroundTruthSensor:
                 scene.objects,
                 context.object_sizes,
                 context.object_classes,
+                self._rear,
                 scene.running,
                 self._found,
                 self._order,
@@ -174,10 +180,11 @@ def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
             row[ESTIMATE_PLACE + PLACE_D] += shift
             row[ESTIMATE_PLACE + PLACE_OFFSET] += shift
         if record["heading_noise"] > 0.0:
-            row[EGO_HEADING] += record["heading_noise"] * turn[run]
+            turned = row[EGO_HEADING] + record["heading_noise"] * turn[run]
+            row[EGO_HEADING] = wrap_to_pi(turned)
         if record["speed_noise"] > 0.0:
-            noise = record["speed_noise"] * faster[run]
-            row[EGO_SPEED] = max(0.0, row[EGO_SPEED] + noise)
+            # Of a standing ego it is below zero half of the time: cut, its mean would be wrong.
+            row[EGO_SPEED] += record["speed_noise"] * faster[run]
 
 
 @compiled
@@ -186,6 +193,7 @@ def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
     objects: Floats,
     sizes: Floats,
     classes: Ints,
+    rear: Floats,
     running: Bools,
     found: Floats,
     order: Ints,
@@ -200,6 +208,7 @@ def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
         objects: (B, M, 5) states.
         sizes: (B, M, 3).
         classes: (M,).
+        rear: (B,) how far the rear axle is behind the ego's box centre [m].
         running: (B,); where a run has ended nothing is listed.
         found: (M, 3) scratch: place and range rate of each.
         order: (M,) scratch.
@@ -211,13 +220,14 @@ def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
         if not running[run]:
             continue
         s, c = sin_cos(ego[run, EGO_HEADING])
+        forward, aside = point_velocity(ego[run, EGO_SPEED], ego[run, EGO_YAW_RATE], rear[run], 0.0)
         for thing in range(objects.shape[1]):
             state = objects[run, thing]
             dx, dy = state[OBJECT_X] - ego[run, EGO_X], state[OBJECT_Y] - ego[run, EGO_Y]
             distance = np.sqrt(dx * dx + dy * dy)
             sine, cosine = sin_cos(state[OBJECT_HEADING])
-            vx = state[OBJECT_SPEED] * cosine - ego[run, EGO_SPEED] * c
-            vy = state[OBJECT_SPEED] * sine - ego[run, EGO_SPEED] * s
+            vx = state[OBJECT_SPEED] * cosine - (forward * c - aside * s)
+            vy = state[OBJECT_SPEED] * sine - (forward * s + aside * c)
             found[thing, 0] = c * dx + s * dy
             found[thing, 1] = -s * dx + c * dy
             found[thing, 2] = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0

@@ -10,6 +10,7 @@ import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
+from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
 from adeye.sensors.bias import next_bias, share_kept, share_new
 from adeye.sensors.delivery import Delivery, no_measurement
@@ -193,9 +194,7 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         s, c = sin_cos(state[EGO_HEADING])
         x, y = record["x"], record["y"]
-        # The box centre slips: only the rear axle moves along the heading.
-        ahead = state[EGO_SPEED] - state[EGO_YAW_RATE] * y
-        aside = state[EGO_YAW_RATE] * (x + record["rear"])
+        ahead, aside = point_velocity(state[EGO_SPEED], state[EGO_YAW_RATE], x + record["rear"], y)
         noise, speed_noise = record["position_noise"], record["speed_noise"]
         row[GNSS_X] = state[EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]
         row[GNSS_Y] = state[EGO_Y] + s * x + c * y + bias[run, 1] + noise * draws[1][run]

@@ -158,10 +158,12 @@ def measure(kind: int, seen: Seen, count: int, owner: np.uint64, number: int) ->
 
 @compiled
 def _disturb(items: Floats, noise: Floats, count: int) -> None:
-    """Turn directions and distances into places with an error, several at a time."""
+    """Turn directions and distances into places with an error, several at a time.
+
+    A distance below zero lies on the other side of the sensor: cut, its mean would be wrong.
+    """
     for item in range(count):
         distance = items[SEEN_DISTANCE, item] + items[SEEN_DISTANCE_NOISE, item] * noise[0, item]
-        distance = distance if distance > 0.0 else 0.0
         s, c = sin_cos_of_any(items[SEEN_BEARING_NOISE, item] * noise[1, item])
         ux, uy = items[SEEN_X, item], items[SEEN_Y, item]
         items[SEEN_X, item] = distance * (c * ux - s * uy)

@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye.kernel.elementary import atan2, exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.motion import point_velocity
 from adeye.kernel.occlusion import visible_share
 from adeye.kernel.sight import (
     COSINE,
@@ -22,6 +23,7 @@ from adeye.kernel.sight import (
     sight,
 )
 from adeye.sensors.delivery import Delivery, no_measurement, sample_at
+from adeye.sensors.gnss import rear_axles
 from adeye.sensors.radar_cells import (
     ECHO_BEARING,
     ECHO_RANGE,
@@ -96,6 +98,7 @@ class RadarSensor:
                 **columns,
                 "extinction": np.array([radar_rain_extinction(each) for each in rain]),
                 "rain_in_cell": volume,
+                "rear": rear_axles(context),
             }
         )
         self._objects = len(scene.object_ids)
@@ -271,13 +274,15 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> int:
     """Detect in one run, see ``_sample_batch``; return the number of detections.
 
-    The sensor moves with the ego: along its heading, and around it as the ego turns.
+    The sensor moves with the ego: with its rear axle, and around that as the ego turns.
     """
     s, c = sin_cos(ego[EGO_HEADING])
     lever_x = c * parameters["x"] - s * parameters["y"]
     lever_y = s * parameters["x"] + c * parameters["y"]
-    speed, turn = ego[EGO_SPEED], ego[EGO_YAW_RATE]
-    velocity_x, velocity_y = speed * c - turn * lever_y, speed * s + turn * lever_x
+    forward, aside = point_velocity(
+        ego[EGO_SPEED], ego[EGO_YAW_RATE], parameters["x"] + parameters["rear"], parameters["y"]
+    )
+    velocity_x, velocity_y = forward * c - aside * s, forward * s + aside * c
     ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
     count = objects.shape[0]
     for thing in range(count):

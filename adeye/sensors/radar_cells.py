@@ -189,8 +189,7 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
     sigma = max(FINEST, 1.0 / math.sqrt(2.0 * received))
     along, aside = normal_pair(seed, owner, number, first)
     faster = normal(seed, owner, number, first + 1)
-    distance = echo[ECHO_RANGE] + sigma * parameters["range_resolution"] * along
-    echo[ECHO_RANGE] = max(0.0, distance)
+    echo[ECHO_RANGE] += sigma * parameters["range_resolution"] * along
     echo[ECHO_BEARING] += sigma * parameters["bearing_resolution"] * aside
     rate = echo[ECHO_RATE] + sigma * parameters["range_rate_resolution"] * faster
     echo[ECHO_RATE] = folded(rate, parameters["max_range_rate"])

@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.motion import point_velocity
 from adeye.kernel.occlusion import visible_share
 from adeye.kernel.sight import (
     COSINE,
@@ -25,6 +26,7 @@ from adeye.kernel.sight import (
     outlines,
 )
 from adeye.sensors.delivery import Delivery, no_measurement, sample_at
+from adeye.sensors.gnss import rear_axles
 from adeye.sensors.measuring import (
     BLOCK,
     Seen,
@@ -39,6 +41,7 @@ from adeye.signals import (
     EGO_SPEED,
     EGO_X,
     EGO_Y,
+    EGO_YAW_RATE,
     OBJECT_SPEED,
     Bools,
     Floats,
@@ -78,6 +81,7 @@ class RangingSensor:
                 "illuminance": weather.illuminance,
                 "sun_elevation": weather.sun_elevation,
                 "sun_azimuth": weather.sun_azimuth,
+                "rear": rear_axles(context),
             }
         )
         self._objects = len(scene.object_ids)
@@ -282,7 +286,14 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
         rate = 0.0
         if kind == RADAR and distance > 0.0:
             rate = objects[thing, OBJECT_SPEED] * (look[COSINE] * ux + look[SINE] * uy)
-            rate -= ego[EGO_SPEED] * (c * ux + s * uy)
+            forward, aside = point_velocity(
+                ego[EGO_SPEED],
+                ego[EGO_YAW_RATE],
+                parameters["x"] + parameters["rear"],
+                parameters["y"],
+            )
+            rate -= forward * (c * ux + s * uy)
+            rate -= aside * (c * uy - s * ux)
         note(kind, parameters, seen, count, seed, thing, ux, uy, distance, rate)
         count += 1
     return count

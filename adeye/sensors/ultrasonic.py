@@ -161,8 +161,8 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
         if thing < 0:
             continue
         if own["range_noise"] > 0.0:
+            # Of what nearly touches it may be below zero: cut, its mean would be wrong.
             way += own["range_noise"] * normal(seeds[run], owner, number, 0)
-            way = max(0.0, way)
         s, c = sin_cos(own["yaw"])
         mask[run, 0], source[run, 0] = True, thing
         detections[run, 0, DETECTION_X] = own["x"] + way * c

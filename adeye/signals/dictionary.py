@@ -69,7 +69,7 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
             f"actor.{name}.lane": number("1", 1.0, "lane, -1 off the lanes"),
             f"actor.{name}.distance": number("m", 10.0, "distance between the bodies"),
             f"actor.{name}.gap": number(
-                "m", 10.0, "bumper-to-bumper gap along the road, ahead > 0"
+                "m", 10.0, "bumper-to-bumper gap along the ego's lane, ahead > 0"
             ),
         }
     signals["any_actor.distance"] = number("m", 10.0, "distance to the nearest body")

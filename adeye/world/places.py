@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.errors import SpecError, suggest
+from adeye.kernel.manoeuvre import advance
 from adeye.world.formulas import BELOW_ZERO, Formulas, Pick
 from adeye.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
 from adeye.world.script import check_lanes
@@ -51,7 +52,7 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
     """Evaluate where everything starts.
 
     ``ahead_of`` with a positive gap puts an actor ahead, with a negative one behind; the gap is
-    from bumper to bumper.
+    from bumper to bumper along the lane of the one named, at that one's lateral place.
 
     Args:
         formulas: Scenarios of the batch with their parameters.
@@ -83,7 +84,8 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
         _fill_static(starts, column, name, formulas)
     places = {name: starts.s[:, column] for column, name in enumerate([*actors, *statics])}
     lengths = {name: starts.sizes[:, column, 0] for column, name in enumerate([*actors, *statics])}
-    places[EGO], lengths[EGO] = starts.ego_s, ego_length
+    beside = {name: starts.d[:, column] for column, name in enumerate([*actors, *statics])}
+    places[EGO], lengths[EGO], beside[EGO] = starts.ego_s, ego_length, starts.ego_d
     for name in gap_order(scenario):
         base = scenario.actors[name].start.ahead_of
         if base not in places:
@@ -93,7 +95,15 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
             )
         gap = formulas.values(f"actors.{name}.start.gap", _start(name, "gap"))
         half = 0.5 * (lengths[name] + lengths[base])
-        places[name][:] = places[base] + gap + np.where(gap < 0.0, -half, half)
+        half = np.where(gap < 0.0, -half, half)
+        bend = [
+            advance(line, s, d, way) - advance(line, s, 0.0, way)
+            for line, s, d, way in zip(
+                road.segments, places[base], beside[base], gap + half, strict=True
+            )
+        ]
+        # The way along the lane less that along the reference line: nothing on a straight.
+        places[name][:] = places[base] + gap + half + bend
     return starts
 
 

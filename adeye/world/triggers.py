@@ -2,6 +2,7 @@
 
 ``time``; ``ego.speed``, ``ego.s``, ``ego.d``; for every actor and static object ``speed``, ``s``,
 ``d``, ``gap``, ``ttc`` and ``distance``; ``<event>.begun`` as 1 or 0; the scenario's parameters.
+Gaps run along the lane that the ego drives, see ``kernel.road.lane_way``.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from adeye.kernel.elementary import cos, sin_cos
 from adeye.kernel.geometry import box_distance
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import PUSH_VARIABLE
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_HEADING,
     EGO_SPEED,
@@ -168,16 +170,14 @@ class TriggerTable:
 
 
 @compiled
-def road_gap(ego_s: float, ego_extent: float, other_s: float, other_extent: float) -> float:
-    """Bumper-to-bumper gap along the road [m]: positive ahead, negative behind, 0 side by side.
+def road_gap(apart: float, ego_extent: float, other_extent: float) -> float:
+    """Bumper-to-bumper gap along a lane [m]: positive ahead, negative behind, 0 side by side.
 
     Args:
-        ego_s: Centre of the ego along the road [m].
-        ego_extent: Half of the length that it takes along the road [m].
-        other_s: Centre of the other [m].
-        other_extent: Half of the length that it takes [m].
+        apart: From the ego's centre to that of the other, as of ``lane_way`` [m].
+        ego_extent: Half of the length that the ego takes along the road [m].
+        other_extent: Half of the length that the other takes [m].
     """
-    apart = other_s - ego_s
     free = max(0.0, abs(apart) - ego_extent - other_extent)
     return math.copysign(free, apart)
 
@@ -236,7 +236,8 @@ def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         if not running[run]:
             continue
         ego_s = ego_place[run, PLACE_S]
-        angle = ego[run, EGO_HEADING] - ego_place[run, PLACE_HEADING]
+        road = ego_place[run, PLACE_HEADING]
+        angle = ego[run, EGO_HEADING] - road
         extent = road_extent(ego_size[run], angle)
         along = ego[run, EGO_SPEED] * cos(angle)
         table[run, 1] = ego[run, EGO_SPEED]
@@ -252,7 +253,9 @@ def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
             row[1] = places[run, thing, PLACE_S]
             row[2] = places[run, thing, PLACE_D]
             if wanted[first + 3] or wanted[first + 4]:
-                row[3] = road_gap(ego_s, extent, row[1], road_extent(sizes[run, thing], turned))
+                there = places[run, thing, PLACE_HEADING]
+                apart = lane_way(ego_s, road, ego_place[run, PLACE_D], row[1], there)
+                row[3] = road_gap(apart, extent, road_extent(sizes[run, thing], turned))
                 row[4] = road_ttc(row[3], along, speed * cos(turned))
             if wanted[first + 5]:
                 row[5] = box_distance(

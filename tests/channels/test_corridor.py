@@ -112,7 +112,7 @@ def test_path_follows_the_curve() -> None:
     angle = 80.0 / (radius - LANE)
     along = (radius - LANE) * np.sin(angle), (radius - LANE) * (1.0 - np.cos(angle))
     in_the_lane = view((*along, 0.0, 0.0), curvature=1.0 / radius)
-    assert in_the_lane[PATH_GAP] == pytest.approx(radius * angle - 4.5, rel=1e-6)
+    assert in_the_lane[PATH_GAP] == pytest.approx((radius - LANE) * angle - 4.5, rel=1e-6)
 
 
 def test_oncoming_object_is_to_be_stopped_for() -> None:

@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from adeye.channels.pose import (
     MAX_AGE,
     POSE_ALIGN,
     POSE_D,
+    POSE_REAR,
     POSE_S,
     POSE_SPEED,
     POSE_STAMP,
@@ -108,3 +111,40 @@ def test_sample_that_is_no_number_is_not_used() -> None:
     sample[1] = np.nan
     update_pose(pose, straight_road().segments[0], sample, 0.0, 0.0, STEP)
     assert not has_pose(pose, 0.0)
+
+
+@pytest.mark.parametrize("curvature", [1.0 / 60.0, -1.0 / 60.0])
+def test_pose_of_a_box_centre_that_swings_around_the_rear_axle_stays_true(
+    curvature: float,
+) -> None:
+    """The body is turned in: its centre moves along the lane and not along the heading."""
+    pose, rear = fresh_pose(), 1.45
+    pose[POSE_REAR] = rear
+    segments = straight_road(curvature=curvature).segments[0]
+    speed, d = 12.0, 5.0
+    bend = curvature / (1.0 - d * curvature)
+    turned_in = math.asin(rear * bend)
+    rate = speed * math.cos(turned_in) * bend
+    forward = speed * math.cos(turned_in)
+
+    def sample(time: float) -> Floats:
+        return true_sample(time, speed, curvature, turned_in, forward, rate)
+
+    for tick in range(2, 60):
+        stamp = (tick // 4) * 4 * STEP - 2 * STEP
+        # The centre drives at the speed over the cosine of what it slips.
+        update_pose(pose, segments, sample(stamp), stamp, tick * STEP, STEP)
+    truth = sample(59 * STEP)
+    assert pose[[POSE_X, POSE_Y]] == pytest.approx(truth[:2], abs=0.01)
+    assert pose[POSE_ALIGN] == pytest.approx(-turned_in, abs=2e-3)
+
+
+def true_sample(
+    time: float, speed: float, curvature: float, turned_in: float, forward: float, rate: float
+) -> Floats:
+    """Centre at ``speed`` along the line 5 m left of the reference line, turned in by an angle."""
+    road = straight_road(curvature=curvature)
+    s = speed * time / (1.0 - 5.0 * curvature)
+    x, y, heading = position(road.segments[0], s, 5.0)
+    state = np.array([[x, y, heading - turned_in, forward, 0.0, 0.0, rate]])
+    return ego_estimate(road, state).reshape(-1)

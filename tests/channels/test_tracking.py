@@ -1,7 +1,10 @@
+import math
+from typing import Any
+
 import numpy as np
 import pytest
 
-from adeye.channels.pose import POSE_SPEED, POSE_WIDTH
+from adeye.channels.pose import POSE_REAR, POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
 from adeye.channels.tracking import drop_tentative, predict_tracks, update_tracks
 from adeye.channels.tracks import (
     TRACK_BRAKING,
@@ -276,3 +279,38 @@ def test_row_without_a_detection_is_no_object() -> None:
     )
     assert end == 1
     assert tracks[0, TRACK_X] == pytest.approx(60.0)
+
+
+@pytest.mark.parametrize("latency", [0, 3])
+@pytest.mark.parametrize(("accuracy", "with_rate"), [(TRUTH, False), (RADAR, True)])
+def test_what_stands_beside_a_bend_has_no_speed(
+    accuracy: Floats,
+    latency: int,
+    with_rate: bool,  # noqa: FBT001 - a parameter
+) -> None:
+    """The ego turns about a centre; its box centre is ahead of the rear axle, the sensor aside."""
+    speed, turning, rear = 8.0, 0.3, 1.45
+    radius = speed / turning
+    pose = ego_pose()
+    pose[POSE_SPEED], pose[POSE_YAW_RATE], pose[POSE_REAR] = speed, turning, rear
+
+    def seen(time: float) -> Any:
+        """Place in the vehicle frame of what stands at (20, 3) as the turn begins."""
+        turn = turning * time
+        x = 20.0 - radius * math.sin(turn) - rear * math.cos(turn)
+        y = 3.0 - radius * (1.0 - math.cos(turn)) - rear * math.sin(turn)
+        c, s = math.cos(turn), math.sin(turn)
+        return np.array([c * x + s * y, c * y - s * x])
+
+    tracks = np.zeros((TRACKS, TRACK_STATE))
+    for tick in range(40):
+        time = tick * STEP
+        predict(tracks, pose, time)
+        stamp = time - latency * STEP
+        if stamp < 0.0:
+            continue
+        before, after = (np.hypot(*seen(stamp + late)) for late in (-1e-4, 1e-4))
+        x, y = seen(stamp)
+        rate = (after - before) / 2e-4 if with_rate else None
+        update(tracks, pose, accuracy, sample(x, y, rate), stamp, time - stamp)
+    assert np.hypot(tracks[0, TRACK_VX], tracks[0, TRACK_VY]) < 0.02

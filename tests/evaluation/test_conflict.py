@@ -182,3 +182,47 @@ def test_input_that_is_not_finite_spoils_the_row(hand_made: Any, column: str, ba
     measured_values, _ = TraceSeries(made.trace()).conflicts
     assert np.isnan(measured_values[:, 0, 3]).all()
     assert not np.isnan(measured_values[:, 0, 2]).any()
+
+
+def on_a_bend(made: Any, radius: float) -> Any:
+    """Lay the road of hand-made runs around an arc, to the left where the radius is positive."""
+    for state, place in (("ego", "ego_place"), ("objects", "object_places")):
+        turned = made.columns[place][..., 0] / radius
+        made.columns[place][..., 2] += turned
+        made.columns[state][..., 2] += turned
+    return made
+
+
+@pytest.mark.parametrize("radius", [60.0, -60.0, 500.0, -45.0])
+@pytest.mark.parametrize("lane", [0, 2])
+def test_distances_on_a_bend_are_those_along_the_lane_of_the_ego(
+    hand_made: Any, radius: float, lane: int
+) -> None:
+    d = 3.5 * (lane + 0.5)
+    made = hand_made().ego(s=0.0, d=d, speed=8.0).object("lead", s=44.0, d=d, speed=3.0)
+    series = TraceSeries(on_a_bend(made, radius).trace())
+    gap = 44.0 * (radius - d) / radius - 4.0
+    closed = {
+        "gap": gap, "ttc": gap / 5.0, "time_gap": gap / 8.0, "time_headway": (gap + 4.0) / 8.0,
+        "drac": 12.5 / gap, "required_deceleration": 12.5 / gap, "mttc": gap / 5.0,
+    }  # fmt: skip
+    for name, value in closed.items():
+        assert series.samples(name).values[0, 0] == pytest.approx(value, rel=1e-9), name
+    assert series.object_gap(0)[0, 0] == pytest.approx(gap, rel=1e-9)
+    straight = hand_made().ego(s=0.0, d=d, speed=8.0).object("lead", s=gap + 4.0, d=d, speed=3.0)
+    rss = TraceSeries(straight.trace()).samples("rss_margin").values[0, 0]
+    assert series.samples("rss_margin").values[0, 0] == pytest.approx(rss, rel=1e-9)
+
+
+def test_mirrored_bend_gives_the_same(hand_made: Any) -> None:
+    def gap(radius: float, d: float) -> float:
+        made = hand_made().ego(s=0.0, d=d).object("lead", s=44.0, d=d)
+        return float(TraceSeries(on_a_bend(made, radius).trace()).samples("gap").values[0, 0])
+
+    assert gap(60.0, 8.75) == gap(-60.0, -8.75)
+
+
+def test_bend_without_end_is_the_straight_to_the_bit(hand_made: Any) -> None:
+    made = hand_made().object("lead", s=44.1 + 0.7 * np.arange(21))
+    bits = [TraceSeries(it.trace()).conflicts[0] for it in (made, on_a_bend(made, np.inf))]
+    assert bits[0].tobytes() == bits[1].tobytes()

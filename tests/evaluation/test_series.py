@@ -16,7 +16,7 @@ from tests.evaluation.stl.batch import errors_of
 @pytest.mark.parametrize("name", SERIES)
 def test_series_declares_what_it_is(name: str) -> None:
     definition = SERIES[name]
-    assert definition.uid == f"adeye:series.{name}@1"
+    assert definition.uid == f"adeye:series.{name}@{2 if name == 'jerk' else 1}"
     assert definition.worse in {"lower", "higher"}
     assert definition.source
     assert definition.type.text
@@ -87,11 +87,13 @@ def test_shorter_response_needs_less_distance(hand_made: Any) -> None:
 
 
 def test_jerk_is_the_slope_of_the_acceleration_and_unknown_at_the_start(hand_made: Any) -> None:
-    made = hand_made().ego(acceleration=np.linspace(0.0, -4.0, 21))
+    made = hand_made(rows=41, step=0.05).ego(acceleration=np.linspace(0.0, -4.0, 41))
     series = TraceSeries(made.trace()).series("jerk")
     assert series.status is not None
     assert series.status[0, 0] == SampleStatus.NOT_APPLICABLE
-    np.testing.assert_allclose(series.values[0, 1:], -2.0)
+    np.testing.assert_allclose(series.values[0, 20:], -2.0)
+    # Before the run nothing changed.
+    np.testing.assert_allclose(series.values[0, :20], -2.0 * np.arange(20) * 0.05)
 
 
 def test_gap_to_one_object_is_signed(hand_made: Any) -> None:

@@ -5,10 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from adeye.signals import EGO_SPEED, OBJECT_CLASSES
+from adeye.signals import EGO_SPEED, EGO_YAW_RATE, OBJECT_CLASSES
 from tests.faults.streams import CONTEXT, END, ONSET, STEP, made, played, scenes
+from tests.motorway import ARCHITECTURE
 
 LEAD, NEIGHBOUR, WALL = range(3)
+REACH = float(ARCHITECTURE["vehicle"]["wheelbase"].removesuffix(" m"))
 
 
 def sources(model: str, parameters: dict[str, object], sensor: str = "truth") -> list[list[int]]:
@@ -86,8 +88,11 @@ def test_standing_ghost_comes_nearer_as_the_ego_drives() -> None:
         x = then[0] + 30.0 * cosine - 2.0 * sine - here[0]
         y = then[1] + 30.0 * sine + 2.0 * cosine - here[1]
         assert math.hypot(row[0], row[1]) == pytest.approx(math.hypot(x, y))
-        rate = -here[EGO_SPEED] * (math.cos(here[2]) * x + math.sin(here[2]) * y) / math.hypot(x, y)
-        assert row[2] == pytest.approx(rate)
+        # The box centre swings around the rear axle, half a wheelbase behind it.
+        aside = here[EGO_YAW_RATE] * 0.5 * REACH
+        rate = -here[EGO_SPEED] * (math.cos(here[2]) * x + math.sin(here[2]) * y)
+        rate -= aside * (math.cos(here[2]) * y - math.sin(here[2]) * x)
+        assert row[2] == pytest.approx(rate / math.hypot(x, y))
         assert row[[3, 4, 5, 6]].tolist() == [1.0, 4.5, 1.8, 0.0]
 
 

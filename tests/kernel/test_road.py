@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from adeye.kernel.manoeuvre import advance
 from adeye.kernel.road import (
     lane_center,
     lane_of,
+    lane_way,
     local,
     offset_curvature,
     position,
@@ -124,3 +126,48 @@ def test_centre_of_a_lane_is_in_it_up_to_its_edges(width: float) -> None:
     for lane in range(4):
         assert lane_of(lane_center(lane, width), width, 4) == lane
     assert lane_of(math.nextafter(4 * width, 0.0), width, 4) == 3
+
+
+def way(segments: Floats, s: float, d: float, other_s: float) -> float:
+    headings = [position(segments, place, 0.0)[2] for place in (s, other_s)]
+    return lane_way(s, headings[0], d, other_s, headings[1])
+
+
+@pytest.mark.parametrize("name", ROADS)
+@pytest.mark.parametrize("d", [-3.0, 0.0, 8.75, 14.0])
+def test_way_along_a_lane_is_the_length_of_its_line(name: str, d: float) -> None:
+    segments = ROADS[name]
+    for first, last in ((20.0, 390.0), (120.0, 380.0), (-30.0, 60.0), (390.0, 150.0)):
+        points = np.array([position(segments, s, d)[:2] for s in np.linspace(first, last, 2001)])
+        length = np.hypot(*np.diff(points, axis=0).T).sum()
+        assert abs(way(segments, first, d, last)) == pytest.approx(length, abs=1e-4)
+        assert way(segments, last, d, first) == pytest.approx(-way(segments, first, d, last))
+        assert (way(segments, first, d, last) > 0.0) == (last > first)
+
+
+def test_way_along_a_lane_of_a_mirrored_bend_mirrors() -> None:
+    left, right = ROADS["left_curve"], ROADS["right_curve"]
+    for d in (-3.0, 1.75, 8.75):
+        assert way(left, 50.0, d, 380.0) == pytest.approx(way(right, 50.0, -d, 380.0), rel=1e-12)
+
+
+def test_way_along_a_straight_is_that_along_the_road_to_the_bit() -> None:
+    generator = np.random.Generator(np.random.Philox(5))
+    for s, other, d in generator.uniform(0.0, 390.0, (200, 3)):
+        for name in ("straight", "oblique"):
+            assert way(ROADS[name], s, d, other) == other - s
+
+
+def test_place_at_the_end_of_a_way_is_that_far_along_the_lane() -> None:
+    for name in ("left_curve", "s_curve"):
+        for length in (200.0, 13.7, -90.0):
+            end = advance(ROADS[name], 150.0, 8.75, length)
+            assert way(ROADS[name], 150.0, 8.75, end) == pytest.approx(length, abs=1e-6)
+
+
+def test_at_the_centre_of_a_bend_no_way_is_left_and_beyond_an_unknown_place_none_is_known() -> None:
+    assert lane_way(0.0, 0.0, 300.0, 50.0, 0.2) == 0.0
+    for bad in range(5):
+        numbers = [0.0, 0.0, 5.0, 50.0, 0.2]
+        numbers[bad] = math.nan
+        assert math.isnan(lane_way(*numbers))

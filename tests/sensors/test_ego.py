@@ -79,11 +79,23 @@ def test_lateral_noise_is_across_the_lane_and_moves_the_place_on_the_road_with_i
         assert estimate[:, ESTIMATE_PLACE + column] - exact == pytest.approx(shift)
 
 
-def test_measured_speed_is_never_negative() -> None:
-    context = scene_context(runs=200)
-    speed = estimates(context, ego=(0.0, 0.0, 0.0, 0.0), speed_noise="1 m/s")[:, EGO_SPEED]
-    assert speed.min() == 0.0
-    assert speed.max() > 1.0
+def test_noise_of_a_standing_ego_keeps_mean_and_deviation() -> None:
+    context = scene_context(runs=RUNS)
+    speed = estimates(context, ego=(0.0, 0.0, 0.0, 0.0), speed_noise="0.5 m/s")[:, EGO_SPEED]
+    assert speed.mean() == pytest.approx(0.0, abs=4.0 * 0.5 / math.sqrt(RUNS))
+    assert speed.std() == pytest.approx(0.5, rel=4.0 / math.sqrt(2.0 * RUNS))
+
+
+def test_heading_with_noise_stays_within_half_a_turn() -> None:
+    context = scene_context(runs=RUNS)
+    heading = estimates(context, ego=(0.0, 0.0, math.pi, 5.0), heading_noise="2 deg")[
+        :, EGO_HEADING
+    ]
+    assert np.abs(heading).max() <= math.pi
+    error = (heading - math.pi + math.pi) % (2.0 * math.pi) - math.pi
+    sigma = math.radians(2.0)
+    assert error.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(RUNS))
+    assert error.std() == pytest.approx(sigma, rel=4.0 / math.sqrt(2.0 * RUNS))
 
 
 def test_one_kind_of_noise_leaves_the_others_as_they_were() -> None:

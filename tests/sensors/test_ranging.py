@@ -232,6 +232,13 @@ def test_radar_noise_has_the_stated_deviations() -> None:
         assert abs(np.corrcoef(one, other)[0, 1]) < 4.0 / math.sqrt(RUNS)
 
 
+def test_noise_of_what_is_near_keeps_mean_and_deviation() -> None:
+    context = scene_context([(0.2, 0.2, 1.0)], runs=RUNS)
+    for kind in ("radar", "lidar"):
+        at = places(look(kind, context, scene(context, [(0.4, 0.0)]), range_noise="0.5 m"), 0)
+        assert_normal(at[:, 0], 0.4, 0.5)
+
+
 def test_camera_distance_error_grows_with_the_distance_squared() -> None:
     for distance in (25.0, 50.0):
         measured, bearing, _ = spread(

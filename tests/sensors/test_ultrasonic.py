@@ -144,14 +144,13 @@ def test_touching_sensor_hears_nothing_but_its_blind_zone() -> None:
     assert heard([(0.0, 0.0)], [(4.5, 1.8, 1.5)], blind_zone="0 m") == 0.0
 
 
-def test_noise_has_the_stated_deviation_and_never_makes_a_distance_negative() -> None:
+@pytest.mark.parametrize(("distance", "sigma"), [(3.0, 0.02), (0.01, 0.05)])
+def test_noise_has_the_stated_mean_and_deviation_near_by_too(distance: float, sigma: float) -> None:
     context = scene_context([WALL], runs=4000)
-    found = look(context, scene(context, [(3.1, 0.0)]), range_noise="2 cm")
-    distance = found.detections[:, 0, 0]
-    assert distance.mean() == pytest.approx(3.0, abs=4.0 * 0.02 / math.sqrt(4000.0))
-    assert distance.std() == pytest.approx(0.02, rel=4.0 / math.sqrt(8000.0))
-    near = look(context, scene(context, [(0.11, 0.0)]), range_noise="1 m", blind_zone="0 m")
-    assert near.detections[:, 0, 0].min() == 0.0
+    shown = scene(context, [(distance + 0.1, 0.0)])
+    found = look(context, shown, range_noise=f"{sigma} m", blind_zone="0 m").detections[:, 0, 0]
+    assert found.mean() == pytest.approx(distance, abs=4.0 * sigma / math.sqrt(4000.0))
+    assert found.std() == pytest.approx(sigma, rel=4.0 / math.sqrt(8000.0))
 
 
 def test_object_that_is_no_number_is_not_heard_and_hides_nothing_behind_it() -> None:

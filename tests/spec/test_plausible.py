@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import yaml
 
+from adeye.campaign.check import is_written
 from adeye.campaign.plan import make_plan
 from adeye.errors import InputError, SpecError
 from adeye.spec.load import load_architecture, load_scenario, scenario_files, shipped
@@ -149,3 +150,14 @@ def test_delay_longer_than_the_run_is_refused(project: Project, path: str) -> No
             make_plan(project.odd)
     finally:
         (project.folder / CANDIDATE).write_text(before, "utf-8")
+
+
+def test_default_counts_as_nobodys_word() -> None:
+    """A switch waits 0.2 s unless it is told otherwise, also in a run of 0.1 s."""
+    whole = load_architecture(ARCHITECTURE).spec
+    assert is_written(whole, ("switch", "staleness"))
+    said = whole.switch.model_fields_set - {"staleness"}
+    switch = type(whole.switch).model_construct(_fields_set=said, **dict(whole.switch))
+    short = whole.model_copy(update={"switch": switch})
+    assert not is_written(short, ("switch", "staleness"))
+    assert is_written(short, ("sensors", "front_camera", "latency"))

@@ -113,3 +113,33 @@ def test_an_impossible_start_is_an_error_with_its_field(
 ) -> None:
     with pytest.raises(SpecError, match=message):
         resolve(**changes)
+
+
+BEND = {"kind": "curve", "radius": "60 m", "length": "250 m"}
+
+
+@pytest.mark.parametrize("lane", [0, 1, 2])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_gap_on_a_bend_is_that_along_the_lane(resolve: Resolve, lane: int, side: float) -> None:
+    """By the angle about the centre of the bend, which begins after 100 m."""
+    starts = resolve(
+        world={"road": {**BEND, "radius": f"{60.0 * side} m"}},
+        ego={"lane": lane, "s": "130 m"},
+        actors={"lead": car(ahead_of="ego", gap="gap", lane=lane),
+                "rear": car(ahead_of="ego", gap="-gap", lane=lane)},
+        gaps=(0.3, 10.0),
+    )  # fmt: skip
+    radius = 60.0 - side * 3.5 * (lane + 0.5)
+    for run, gap in enumerate((0.3, 10.0)):
+        angles = (starts.s[run] - 130.0) / 60.0
+        assert angles * radius == pytest.approx([gap + 4.65, -gap - 4.65])
+
+
+def test_a_gap_along_the_straight_of_a_road_with_a_bend_is_that_of_a_straight_road_to_the_bit(
+    resolve: Resolve,
+) -> None:
+    actors = {"lead": car(ahead_of="ego", gap="gap")}
+    bent = resolve(world={"road": BEND}, ego={"s": "31.7 m"}, actors=actors, gaps=(40.1, 7.3))
+    straight = resolve(ego={"s": "31.7 m"}, actors=actors, gaps=(40.1, 7.3))
+    assert bent.s.tolist() == straight.s.tolist()
+    assert straight.s[:, 0].tolist() == [31.7 + gap + 0.5 * (4.5 + 4.8) for gap in (40.1, 7.3)]

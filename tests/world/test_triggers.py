@@ -10,6 +10,7 @@ import pytest
 from adeye.signals import Scene
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
+from adeye.traffic.locate import locate_all
 from adeye.units import Dimension
 from adeye.world.compile import World, compile_world
 from adeye.world.triggers import (
@@ -125,9 +126,47 @@ def test_a_faster_one_behind_closes() -> None:
 
 
 def test_a_gap_has_the_sign_of_where_the_other_is() -> None:
-    assert road_gap(0.0, 2.0, 10.0, 3.0) == 5.0
-    assert road_gap(0.0, 2.0, -10.0, 3.0) == -5.0
-    assert road_gap(0.0, 2.0, 4.0, 3.0) == 0.0
+    assert road_gap(10.0, 2.0, 3.0) == 5.0
+    assert road_gap(-10.0, 2.0, 3.0) == -5.0
+    assert road_gap(4.0, 2.0, 3.0) == 0.0
+
+
+@pytest.mark.parametrize("radius", ["60 m", "-60 m"])
+@pytest.mark.parametrize("lane", [0, 2])
+def test_a_gap_on_a_bend_is_the_one_that_the_scenario_says(
+    make_scenario: Callable[..., LogicalScenario],
+    make_case: Callable[..., TestCase],
+    radius: str,
+    lane: int,
+) -> None:
+    scenario = make_scenario(
+        world={"road": {"kind": "curve", "radius": radius, "length": "250 m"}},
+        ego={"lane": lane, "s": "120 m"},
+        actors={
+            "lead": actor(ahead_of="ego", gap="gap", lane=lane, speed="10 m/s"),
+            "rear": actor(ahead_of="ego", gap="-8 m", lane=lane, speed="40 m/s"),
+        },
+    )
+    case = make_case(scenario, {"gap": 40.0})
+    world = compile_world([case])
+    places = [np.zeros((1, 6)), np.zeros((1, 2, 6))]
+    road = world.context.road
+    locate_all(
+        np.ones(1, bool), world.ego, world.objects, road.segments, road.lane_width, road.lanes,
+        *places,
+    )  # fmt: skip
+    table = TriggerTable.of([case], world.context)
+    values = table.values(
+        Scene(
+            tick=0, time=0.0, ego=world.ego, ego_place=places[0], objects=world.objects,
+            object_places=places[1], begun=np.zeros((1, 0)), contact=np.array([-1]),
+            impact_speed=np.zeros(1), foreign_contact=np.zeros(1, bool), running=np.ones(1, bool),
+        )
+    )[0]  # fmt: skip
+    # The body of the ego is turned into the bend, which takes a little more of the road.
+    assert values[table.index["lead.gap"]] == pytest.approx(40.0, abs=0.03)
+    assert values[table.index["rear.gap"]] == pytest.approx(-8.0, abs=0.03)
+    assert values[table.index["lead.ttc"]] == pytest.approx(2.0, rel=1e-2)
 
 
 def test_a_box_across_the_road_takes_its_width_along_it() -> None:

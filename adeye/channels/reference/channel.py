@@ -17,7 +17,15 @@ from adeye.channels.driving import (
     path_of_lane,
     steer,
 )
-from adeye.channels.pose import POSE_D, POSE_SPEED, POSE_WIDTH, clear_pose, has_pose, update_pose
+from adeye.channels.pose import (
+    POSE_D,
+    POSE_REAR,
+    POSE_SPEED,
+    POSE_WIDTH,
+    clear_pose,
+    has_pose,
+    update_pose,
+)
 from adeye.channels.reference.scene import (
     THING_ACCELERATION,
     THING_FORWARD,
@@ -91,6 +99,7 @@ class ReferenceChannel:
             found = parameters_of(item.model, item.edition, item.variant)
             self._parameters[run] = vector(found)
         self._pose: Floats = np.zeros((runs, POSE_WIDTH))
+        self._pose[:, POSE_REAR] = [0.5 * vehicle.wheelbase for vehicle in context.vehicles]
         self._things: Floats = np.zeros((runs, THINGS, THING_SIZE))
         self._memory: Floats = np.full((runs, MEMORY_WIDTH), np.nan)
         self._command: Floats = np.zeros((runs, 2))

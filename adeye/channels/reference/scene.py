@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.channels.pose import (
     POSE_ALIGN,
-    POSE_CURVATURE,
     POSE_D,
     POSE_HEADING,
+    POSE_REAR,
     POSE_S,
     POSE_SPEED,
     POSE_X,
     POSE_Y,
+    POSE_YAW_RATE,
 )
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
@@ -36,7 +37,7 @@ from adeye.kernel.reference_columns import (
     STATE_SIZE,
 )
 from adeye.kernel.reference_scenes import REVEALED
-from adeye.kernel.road import local
+from adeye.kernel.road import lane_way, local
 from adeye.signals import (
     DETECTION_HAS_RANGE_RATE,
     DETECTION_LENGTH,
@@ -58,6 +59,7 @@ THINGS: Final = 32
     THING_FOUND,  # 1 if the newest has it
     THING_S,  # centre along the road [m]
     THING_D,  # from the right edge to the left [m]
+    THING_ROAD,  # heading of the road there [rad]
     THING_MEAN,  # speed along the ego's lane over the last period [m/s]
     THING_FORWARD,  # speed along the ego's lane now [m/s]
     THING_ACCELERATION,  # [m/s²]
@@ -66,8 +68,8 @@ THINGS: Final = 32
     THING_WIDTH,
     THING_IS_NEW,  # 1 from when it is not in the path, or hidden, until it is followed
     THING_LED,  # 1 if it was the vehicle ahead, until it has left the lane
-) = range(12)
-THING_STATE: Final = 12
+) = range(13)
+THING_STATE: Final = 13
 THING_SIZE: Final = THING_STATE + STATE_SIZE
 
 VISIBLE: Final = -1
@@ -83,12 +85,6 @@ more than anything changes its velocity in a period, and less than the distance 
 
 _AHEAD: Final = 0.5
 """Cosine of the bearing from which on the range rate of a first sample tells the speed."""
-
-
-@inlined
-def lane_scale(pose: Floats, path_d: float) -> float:
-    """Return how long the ego's lane is per length of the reference line."""
-    return float(max(0.1, 1.0 - path_d * pose[POSE_CURVATURE]))
 
 
 @inlined
@@ -115,21 +111,21 @@ def update_things(  # noqa: PLR0913, PLR0917 - a kernel
     for row in range(things.shape[0]):
         things[row, THING_FOUND] = 0.0
     sine, cosine = sin_cos(pose[POSE_HEADING])
-    scale = lane_scale(pose, path_d)
     for number in range(mask.shape[0]):
         if not mask[number]:
             continue
         seen = detections[number]
         x = pose[POSE_X] + cosine * seen[DETECTION_X] - sine * seen[DETECTION_Y]
         y = pose[POSE_Y] + sine * seen[DETECTION_X] + cosine * seen[DETECTION_Y]
-        s, d, _, _ = local(segments, x, y)
-        row = _row_of(things, s, d, scale, seen[DETECTION_LENGTH], seen[DETECTION_WIDTH], period)
+        s, d, road, _ = local(segments, x, y)
+        length, width = seen[DETECTION_LENGTH], seen[DETECTION_WIDTH]
+        row = _row_of(things, s, d, road, path_d, length, width, period)
         if row >= 0:
-            _see_again(things[row], s, d, scale, period)
+            _see_again(things[row], s, d, road, path_d, period)
             continue
         row = _free_row(things)
         if row >= 0:
-            _see_first(things[row], s, d, seen, pose)
+            _see_first(things[row], s, d, road, seen, pose)
     for row in range(things.shape[0]):
         if things[row, THING_FOUND] == 0.0:
             things[row, THING_HITS] = 0.0
@@ -140,7 +136,8 @@ def _row_of(  # noqa: PLR0913, PLR0917 - a kernel
     things: Floats,
     s: float,
     d: float,
-    scale: float,
+    road: float,
+    path_d: float,
     length: float,
     width: float,
     period: float,
@@ -154,7 +151,8 @@ def _row_of(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         if thing[THING_LENGTH] != length or thing[THING_WIDTH] != width:
             continue
-        along = (s - thing[THING_S]) * scale - thing[THING_FORWARD] * period
+        along = lane_way(thing[THING_S], thing[THING_ROAD], path_d, s, road)
+        along -= thing[THING_FORWARD] * period
         across = d - thing[THING_D] - thing[THING_SIDEWAYS] * period
         distance = math.sqrt(along * along + across * across)
         if distance < least:
@@ -171,7 +169,7 @@ def _free_row(things: Floats) -> int:
 
 
 @inlined
-def _see_first(thing: Floats, s: float, d: float, seen: Floats, pose: Floats) -> None:
+def _see_first(thing: Floats, s: float, d: float, road: float, seen: Floats, pose: Floats) -> None:
     """Begin with an object; of its velocity only the range rate is known."""
     thing[:] = 0.0
     x, y = seen[DETECTION_X], seen[DETECTION_Y]
@@ -180,18 +178,23 @@ def _see_first(thing: Floats, s: float, d: float, seen: Floats, pose: Floats) ->
     thing[THING_FOUND] = 1.0
     thing[THING_S] = s
     thing[THING_D] = d
+    thing[THING_ROAD] = road
     thing[THING_LENGTH] = seen[DETECTION_LENGTH]
     thing[THING_WIDTH] = seen[DETECTION_WIDTH]
     thing[THING_MEAN] = pose[POSE_SPEED]
     if seen[DETECTION_HAS_RANGE_RATE] > 0.0 and abs(x) > _AHEAD * distance:
-        thing[THING_MEAN] += seen[DETECTION_RANGE_RATE] * distance / x
+        # The box centre swings across as the ego turns.
+        aside = pose[POSE_YAW_RATE] * pose[POSE_REAR]
+        thing[THING_MEAN] += (seen[DETECTION_RANGE_RATE] * distance + aside * y) / x
         thing[THING_HITS] = _SURE
     thing[THING_FORWARD] = thing[THING_MEAN]
 
 
 @inlined
-def _see_again(thing: Floats, s: float, d: float, scale: float, period: float) -> None:
-    mean = (s - thing[THING_S]) * scale / period
+def _see_again(
+    thing: Floats, s: float, d: float, road: float, path_d: float, period: float
+) -> None:
+    mean = lane_way(thing[THING_S], thing[THING_ROAD], path_d, s, road) / period
     change = mean - thing[THING_MEAN]
     if thing[THING_HITS] < _SURE:
         change = 0.0
@@ -202,6 +205,7 @@ def _see_again(thing: Floats, s: float, d: float, scale: float, period: float) -
     thing[THING_MEAN] = mean
     thing[THING_S] = s
     thing[THING_D] = d
+    thing[THING_ROAD] = road
     thing[THING_HITS] += 1.0
     thing[THING_FOUND] = 1.0
 
@@ -231,7 +235,9 @@ def look_at(
     """
     thing = things[row]
     lengths = record["length"] + thing[THING_LENGTH]
-    gap = (thing[THING_S] - pose[POSE_S]) * lane_scale(pose, path_d) - 0.5 * lengths
+    road = pose[POSE_HEADING] - pose[POSE_ALIGN]
+    apart = lane_way(pose[POSE_S], road, pose[POSE_D], thing[THING_S], thing[THING_ROAD])
+    gap = apart - 0.5 * lengths
     if thing[THING_HITS] < _SURE or gap <= -lengths:
         return UNSEEN
     aside = thing[THING_D] - pose[POSE_D]

@@ -15,6 +15,7 @@ import numpy as np
 from adeye.channels.corridor import PATH_GAP, PATH_SPEED, offset_from_corridor
 from adeye.channels.pose import (
     MAX_AGE,
+    POSE_ALIGN,
     POSE_D,
     POSE_HEADING,
     POSE_S,
@@ -29,7 +30,7 @@ from adeye.channels.tracks import TRACK_HITS, TRACK_LENGTH, TRACK_WIDTH, TRACK_X
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.refuges import right_edge
-from adeye.kernel.road import local
+from adeye.kernel.road import lane_way, local
 from adeye.kernel.rss import rss_longitudinal_distance
 from adeye.signals import FAULT
 from adeye.spec.supervisor import KINDS
@@ -261,6 +262,7 @@ def is_occupied(  # noqa: PLR0913, PLR0917 - a kernel
         width_factor: Its width, in widths of the ego.
     """
     sine, cosine = sin_cos(pose[POSE_HEADING])
+    road = pose[POSE_HEADING] - pose[POSE_ALIGN]
     behind = -0.5 * record["length"]
     ahead = 0.5 * record["length"] + pose[POSE_SPEED] * time
     half = 0.5 * width_factor * record["width"]
@@ -270,8 +272,8 @@ def is_occupied(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
         y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
-        s, d, _, _ = local(segments, x, y)
-        way = s - pose[POSE_S]
+        s, d, heading, _ = local(segments, x, y)
+        way = lane_way(pose[POSE_S], road, pose[POSE_D], s, heading)
         aside = abs(offset_from_corridor(d, center, pose[POSE_D]))
         long, wide = 0.5 * track[TRACK_LENGTH], 0.5 * track[TRACK_WIDTH]
         is_clear = way - long >= ahead or way + long <= behind or aside - wide >= half

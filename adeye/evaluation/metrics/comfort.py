@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye.evaluation.metrics.registry import column_of, metric_entry
 from adeye.evaluation.metrics.scans import ERROR, UNDEFINED, VALUE
+from adeye.evaluation.series import mean_change
 from adeye.kernel.jit import allocating
 from adeye.ports import MetricColumn
 from adeye.signals import EGO_ACCELERATION, EGO_SPEED, EGO_YAW_RATE
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
     Codes = NDArray[np.int8]
 
 _SOURCE: Final = (
-    "Caesar et al. (2021), nuPlan: A closed-loop ML-based planning benchmark, comfort; here the "
-    "difference quotient of the recorded state without a filter"
+    "Caesar et al. (2021), nuPlan: A closed-loop ML-based planning benchmark, comfort; changes are "
+    "averaged over 1 s as in ISO 15622:2018, where nuPlan smooths over 1.5 s"
 )
 
 LEAST_ACCELERATION: Final = -4.05
@@ -39,12 +40,15 @@ _ACCELERATION, _LATERAL, _JERK, _YAW_RATE, _YAW_ACCELERATION, _TIME = range(6)
 
 
 @allocating
-def worst_comfort(length: Ints, ego: Floats, step: float) -> tuple[Floats, Ints, Codes]:
+def worst_comfort(
+    length: Ints, ego: Floats, changes: Floats, step: float
+) -> tuple[Floats, Ints, Codes]:
     """Find the largest motions of the ego and the time beyond what is comfortable.
 
     Args:
         length: (B,) rows that a run has.
         ego: (B, T, 7).
+        changes: (3, B, T) of the acceleration along and across [m/s³] and of the yaw rate [rad/s²].
         step: Time between rows [s].
 
     Returns:
@@ -58,7 +62,7 @@ def worst_comfort(length: Ints, ego: Floats, step: float) -> tuple[Floats, Ints,
     codes = np.full((6, runs), UNDEFINED, dtype=np.int8)
     found = np.zeros(6)
     for run in range(runs):
-        before, aside, turning, total = 0.0, 0.0, 0.0, 0.0
+        total = 0.0
         first = -1
         for row in range(length[run]):
             along = ego[run, row, EGO_ACCELERATION]
@@ -67,15 +71,12 @@ def worst_comfort(length: Ints, ego: Floats, step: float) -> tuple[Floats, Ints,
             if not math.isfinite(along + across + rate):
                 codes[:, run] = ERROR
                 break
-            if row == 0:
-                before, aside, turning = along, across, rate
-            jerk, sideways = (along - before) / step, (across - aside) / step
+            jerk, sideways = changes[0, run, row], changes[1, run, row]
             found[_ACCELERATION] = max(0.0, along)
             found[_LATERAL] = abs(across)
             found[_JERK] = math.sqrt(jerk * jerk + sideways * sideways)
             found[_YAW_RATE] = abs(rate)
-            found[_YAW_ACCELERATION] = abs(rate - turning) / step
-            before, aside, turning = along, across, rate
+            found[_YAW_ACCELERATION] = abs(changes[2, run, row])
             if (
                 not LEAST_ACCELERATION <= along <= MOST_ACCELERATION
                 or abs(across) > MOST_LATERAL
@@ -114,10 +115,10 @@ def max_lateral_acceleration(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:comfort.max_total_jerk@1", "max_total_jerk_mps3", "m/s³", "higher", _SOURCE, scale=10.0
+    "adeye:comfort.max_total_jerk@2", "max_total_jerk_mps3", "m/s³", "higher", _SOURCE, scale=10.0
 )
 def max_total_jerk(series: TraceSeries) -> MetricColumn:
-    """Largest size of the change of the acceleration, along and across together."""
+    """Largest size of the change of the acceleration, along and across, averaged over 1 s."""
     return _column(series, _JERK)
 
 
@@ -130,16 +131,16 @@ def max_yaw_rate(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:comfort.max_yaw_acceleration@1", "max_yaw_acceleration_radps2", "rad/s²", "higher",
+    "adeye:comfort.max_yaw_acceleration@2", "max_yaw_acceleration_radps2", "rad/s²", "higher",
     _SOURCE, scale=1.0,
 )  # fmt: skip
 def max_yaw_acceleration(series: TraceSeries) -> MetricColumn:
-    """Largest size of the change of the yaw rate."""
+    """Largest size of the change of the yaw rate, averaged over 1 s."""
     return _column(series, _YAW_ACCELERATION)
 
 
 @metric_entry(
-    "adeye:comfort.uncomfortable_time@1", "uncomfortable_time_s", "s", "higher", _SOURCE, scale=1.0
+    "adeye:comfort.uncomfortable_time@2", "uncomfortable_time_s", "s", "higher", _SOURCE, scale=1.0
 )
 def uncomfortable_time(series: TraceSeries) -> MetricColumn:
     """Time with any of the motions beyond the limits of comfort, each row counting one step."""
@@ -157,8 +158,13 @@ def _column(series: TraceSeries, what: int) -> MetricColumn:
 def _worst(series: TraceSeries) -> tuple[Floats, Ints, Codes]:
     """Scan the runs once for all of these metrics."""
     if "comfort" not in series.kept:
-        series.kept["comfort"] = worst_comfort(
-            series.trace.length, series.column("ego"), series.step
+        ego, step = series.column("ego"), series.step
+        motions = (
+            ego[..., EGO_ACCELERATION],
+            ego[..., EGO_SPEED] * ego[..., EGO_YAW_RATE],
+            ego[..., EGO_YAW_RATE],
         )
+        changes = np.stack([mean_change(motion, step) for motion in motions])
+        series.kept["comfort"] = worst_comfort(series.trace.length, ego, changes, step)
     found: tuple[Floats, Ints, Codes] = series.kept["comfort"]
     return found

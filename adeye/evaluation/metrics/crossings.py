@@ -27,11 +27,13 @@ from adeye.evaluation.bodies import (
 )
 from adeye.evaluation.metrics.statuses import CODES
 from adeye.kernel.jit import allocating, inlined
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_HEADING,
     EGO_SPEED,
     OBJECT_HEADING,
     OBJECT_SPEED,
+    PLACE_CURVATURE,
     PLACE_D,
     PLACE_HEADING,
     PLACE_S,
@@ -138,7 +140,11 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
                 is_crossing = True
                 own = _body(ego[run, row], ego_place[run, row], ego_size[run],
                             EGO_HEADING, EGO_SPEED, turns, 0)  # fmt: skip
-                predicted = _predicted(own, other, 0.5 * ego_size[run, 1])
+                apart = lane_way(
+                    own[S], ego_place[run, row, PLACE_HEADING], own[D],
+                    other[S], places[run, row, thing, PLACE_HEADING],
+                )  # fmt: skip
+                predicted = _predicted(own, other, apart, 0.5 * ego_size[run, 1])
                 if predicted < values[PREDICTED_PET, run]:
                     values[PREDICTED_PET, run] = predicted
                     rows[PREDICTED_PET, run], actors[PREDICTED_PET, run] = row, thing
@@ -222,14 +228,26 @@ def _body(  # noqa: PLR0913, PLR0917 - where it is read
 
 
 @inlined
-def _predicted(own: Body, other: Body, corridor: float) -> float:
+def _reach(body: Body, place: Floats) -> float:
+    """Half of what a body takes of the reference line [m]: more than its extent inside a bend."""
+    return float(body[HALF_LENGTH] / max(1e-3, 1.0 - place[PLACE_CURVATURE] * body[D]))
+
+
+@inlined
+def _predicted(own: Body, other: Body, apart: float, corridor: float) -> float:
     """Return the post-encroachment time at constant speeds [s].
+
+    Args:
+        own: Ego on the road.
+        other: Actor on the road.
+        apart: From the ego's centre to the actor's along the ego's lane [m].
+        corridor: Half of the ego's width [m].
 
     Returns:
         0 where both would be in the conflict area at once, infinity for an actor that has left the
         corridor or is not ahead, for an ego that will be past, and for one that stands.
     """
-    gap = other[S] - own[S] - own[HALF_LENGTH] - other[HALF_LENGTH]
+    gap = apart - own[HALF_LENGTH] - other[HALF_LENGTH]
     speed, across = own[ALONG], other[ACROSS]
     if gap <= 0.0 or speed <= 0.0:
         return math.inf
@@ -275,7 +293,7 @@ def _stay(  # noqa: PLR0913, PLR0917 - a part of the kernel
     beside, reach = other[D] - middle, corridor + other[HALF_WIDTH]
     if abs(beside) < reach:
         enter = -math.inf
-        low, high = other[S] - other[HALF_LENGTH], other[S] + other[HALF_LENGTH]
+        low, high = other[S] - _reach(other, places[0]), other[S] + _reach(other, places[0])
     for row in range(1, rows):
         before = other
         side = math.copysign(1.0, beside)
@@ -297,7 +315,7 @@ def _stay(  # noqa: PLR0913, PLR0917 - a part of the kernel
         if begin < math.inf:
             for share in (begin, min(end, 1.0)):
                 center = before[S] + share * (other[S] - before[S])
-                extent = max(before[HALF_LENGTH], other[HALF_LENGTH])
+                extent = max(_reach(before, places[row - 1]), _reach(other, places[row]))
                 low, high = min(low, center - extent), max(high, center + extent)
         if leave < math.inf:
             break
@@ -321,13 +339,15 @@ def _passage(  # noqa: PLR0913, PLR0917 - a part of the kernel
         infinity for what happened before the run.
     """
     own = _body(states[0], places[0], size, EGO_HEADING, EGO_SPEED, turns, 0)
-    front, rear = own[S] + own[HALF_LENGTH], own[S] - own[HALF_LENGTH]
+    reach = _reach(own, places[0])
+    front, rear = own[S] + reach, own[S] - reach
     first = -math.inf if front >= low else math.inf
     gone = -math.inf if rear >= high else math.inf
     for row in range(1, rows):
         front_before, rear_before = front, rear
         own = _body(states[row], places[row], size, EGO_HEADING, EGO_SPEED, turns, 0)
-        front, rear = own[S] + own[HALF_LENGTH], own[S] - own[HALF_LENGTH]
+        reach = _reach(own, places[row])
+        front, rear = own[S] + reach, own[S] - reach
         if first == math.inf and front >= low:
             first = row - 1 + _share(low - front_before, low - front)
         if gone == math.inf and rear >= high:

@@ -15,6 +15,7 @@ from adeye.kernel.margins import (
     proportion_of_stopping_distance,
     safe_distance_ratio,
 )
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -22,6 +23,7 @@ from adeye.signals import (
     EGO_YAW_RATE,
     OBJECT_HEADING,
     PLACE_CURVATURE,
+    PLACE_D,
     PLACE_HEADING,
     PLACE_S,
 )
@@ -233,7 +235,11 @@ def least_safe_ratios(  # noqa: PLR0913, PLR0917 - a kernel over the scene
             half = 0.5 * (
                 sizes[run, thing, 0] * abs(turns[1, 2]) + sizes[run, thing, 1] * abs(turns[1, 1])
             )
-            gap = road_gap(own[PLACE_S], own_half, other[PLACE_S], half)
+            apart = lane_way(
+                own[PLACE_S], own[PLACE_HEADING], own[PLACE_D],
+                other[PLACE_S], other[PLACE_HEADING],
+            )  # fmt: skip
+            gap = road_gap(apart, own_half, half)
             ratio = safe_distance_ratio(gap, gap - margin)
             if ratio < least[run]:
                 least[run], rows[run], codes[run] = ratio, row, VALUE

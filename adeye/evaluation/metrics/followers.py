@@ -12,6 +12,7 @@ from adeye.evaluation.conflict import limited_demand
 from adeye.evaluation.metrics.statuses import CODES
 from adeye.kernel.criticality import required_deceleration, time_to_collision
 from adeye.kernel.jit import allocating
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -108,7 +109,13 @@ def worst_followers(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole s
                     sizes[run, thing, 0], sizes[run, thing, 1], turns[thing + 1, 1],
                     turns[thing + 1, 2],
                 )  # fmt: skip
-                gap = behind - own[HALF_LENGTH] - other[HALF_LENGTH]
+                # The follower drives the gap, so that it is as long as on the follower's lane.
+                there = places[run, row, thing]
+                apart = lane_way(
+                    there[PLACE_S], there[PLACE_HEADING], there[PLACE_D],
+                    s, ego_place[run, row, PLACE_HEADING],
+                )  # fmt: skip
+                gap = apart - own[HALF_LENGTH] - other[HALF_LENGTH]
                 apart = abs(other[D] - own[D]) - own[HALF_WIDTH] - other[HALF_WIDTH]
                 if gap <= 0.0 or apart >= 0.0 or other[ALONG] <= 0.0:
                     continue

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from adeye.evaluation.metrics.registry import column_of, metric_entry
-from adeye.evaluation.metrics.scans import DECELERATION, JERK, SIZE, worst_motion
-from adeye.evaluation.series import SERIES, TraceSeries
+from adeye.evaluation.metrics.scans import CHANGE, DECELERATION, SIZE, worst_motion
+from adeye.evaluation.series import SERIES, TraceSeries, mean_change
 from adeye.signals import EGO_ACCELERATION, PLACE_OFFSET, Floats
 
 if TYPE_CHECKING:
@@ -14,11 +14,12 @@ if TYPE_CHECKING:
 
 
 @metric_entry(
-    "adeye:motion.max_jerk@1", "max_jerk_mps3", "m/s³", "higher", SERIES["jerk"].source, scale=10.0
+    "adeye:motion.max_jerk@2", "max_jerk_mps3", "m/s³", "higher", SERIES["jerk"].source, scale=10.0
 )
 def max_jerk(series: TraceSeries) -> MetricColumn:
-    """Largest size of the change of the longitudinal acceleration."""
-    return _worst(series, series.column("ego")[..., EGO_ACCELERATION], JERK)
+    """Largest size of the change of the longitudinal acceleration, averaged over 1 s."""
+    jerk = mean_change(series.column("ego")[..., EGO_ACCELERATION], series.step)
+    return _worst(series, jerk, CHANGE)
 
 
 @metric_entry(
@@ -49,5 +50,5 @@ def max_lane_offset(series: TraceSeries) -> MetricColumn:
 
 def _worst(series: TraceSeries, numbers: Floats, what: int) -> MetricColumn:
     """Reduce what is made of a number (B, T) of the ego to the largest of each run."""
-    row, value, codes = worst_motion(series.trace.length, numbers, what, series.step)
+    row, value, codes = worst_motion(series.trace.length, numbers, what)
     return column_of(series, codes, row, value)

@@ -10,6 +10,7 @@ import numpy as np
 from adeye.evaluation.bodies import are_finite
 from adeye.evaluation.metrics.scans import ERROR, NOT_APPLICABLE, VALUE
 from adeye.kernel.jit import allocating, inlined
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_SPEED,
     OBJECT_HEADING,
@@ -17,6 +18,7 @@ from adeye.signals import (
     OBJECT_X,
     OBJECT_Y,
     PLACE_D,
+    PLACE_HEADING,
     PLACE_S,
 )
 
@@ -115,8 +117,8 @@ def _approach(  # noqa: PLR0913, PLR0917 - a part of the kernel
     """Return how far behind the ego somebody faster in the next lane is, and what is critical [m].
 
     Returns:
-        The distance along the road, 0 for everybody else, NaN with a number that is not finite;
-        and the critical distance of ``REAR_RESPONSE`` and its fellows.
+        The distance along the lane of the other, 0 for everybody else, NaN with a number that is
+        not finite; and the critical distance of ``REAR_RESPONSE`` and its fellows.
     """
     if not are_finite(
         own[EGO_SPEED], place[PLACE_S], place[PLACE_D], size[0], size[1],
@@ -124,7 +126,11 @@ def _approach(  # noqa: PLR0913, PLR0917 - a part of the kernel
         other[OBJECT_X] + other[OBJECT_Y] + other[OBJECT_HEADING] + other_size[1],
     ):  # fmt: skip
         return math.nan, math.nan
-    behind = place[PLACE_S] - other_place[PLACE_S] - 0.5 * (size[0] + other_size[0])
+    # Who comes from behind drives the way, so that it is as long as on that lane.
+    behind = lane_way(
+        other_place[PLACE_S], other_place[PLACE_HEADING], other_place[PLACE_D],
+        place[PLACE_S], place[PLACE_HEADING],
+    ) - 0.5 * (size[0] + other_size[0])  # fmt: skip
     beside = abs(place[PLACE_D] - other_place[PLACE_D])
     closing = other[OBJECT_SPEED] - own[EGO_SPEED]
     is_next = 0.5 * (size[1] + other_size[1]) <= beside < NEXT_LANE * lane_width

@@ -51,7 +51,7 @@ _SAMPLE_VALUE: Final = int(SampleStatus.VALUE)
 _SAMPLE_FREE: Final = int(SampleStatus.NO_CONFLICT)
 _SAMPLE_ERROR: Final = int(SampleStatus.ERROR)
 
-JERK, DECELERATION, SIZE = range(3)
+CHANGE, DECELERATION, SIZE = range(3)
 """What ``worst_motion`` makes of a number: change since the row before, its negative, its size."""
 
 
@@ -183,16 +183,14 @@ def worst_at_standstill(
 
 
 @allocating
-def worst_motion(
-    length: Ints, numbers: Floats, what: int, step: float
-) -> tuple[Ints, Floats, Codes]:
+def worst_motion(length: Ints, numbers: Floats, what: int) -> tuple[Ints, Floats, Codes]:
     """Find the row with the largest of what is made of a number of the ego.
 
     Args:
         length: (B,) rows that a run has.
         numbers: (B, T).
-        what: ``JERK``, ``DECELERATION`` or ``SIZE``.
-        step: Time between rows [s].
+        what: ``SIZE``, ``CHANGE`` for that of a change, which the first row has not, or
+            ``DECELERATION``.
 
     Returns:
         Rows (B,), the earliest among equals, their values (B,) and statuses (B,).
@@ -201,19 +199,15 @@ def worst_motion(
     most = np.full(length.shape[0], -math.inf)
     codes = np.full(length.shape[0], UNDEFINED, dtype=np.int8)
     for run in range(length.shape[0]):
-        before = numbers[run, 0]
         for row in range(length[run]):
             number = numbers[run, row]
             value = abs(number)
-            if what == JERK:
-                value = abs((number - before) / step)
-                before = number
-            elif what == DECELERATION:
+            if what == DECELERATION:
                 value = -number if number < 0.0 else 0.0
-            if not (math.isfinite(number) and math.isfinite(value)):
+            if not math.isfinite(number):
                 codes[run] = ERROR
                 break
-            if value > most[run] and (what != JERK or row):
+            if value > most[run] and (what != CHANGE or row):
                 most[run] = value
                 rows[run] = row
                 codes[run] = VALUE

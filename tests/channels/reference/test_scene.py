@@ -31,6 +31,7 @@ from adeye.channels.reference.scene import (
     update_things,
 )
 from adeye.kernel.reference_columns import CUE, GAP, LATERAL_GAP, VIEW_SIZE
+from adeye.kernel.road import position
 from adeye.testing.scenes import straight_road
 
 if TYPE_CHECKING:
@@ -76,6 +77,24 @@ def test_speed_and_acceleration_follow_from_places() -> None:
     assert thing[THING_FORWARD] == pytest.approx(10.0 - 4.0 * 0.2, abs=1e-6)
     assert thing[THING_ACCELERATION] == pytest.approx(-4.0, abs=1e-6)
     assert thing[THING_SIDEWAYS] == pytest.approx(-0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_gap_and_speed_in_a_bend_are_those_along_the_lane(side: float) -> None:
+    """The ego is still on the straight, the lead in the bend of 60 m that begins 10 m ahead."""
+    segments = np.array(
+        [[0.0, 0.0, 0.0, 510.0, 0.0], [510.0, 0.0, 0.0, 150.0, side / 60.0]]
+    )  # fmt: skip
+    things, view, here = nothing(), np.zeros(VIEW_SIZE), pose()
+    radius = 60.0 - side * LANE
+    for tick in range(3):
+        way = 40.0 + 12.0 * tick * PERIOD
+        x, y, _ = position(segments, 510.0 + (way - 10.0) * 60.0 / radius, LANE)
+        rows = np.array([[x - 500.0, y - LANE, 0.0, 0.0, 4.5, 1.8, 0.0]])
+        update_things(things, here, segments, LANE, np.ones(1, bool), rows, PERIOD)
+    assert things[0, THING_FORWARD] == pytest.approx(12.0, abs=1e-4)
+    look_at(RECORD, things, 0, here, LANE, view)
+    assert view[GAP] == pytest.approx(way - 4.5, abs=1e-4)
 
 
 def test_what_is_gone_is_forgotten() -> None:

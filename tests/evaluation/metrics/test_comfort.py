@@ -29,10 +29,10 @@ def test_turn_is_measured_by_speed_and_yaw_rate(hand_made: Any) -> None:
     made.columns["ego"][0, 10:, 6] = 0.25
     assert measure(made, "max_lateral_acceleration_mps2")[:3] == (5.0, "value", pytest.approx(1.0))
     assert measure(made, "max_yaw_rate_radps")[0] == 0.25
-    assert measure(made, "max_yaw_acceleration_radps2")[0] == pytest.approx(2.5)
-    # Along 3 m/s² in one step, across 5 m/s².
+    assert measure(made, "max_yaw_acceleration_radps2")[0] == pytest.approx(0.25)
+    # Along 3 m/s² in one second, across 5 m/s².
     made.columns["ego"][0, 10:, 4] = 3.0
-    assert measure(made, "max_total_jerk_mps3")[0] == pytest.approx(np.hypot(30.0, 50.0))
+    assert measure(made, "max_total_jerk_mps3")[0] == pytest.approx(np.hypot(3.0, 5.0))
     assert measure(made, "max_acceleration_mps2")[0] == 3.0
     # Eleven rows beyond the lateral limit.
     assert measure(made, "uncomfortable_time_s")[:3] == (

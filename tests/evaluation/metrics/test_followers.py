@@ -36,3 +36,12 @@ def test_slower_follower_has_nothing_to_fear_and_nothing_to_do(hand_made: Any) -
     made = hand_made().object("lead", s=-30.0, speed=15.0)
     assert measure(made, "min_rear_ttc_s")[1] == "no_conflict"
     assert measure(made, "max_follower_deceleration_mps2")[:2] == (0.0, "value")
+
+
+def test_gap_behind_on_a_bend_is_that_along_the_lane_of_who_follows(hand_made: Any) -> None:
+    made = hand_made().ego(s=0.0, d=8.75).object("lead", s=-30.0, d=8.75, speed=24.0)
+    for state, place in (("ego", "ego_place"), ("objects", "object_places")):
+        turned = made.columns[place][..., 0] / 60.0
+        made.columns[place][..., 2] = made.columns[state][..., 2] = turned
+    gap = 30.0 * (60.0 - 8.75) / 60.0 - 4.0
+    assert measure(made, "min_rear_ttc_s")[0] == pytest.approx(gap / 4.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from adeye.evaluation.metrics import METRICS
+from adeye.evaluation.series import CHANGE_WINDOW, mean_change
 
 
 def measure(made: Any, column: str) -> Any:
@@ -20,7 +21,35 @@ def test_jerk_counts_whatever_its_sign(hand_made: Any) -> None:
     acceleration = np.zeros(21)
     acceleration[5], acceleration[6:] = 0.4, -0.5
     made = hand_made().ego(acceleration=acceleration)
-    assert measure(made, "max_jerk_mps3") == (pytest.approx(9.0), "value", pytest.approx(0.6))
+    # From 0.4 m/s² at 0.5 s to -0.5 m/s² a second later.
+    assert measure(made, "max_jerk_mps3") == (pytest.approx(0.9), "value", pytest.approx(1.5))
+
+
+def stop(step: float) -> Any:
+    """Acceleration of a car that brakes from 10 m/s with 4 m/s² and a lag of 0.15 s."""
+    time = np.arange(int(5.0 / step) + 1) * step
+    lag = np.exp(-time / 0.15)
+    speed = 10.0 - 4.0 * (time - 0.15 * (1.0 - lag))
+    return np.where(speed > 0.0, -4.0 * (1.0 - lag), 0.0)
+
+
+@pytest.mark.parametrize("column", ["max_jerk_mps3", "max_total_jerk_mps3"])
+def test_jerk_of_a_stop_converges_with_the_step(hand_made: Any, column: str) -> None:
+    found = []
+    for step in (0.1, 0.05, 0.025, 0.0125):
+        acceleration = stop(step)
+        made = hand_made(rows=len(acceleration), step=step).ego(acceleration=acceleration)
+        found.append(measure(made, column)[0])
+    # The deceleration that a second before the standstill was full is gone.
+    assert found == pytest.approx([4.0] * 4, rel=0.01)
+
+
+@pytest.mark.parametrize("step", [0.03, 0.05, 0.07, 0.3, 1.0, 2.5])
+def test_steady_change_is_its_slope_at_every_step(step: float) -> None:
+    slope = np.asarray(np.arange(60) * step * 0.7, dtype=np.float64)
+    change = mean_change(slope[np.newaxis], step)[0]
+    np.testing.assert_allclose(change[np.arange(60) * step >= CHANGE_WINDOW], 0.7, rtol=1e-9)
+    assert change[0] == 0.0
 
 
 def test_one_row_has_no_jerk(hand_made: Any) -> None:

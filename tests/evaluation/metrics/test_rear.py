@@ -72,3 +72,12 @@ def test_worst_of_two_counts(hand_made: Any) -> None:
     made.columns["detected"][0, 20:, 0, :] = True
     critical = 20.0 * 0.4 + 20.0**2 / 6.0 + 20.0
     assert measure(made) == (pytest.approx(110.0 - critical), "value", 2.0, 1)
+
+
+def test_distance_on_a_bend_is_that_along_the_lane_of_who_comes(hand_made: Any) -> None:
+    made = overtaken(hand_made)
+    made.columns["detected"][0, :, 0, 0] = True
+    for place in ("ego_place", "object_places"):
+        made.columns[place][..., 2] = made.columns[place][..., 0] / 100.0
+    behind = 84.0 * (100.0 - 8.75) / 100.0 - 4.0
+    assert measure(made)[0] == pytest.approx(behind - CRITICAL)

@@ -73,12 +73,12 @@ def test_gap_counts_only_while_the_ego_stands() -> None:
 
 @pytest.mark.parametrize(
     ("what", "expected"),
-    [(scans.JERK, (2, 8.0)), (scans.DECELERATION, (2, 3.0)), (scans.SIZE, (2, 3.0))],
+    [(scans.CHANGE, (2, 3.0)), (scans.DECELERATION, (2, 3.0)), (scans.SIZE, (2, 3.0))],
 )
 def test_worst_motion(what: int, expected: tuple[int, float]) -> None:
-    found, value, codes = scans.worst_motion(np.array([4]), rows(0.5, 1.0, -3.0, -1.0), what, 0.5)
+    found, value, codes = scans.worst_motion(np.array([4]), rows(0.5, 1.0, -3.0, -1.0), what)
     assert (found[0], value[0], codes[0]) == (*expected, VALUE)
-    assert scans.worst_motion(np.array([2]), rows(np.nan, 1.0), what, 0.5)[2][0] == ERROR
+    assert scans.worst_motion(np.array([2]), rows(np.nan, 1.0), what)[2][0] == ERROR
 
 
 def test_fault_counts_from_the_first_row_that_is_decided() -> None:
