@@ -147,7 +147,7 @@ class Trace:
         time: (T,) [s].
         length: (B,) rows that a run has.
         horizon_row: (B,) last row at which an obligation may start.
-        complete: (B,) whether the run ended by goal or horizon, not by contact.
+        complete: (B,) whether the run ended by goal or horizon, not by contact or the road's end.
         columns: Arrays by name, see ``COLUMNS``.
         channel_events: First failure of a channel in each run, or None.
         case_digests: Digest of the test case behind each run.

@@ -196,8 +196,10 @@ class Size(Record):
     height: LengthFormula
 
 
-class Start(Record):
+class Start(GrownRecord):
     """Initial place of an actor: along the road, or by a bumper-to-bumper gap to another."""
+
+    later: ClassVar[tuple[str, ...]] = ("off_road",)
 
     lane: NumberFormula | None = None
     offset: LengthFormula | None = None
@@ -208,6 +210,9 @@ class Start(Record):
     heading: AngleFormula | None = None
     """Relative to the road; default along it."""
     speed: SpeedFormula
+    off_road: bool = False
+    """It is meant to start where there is no road: before the begin, behind the end, or a vehicle
+    beside lanes, shoulder, bay and verge."""
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:

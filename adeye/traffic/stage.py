@@ -40,7 +40,11 @@ class Stage:
         self.ego: Floats = world.ego.copy()
         self.objects: Floats = world.objects.copy()
         self.ending = Ending(
-            step=context.step, horizon=world.horizon, tail=world.tail, goal=world.goal
+            step=context.step,
+            horizon=world.horizon,
+            tail=world.tail,
+            goal=world.goal,
+            road_length=context.road.length,
         )
         self._tick = 0
         self._actors: Floats = world.actors.copy()
@@ -180,7 +184,7 @@ class Staged:
 
     @property
     def complete(self) -> Bools:
-        """Runs that ended by goal or horizon, not by contact (B,)."""
+        """Runs that ended by goal or horizon, not by contact or the end of the road (B,)."""
         return self._require_stage().ending.complete
 
     def _require_stage(self) -> Stage:

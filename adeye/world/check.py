@@ -73,9 +73,8 @@ def check_worlds(cases: Sequence[Situation], lifted: Collection[str] = ()) -> No
     formulas = Formulas.of(cases)
     compile_world(cases, formulas)
     for scenario, _, columns in formulas.parts:
-        road = scenario.world.road
-        width, length = (item.evaluate(columns) for item in (road.lane_width, road.length))
-        limits = {"ego.offset": (-width, width), "ego.s": (0.0, length)}
+        width = scenario.world.road.lane_width.evaluate(columns)
+        limits = {"ego.offset": (-width, width)}
         off = {*scenario.beyond_plausible, *lifted}
         for item in implausible(scenario, off, limits, lambda text: text.evaluate(columns)):  # noqa: B023 - used up at once
             raise SpecError(item.text, remedy=item.remedy)

@@ -122,9 +122,7 @@ def compile_world(cases: Sequence[Situation], formulas: Formulas | None = None) 
         ),
         desired_speed=_desired_speeds(formulas, starts, len(actors)),
         ego_desired_speed=_ego_desired_speed(formulas),
-        goal=formulas.values(
-            "ego.goal.s", lambda s: None if s.ego.goal is None else s.ego.goal.s, np.inf
-        ),
+        goal=_goal(formulas, starts, road),
         script=script,
         triggers=triggers,
         horizon=scenario.horizon,
@@ -144,6 +142,22 @@ def _ego_desired_speed(formulas: Formulas) -> Floats:
         above=BELOW_ZERO,
         unit="m/s",
     )
+
+
+def _goal(formulas: Formulas, starts: Starts, road: RoadMap) -> Floats:
+    """Place along the road where the ego is to arrive (B,) [m], inf for none."""
+    goal = formulas.values(
+        "ego.goal.s", lambda s: None if s.ego.goal is None else s.ego.goal.s, np.inf
+    )
+    bad = np.isfinite(goal) & ~((goal > starts.ego_s) & road.covers(goal))
+    if bad.any():
+        start, length = (f"{column[bad][0]:g} m" for column in (starts.ego_s, road.length))
+        raise SpecError(
+            f"ego.goal.s: {goal[bad][0]:g} m is not on the way from the start at {start} to the "
+            f"end of the road at {length}",
+            remedy="Put the goal ahead of the start, and on the road.",
+        )
+    return goal
 
 
 def _surroundings(formulas: Formulas) -> Surroundings:

@@ -160,7 +160,8 @@ def structure(scenario: LogicalScenario) -> tuple[object, ...]:
 
 def _actor_structure(actor: Actor) -> tuple[object, ...]:
     reactive = actor.reactive and actor.reactive.lane_changes
-    return actor.kind, reactive, actor.start.ahead_of, actor.start.lane is None
+    start = actor.start
+    return actor.kind, reactive, start.ahead_of, start.lane is None, start.off_road
 
 
 def _event_structure(event: Event) -> tuple[object, ...]:
