@@ -201,7 +201,9 @@ class Scene:
         ego_place: (B, 6), see ``PLACE_COLUMNS``.
         objects: (B, M, 5), see ``OBJECT_COLUMNS``.
         object_places: (B, M, 6), see ``PLACE_COLUMNS``.
-        begun: (B, V) time at which each storyboard event began [s], NaN before.
+        begun: (B, V) time at which each storyboard event began [s], NaN before, inf for one that
+            lost against another of its tick.
+        ended: (B, V) whether its action has come to its end or another has taken its place.
         contact: (B,) object that the ego touches, -1 for none.
         impact_speed: (B,) relative speed at contact [m/s], 0 before.
         foreign_contact: (B,) whether two other actors touch.
@@ -215,6 +217,7 @@ class Scene:
     objects: Floats
     object_places: Floats
     begun: Floats
+    ended: Bools
     contact: Ints
     impact_speed: Floats
     foreign_contact: Bools
@@ -230,6 +233,7 @@ class Scene:
             self.objects.copy(),
             self.object_places.copy(),
             self.begun.copy(),
+            self.ended.copy(),
             self.contact.copy(),
             self.impact_speed.copy(),
             self.foreign_contact.copy(),

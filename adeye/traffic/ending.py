@@ -76,7 +76,7 @@ class Ending:
 
     @property
     def horizon_row(self) -> Ints:
-        """Last row at which an obligation may start (B,): horizon, goal, contact, end of the road."""
+        """Last row at which an obligation may start (B,): horizon, goal, contact, road's end."""
         return self._horizon_row
 
     @property

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.kernel.jit import compiled
-from adeye.kernel.storyboard import begin_events, move_actors
+from adeye.kernel.storyboard import begin_events, end_actions, move_actors
 from adeye.signals import Bools, Floats, Ints, Scene
 from adeye.traffic.contact import Contacts
 from adeye.traffic.ego import Ego
@@ -51,6 +51,8 @@ class Stage:
         self._ego_place: Floats = np.zeros((self.runs, 6))
         self._object_places: Floats = np.zeros((*self.objects.shape[:2], 6))
         self._begun: Floats = np.full((self.runs, len(context.event_ids)), np.nan)
+        self._ended: Bools = np.zeros(self._begun.shape, dtype=np.bool_)
+        self._due: Ints = np.full(self._begun.shape, -1, dtype=np.int64)
         self._motion = Ego(cases, context)
         self._contacts = Contacts(context)
         self._everyone: Bools = np.ones(self.runs, dtype=np.bool_)
@@ -98,6 +100,7 @@ class Stage:
             objects=self.objects,
             object_places=self._object_places,
             begun=self._begun,
+            ended=self._ended,
             contact=contacts.touched,
             impact_speed=contacts.impact_speed,
             foreign_contact=contacts.foreign,
@@ -118,7 +121,9 @@ class Stage:
             self._object_places,
         )
         if len(world.context.event_ids):
-            self._begun = self._begun.copy()
+            self._begun, self._ended = self._begun.copy(), self._ended.copy()
+            tick, step = self._tick, world.context.step
+            end_actions(running, script.actions, tick, step, self._begun, self._actors, self._ended)
             begin_events(
                 running,
                 script.ops,
@@ -128,9 +133,12 @@ class Stage:
                 world.triggers.values(self.scene()),
                 world.triggers.first_event,
                 script.actions,
-                self._tick,
-                world.context.step,
+                script.order,
+                tick,
+                step,
+                self._due,
                 self._begun,
+                self._ended,
                 self._actors,
             )
         self.ending.update(self._tick, self._ego_place[:, 0], self._contacts.touched)

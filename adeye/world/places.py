@@ -12,7 +12,7 @@ from adeye.kernel.refuges import mark_on_road
 from adeye.signals import ROAD_EDGE
 from adeye.world.formulas import BELOW_ZERO, Formulas, Pick
 from adeye.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
-from adeye.world.script import check_lanes
+from adeye.world.script import WALKER, check_lanes
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, RoadMap
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from adeye.spec.scenario import LogicalScenario
 
 EGO = "ego"
-WALKER = "pedestrian"
-"""The kind of actor that stands beside roads and goes where it likes; the others have wheels."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,8 @@
 
 The reference line is the right edge of lane 0 and starts in the origin of the map, heading along
 x. The line of every road goes on straight for ``RUN_OUT`` beyond its length, for actors that are
-ahead of the ego; the run of an ego that drives over the end is over. A curve and an S-curve begin with a straight lead-in of ``LEAD_IN``:
+ahead of the ego; the run of an ego that drives over the end is over. A curve and an S-curve begin
+with a straight lead-in of ``LEAD_IN``:
 
 - straight: ``length + RUN_OUT`` straight;
 - curve: lead-in, an arc over the rest of the length, run-out;
