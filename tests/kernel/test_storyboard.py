@@ -482,7 +482,7 @@ def test_what_is_written_of_random_storyboards_agrees_and_wheels_can_do_it() -> 
         assert np.abs(np.diff(speed) - faster).max() <= jump * step
         assert np.abs(np.diff(velocity[1])).max() <= 9.0 * step
         assert np.abs(np.tan(heading)).max() <= STEEPEST + 1e-9
-        # Braking itself turns the direction of what moves sideways in time; a constant pace does not.
+        # Braking turns the direction of what moves sideways in time; an even pace does not.
         even = np.abs(np.diff(velocity[0])) < 1e-9
         turned = np.abs(np.diff(heading))[even]
         assert (turned <= np.hypot(*moved)[even] / TURNING_RADIUS + 1e-3).all()

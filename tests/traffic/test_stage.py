@@ -226,7 +226,7 @@ def test_a_delay_a_time_since_and_an_end_are_kept_to_the_tick(
     scenes = run([make_case(scenario)])
     begun = dict(zip(scenario.storyboard, scenes[-1].begun[0].tolist(), strict=True))
     assert begun["first"] == pytest.approx(0.8)
-    # The second takes the place of the first, which has ended by that, and itself from 32 m/s to 25.
+    # The second takes the place of the first, which has ended by that, and 0.7 s itself.
     assert begun["second"] == pytest.approx(1.0)
     assert begun["fifth"] == pytest.approx(1.0)
     assert begun["third"] == pytest.approx(1.7)
