@@ -201,8 +201,8 @@ def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
     reasons: list[str | None] = [
         f"{UNTESTED}{_not_acted(names)}" if names else None for names in idle_faults(trace)
     ]
-    for run in np.flatnonzero(left_road(trace)):
-        reasons[run] = f"{UNTESTED}{_left_road(trace, run)}"
+    for off in np.flatnonzero(left_road(trace)).tolist():
+        reasons[off] = f"{UNTESTED}{_left_road(trace, off)}"
     is_realised = np.array([not names for names in missing], dtype=np.bool_)
     for run in np.flatnonzero((touched == 0) | (foreign < touched) | ~is_realised):
         if touched[run] == 0:

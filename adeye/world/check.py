@@ -203,8 +203,8 @@ def _events(scenario: LogicalScenario) -> Iterator[Finding]:
         base = event.speed and event.speed.relative_to
         things = [EGO, *scenario.actors, *scenario.world.objects]
         if base and base not in things:
-            loc = ("storyboard", name, "speed", "relative_to")
-            yield loc, f"there is no actor {base!r}. {suggest(base, things)}"
+            text = f"there is no actor {base!r}. {suggest(base, things)}"
+            yield ("storyboard", name, "speed", "relative_to"), text
 
 
 def _wrong(
