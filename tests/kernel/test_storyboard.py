@@ -455,7 +455,7 @@ def test_to_a_lane_from_a_direction_across_the_road_ends_in_the_lane(heading: fl
 
 def test_what_is_written_of_random_storyboards_agrees_and_wheels_can_do_it() -> None:
     random = np.random.default_rng(25)
-    step, ticks = 0.02, 500
+    step, ticks = 0.04, 160
     for _ in range(2000):
         row = actor(d=20.0, speed=random.choice([0.0, random.uniform(0.0, 30.0)]))
         out = np.zeros((ticks + 1, 5))
