@@ -36,7 +36,7 @@ COLUMNS: Final = {
     "ego_place": "(B, T, 6) ego on the road, signals.PLACE_COLUMNS",
     "objects": "(B, T, M, 5) object states, signals.OBJECT_COLUMNS",
     "object_places": "(B, T, M, 6) objects on the road, signals.PLACE_COLUMNS",
-    "begun": "(B, T, V) time at which each storyboard event began [s], NaN before",
+    "begun": "(B, T, V) time at which each storyboard event began [s], NaN before, inf if it lost",
     "contact": "(B, T) object touched, -1 for none",
     "impact_speed": "(B, T) relative speed at contact [m/s]",
     "foreign_contact": "(B, T) two other actors touch",
@@ -147,7 +147,7 @@ class Trace:
         time: (T,) [s].
         length: (B,) rows that a run has.
         horizon_row: (B,) last row at which an obligation may start.
-        complete: (B,) whether the run ended by goal or horizon, not by contact.
+        complete: (B,) whether the run ended by goal or horizon, not by contact or the road's end.
         columns: Arrays by name, see ``COLUMNS``.
         channel_events: First failure of a channel in each run, or None.
         case_digests: Digest of the test case behind each run.

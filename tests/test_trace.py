@@ -69,6 +69,7 @@ def context() -> SceneContext:
             each,
             each,
             np.zeros((RUNS, 0, 5)),
+            each,
         ),
         surroundings=Surroundings(
             each, each, each, np.array([False, True]), each + 1.0, each + 2.0, each + 3.0

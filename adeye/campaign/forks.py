@@ -39,7 +39,7 @@ class Side:
         run: Result digest.
         trace_digest: Digest of its trace.
         outcome: What happened.
-        end_reason: ``contact``, ``goal`` or ``horizon``.
+        end_reason: ``contact``, ``goal``, ``horizon`` or ``road_end``.
         duration_s: Simulated time [s].
         violation_s: Time of its first contact or of leaving the road [s]; None without.
         verdicts: By FSR.

@@ -112,6 +112,10 @@ def _storyboard(trace: Trace, found: _Found) -> None:
     for index, name in enumerate(trace.layout.context.event_ids):
         runs = np.flatnonzero(np.isfinite(begun[:, index]))
         found.add("storyboard", name, f"{name} begins", runs, begun[runs, index])
+        lost = np.flatnonzero(np.isinf(begun[:, index]))
+        times = trace.time[np.isinf(trace["begun"][lost, :, index]).argmax(axis=1)]
+        text = f"{name} is lost: a later event takes its place at the same time"
+        found.add("storyboard", name, text, lost, times)
 
 
 def _flags(

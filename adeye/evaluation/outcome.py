@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from adeye.evaluation.verdict import Outcome
+from adeye.signals import PLACE_S
 
 if TYPE_CHECKING:
     from adeye.signals import Bools, Ints
     from adeye.trace import Trace
 
-EndReason = Literal["contact", "goal", "horizon"]
-END_REASONS: Final[tuple[EndReason, ...]] = ("contact", "goal", "horizon")
+EndReason = Literal["contact", "goal", "horizon", "road_end"]
+END_REASONS: Final[tuple[EndReason, ...]] = ("contact", "goal", "horizon", "road_end")
 OUTCOMES: Final = tuple(Outcome)
 
 UNTESTED: Final = "not tested: "
@@ -80,14 +81,20 @@ def outcomes(trace: Trace) -> OutcomeColumns:
 
     A failing channel is named first, for it may be why the scenario did not come about.
     """
-    missing, by_contact = missing_events(trace), ended_by_contact(trace)
+    missing, left = missing_events(trace), left_road(trace)
+    cut_short = ended_by_contact(trace) | left
     # What had no time to act does not hide the contact, here as with events.
-    idle = [() if cut else names for names, cut in zip(idle_faults(trace), by_contact, strict=True)]
+    idle = [() if cut else names for names, cut in zip(idle_faults(trace), cut_short, strict=True)]
     realised = np.array([not (a or b) for a, b in zip(missing, idle, strict=True)], dtype=np.bool_)
+    realised &= ~left
     code = np.where(realised, _COMPLETED, _NOT_REALISED)
     channels: dict[int, str] = {}
     details = {
-        run: _not_begun(missing[run]) if missing[run] else _not_acted(idle[run])
+        run: _left_road(trace, run)
+        if left[run]
+        else _not_begun(missing[run])
+        if missing[run]
+        else _not_acted(idle[run])
         for run in np.flatnonzero(~realised).tolist()
     }
     for run, event in enumerate(trace.channel_events):
@@ -96,7 +103,8 @@ def outcomes(trace: Trace) -> OutcomeColumns:
             channels[run] = event.channel
             details[run] = f"at {event.time:g} s: {event.detail}"
     goal = np.where(trace.horizon_row < full_horizon_row(trace), 1, 2)
-    return OutcomeColumns(code, channels, details, realised, np.where(trace.complete, goal, 0))
+    cut = np.where(left, END_REASONS.index("road_end"), END_REASONS.index("contact"))
+    return OutcomeColumns(code, channels, details, realised, np.where(trace.complete, goal, cut))
 
 
 def full_horizon_row(trace: Trace) -> int:
@@ -115,22 +123,32 @@ def ended_by_contact(trace: Trace) -> Bools:
     return np.asarray((trace["contact"][rows, last_rows(trace)] >= 0) & ~trace.complete)
 
 
+def left_road(trace: Trace) -> Bools:
+    """Tell which runs (B,) ended because the ego drove over the begin or the end of the road."""
+    rows = np.arange(trace.runs)
+    # A trace of no rows, as of a plan, has left nothing.
+    s = np.asarray(trace["ego_place"][rows, last_rows(trace), PLACE_S])
+    return ~trace.layout.context.road.covers(s) & ~trace.complete & ~ended_by_contact(trace)
+
+
 def obligation_rows(trace: Trace) -> Ints:
     """Return the last row (B,) at which an obligation of a formula may start.
 
-    It is the row of horizon or goal. A contact up to then does not bring it forward: obligations
-    that had no time to start are open. After a contact in the tail it is the row of the contact, so
-    that no contact is beyond what is judged.
+    It is the row of horizon or goal, or the last one on the road. A contact up to then does not
+    bring it forward: obligations that had no time to start are open. After a contact in the tail it
+    is the row of the contact, so that no contact is beyond what is judged.
     """
     last = last_rows(trace)
     cut_short = np.where(trace.horizon_row < last, last, full_horizon_row(trace))
-    return np.where(trace.complete, trace.horizon_row, np.maximum(cut_short, last))
+    is_known = trace.complete | left_road(trace)
+    return np.where(is_known, trace.horizon_row, np.maximum(cut_short, last))
 
 
 def missing_events(trace: Trace) -> tuple[tuple[str, ...], ...]:
     """List for each run the storyboard events that should have begun within the horizon.
 
-    A run that ended by contact has none: what had no time to begin does not hide the contact.
+    A run that ended by contact has none: what had no time to begin does not hide the contact. The
+    end of the road has its own reason.
     """
     layout = trace.layout
     events = [layout.context.event_ids.index(name) for name in layout.realised]
@@ -138,7 +156,7 @@ def missing_events(trace: Trace) -> tuple[tuple[str, ...], ...]:
     begun = trace["begun"][np.arange(trace.runs), last][:, events]
     limit = trace.time[np.minimum(trace.horizon_row, last)][:, np.newaxis]
     # NaN compares false: what has never begun has not begun in time.
-    has_begun = (begun <= limit) | ended_by_contact(trace)[:, np.newaxis]
+    has_begun = (begun <= limit) | (ended_by_contact(trace) | left_road(trace))[:, np.newaxis]
     missing: list[tuple[str, ...]] = [()] * trace.runs
     for run in np.flatnonzero(~has_begun.all(axis=1)):
         names = zip(layout.realised, has_begun[run], strict=True)
@@ -170,8 +188,9 @@ def bars(reason: str | None) -> bool:
 def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
     """Say for each run why FSRs cannot be judged on it, None where they can.
 
-    A run whose planned fault never acted shows nothing about handling it: its reason begins with
-    ``UNTESTED``, and what fails in it fails nevertheless.
+    A run whose planned fault never acted shows nothing about handling it, nor does one that ran out
+    of road about what was to come: the reason begins with ``UNTESTED``, and what fails in it fails
+    nevertheless.
     """
     rows = np.arange(trace.time.shape[0])
     known = rows < trace.length[:, np.newaxis]
@@ -182,6 +201,8 @@ def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
     reasons: list[str | None] = [
         f"{UNTESTED}{_not_acted(names)}" if names else None for names in idle_faults(trace)
     ]
+    for off in np.flatnonzero(left_road(trace)).tolist():
+        reasons[off] = f"{UNTESTED}{_left_road(trace, off)}"
     is_realised = np.array([not names for names in missing], dtype=np.bool_)
     for run in np.flatnonzero((touched == 0) | (foreign < touched) | ~is_realised):
         if touched[run] == 0:
@@ -192,6 +213,13 @@ def invalid_reasons(trace: Trace) -> tuple[str | None, ...]:
         else:
             reasons[run] = f"not realised: {_not_begun(missing[run])}"
     return tuple(reasons)
+
+
+def _left_road(trace: Trace, run: int) -> str:
+    road, last = trace.layout.context.road, int(last_rows(trace)[run])
+    edge = "begin" if trace["ego_place"][run, last, PLACE_S] < 0.0 else "end"
+    length = f"{road.length[run]:g} m"
+    return f"the ego drove over the {edge} of the road of {length} at {trace.time[last]:g} s"
 
 
 def _not_begun(events: tuple[str, ...]) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from adeye.kernel.refuges import mark_in_refuge, mark_on_road
 from adeye.signals import PLACE_D, PLACE_HEADING, PLACE_S
 
@@ -14,6 +16,8 @@ if TYPE_CHECKING:
 def on_road(road: RoadMap, places: Floats) -> Bools:
     """Tell which places are on a lane, the shoulder, a parking bay, rest area or free verge.
 
+    Before the begin of the road and behind its end there is none.
+
     Args:
         road: Of B runs.
         places: (B, T, 6), see ``signals.PLACE_COLUMNS``; what is no number is not on the road.
@@ -21,7 +25,7 @@ def on_road(road: RoadMap, places: Floats) -> Bools:
     left = road.lanes * road.lane_width
     s, d = places[..., PLACE_S], places[..., PLACE_D]
     marks: Bools = mark_on_road(road.refuges, road.shoulder, road.verge, left, s, d)
-    return marks
+    return np.asarray(marks & road.covers(s))
 
 
 def in_refuge(context: SceneContext, places: Floats, headings: Floats) -> Bools:

@@ -3,6 +3,10 @@
 An actor moves along a base direction with a pace that follows a planned profile; a lane change
 adds a lateral offset on top. Pace, way and offset do not accumulate errors over ticks, and the step
 does not change where an actor ends.
+
+What has wheels moves sideways only as it moves forward: below a pace at which its lane change would
+ask for more than ``STEEPEST`` or for a circle tighter than ``TURNING_RADIUS``, the time of the lane
+change runs slower in proportion to the pace, so that its path stays and it stands where it stops.
 """
 
 from __future__ import annotations
@@ -40,11 +44,27 @@ Floats = NDArray[np.float64]
     SHIFT_TICK,  # when the lane change began
     SHIFT,  # lateral distance of the lane change [m]
     SHIFT_DURATION,  # [s]
-    SHIFT_SHAPE,  # SINUSOIDAL or LINEAR
-) = range(PHASES + 9, PHASES + 17)
-ACTOR_WIDTH: Final = PHASES + 17
+    SHIFT_SHAPE,  # SINUSOIDAL, LINEAR or CARRIED
+    SHIFT_PACE,  # pace below which the time of the lane change runs slower [m/s]
+    SHIFT_HELD,  # by how much that time is behind [s]
+    SWAY,  # lateral speed in that time [m/s]
+    WALKS,  # 1 for who steps sideways without moving forward
+    SWAY_PHASES,  # of a carried one: three phases of duration [s], speed [m/s], acceleration [m/s²]
+) = range(PHASES + 9, PHASES + 22)
+ACTOR_WIDTH: Final = SWAY_PHASES + 9
 
-SINUSOIDAL, LINEAR = range(2)
+SINUSOIDAL, LINEAR, CARRIED = range(3)
+"""Shapes of a lane change; carried is one that begins with a lateral speed."""
+
+STEEPEST: Final = math.tan(math.radians(30.0))
+"""Way to the side over way along the road at the pace at which a lane change slows. Our choice."""
+
+TURNING_RADIUS: Final = 6.0
+"""Least radius that the centre of a vehicle drives [m], of a passenger car."""
+
+LATERAL_ACCELERATION: Final = 3.0
+"""With which a lane change that begins with a lateral speed changes it [m/s²]: the most that UN R79
+(5.6.2.1.3, table of specified maximum lateral accelerations) has systems for cars declare."""
 
 
 @compiled
@@ -95,7 +115,7 @@ def plan_pace(row: Floats, tick: int, target: float, rate: float, jerk: float) -
         # Pace that is reached if the acceleration is taken back at once.
         coasted = pace + slope * abs(slope) / (2.0 * jerk)
         if coasted >= 0.0:
-            _plan_with_jerk(row, pace, slope, coasted, target, rate, jerk)
+            _plan_with_jerk(row[PHASES : PHASES + 9], pace, slope, coasted, target, rate, jerk)
             return
     change = target - pace
     row[PHASES] = abs(change) / rate
@@ -104,7 +124,7 @@ def plan_pace(row: Floats, tick: int, target: float, rate: float, jerk: float) -
 
 @compiled
 def _plan_with_jerk(
-    row: Floats,
+    phases: Floats,
     pace: float,
     slope: float,
     coasted: float,
@@ -127,9 +147,9 @@ def _plan_with_jerk(
         middle = 0.0
         if peak > 0.0:
             middle = (gain - peak * peak / jerk + 0.5 * start * start / jerk) / peak
-    row[PHASES], row[PHASES + 1], row[PHASES + 2] = first, slope, sign * first_jerk
-    row[PHASES + 3], row[PHASES + 4], row[PHASES + 5] = max(0.0, middle), sign * peak, 0.0
-    row[PHASES + 6], row[PHASES + 7], row[PHASES + 8] = peak / jerk, sign * peak, -sign * jerk
+    phases[0], phases[1], phases[2] = first, slope, sign * first_jerk
+    phases[3], phases[4], phases[5] = max(0.0, middle), sign * peak, 0.0
+    phases[6], phases[7], phases[8] = peak / jerk, sign * peak, -sign * jerk
 
 
 @compiled
@@ -168,6 +188,98 @@ def shift_duration(shift: float, lateral_speed: float, shape: float) -> float:
 
 
 @compiled
+def plan_shift(row: Floats, tick: int, shift: float, lateral_speed: float, shape: float) -> None:
+    """Plan a lane change from the present place and, of a vehicle, its heading.
+
+    Without a lateral speed it is the sinusoid or the line. With one, it is changed with
+    ``LATERAL_ACCELERATION`` to the greatest, kept, and taken back to zero at the new place, over
+    the place and back if need be. A vehicle in a direction across the road turns into the road's.
+
+    Args:
+        row: (ACTOR_WIDTH,) in and out.
+        tick: When it begins.
+        shift: Lateral distance [m].
+        lateral_speed: Greatest lateral speed [m/s].
+        shape: ``SINUSOIDAL`` or ``LINEAR``.
+    """
+    slope, sway = row[ACROSS], row[SWAY]
+    if sway != 0.0 and row[WALKS] == 0.0:
+        slope += sway / max(row[PACE], row[SHIFT_PACE])
+    slope /= abs(row[ALONG]) if row[ALONG] != 0.0 else math.inf
+    if row[ACROSS] != 0.0:
+        _turn_along(row)
+    row[BASE], row[SHIFT], row[SHIFT_TICK] = row[D], shift, tick
+    row[SHIFT_SHAPE], row[SHIFT_HELD], row[SHIFT_PACE] = shape, 0.0, 0.0
+    row[SHIFT_DURATION] = shift_duration(shift, lateral_speed, shape)
+    if row[WALKS] != 0.0:
+        return
+    bend = 0.0
+    if slope != 0.0:
+        bend = LATERAL_ACCELERATION
+    elif shape == SINUSOIDAL and shift != 0.0:
+        bend = 2.0 * lateral_speed * lateral_speed / abs(shift)
+    least = max(lateral_speed / STEEPEST, math.sqrt(bend * TURNING_RADIUS))
+    if slope != 0.0:
+        pace = row[PACE]
+        start = slope * max(pace, least)
+        least = max(least, min(abs(start) / STEEPEST, pace))
+        phases = row[SWAY_PHASES : SWAY_PHASES + 9]
+        coasted = start * abs(start) / (2.0 * LATERAL_ACCELERATION)
+        _plan_with_jerk(phases, 0.0, start, coasted, shift, lateral_speed, LATERAL_ACCELERATION)
+        row[SHIFT_SHAPE], row[SHIFT_DURATION] = CARRIED, phases[0] + phases[3] + phases[6]
+    row[SHIFT_PACE] = least
+
+
+@compiled
+def _turn_along(row: Floats) -> None:
+    """Take the road's direction for the base, with the pace that there is along it."""
+    part = abs(row[ALONG])
+    row[ALONG], row[ACROSS] = math.copysign(1.0, row[ALONG]), 0.0
+    row[PACE] *= part
+    row[PACE_RATE] *= part
+    row[PACE_START] *= part
+    row[PACE_END] *= part
+    row[PATH] *= part
+    row[LIMIT] = math.inf
+    for phase in range(PHASES, PHASES + 9, 3):
+        row[phase + 1] *= part
+        row[phase + 2] *= part
+
+
+@compiled
+def shift_time(row: Floats, tick: int, step: float) -> float:
+    """Return the time of the lane change at a tick [s], see the module."""
+    return (tick - row[SHIFT_TICK]) * step - row[SHIFT_HELD]
+
+
+@compiled
+def hold_shift(row: Floats, tick: int, step: float, driven: float, pace: float) -> float:
+    """Slow a lane change over the tick before the given one, and return by which factor at its end.
+
+    Args:
+        row: (ACTOR_WIDTH,) in and out, with the pace of the tick before.
+        tick: Number of the tick.
+        step: Master clock [s].
+        driven: Way since the tick before [m].
+        pace: At the tick [m/s].
+    """
+    least, before = row[SHIFT_PACE], row[PACE]
+    if pace >= least and before >= least:
+        return 1.0
+    if shift_time(row, tick - 1, step) >= row[SHIFT_DURATION]:
+        return 1.0
+    if pace <= 0.0 and before <= 0.0:
+        # In whole ticks, so that who stands does not move by as much as a rounding error.
+        row[SHIFT_TICK] += 1.0
+    elif pace <= least and before <= least:
+        row[SHIFT_HELD] += step - driven / least
+    else:
+        low, high = min(pace, before), max(pace, before)
+        row[SHIFT_HELD] += 0.5 * step * (least - low) * (least - low) / ((high - low) * least)
+    return min(1.0, pace / least)
+
+
+@compiled
 def shift_at(row: Floats, elapsed: float) -> tuple[float, float, float]:
     """Lateral offset [m], its rate [m/s] and acceleration [m/s²] since the lane change began.
 
@@ -177,6 +289,15 @@ def shift_at(row: Floats, elapsed: float) -> tuple[float, float, float]:
     """
     shift, duration = row[SHIFT], row[SHIFT_DURATION]
     if elapsed >= duration:
+        return shift, 0.0, 0.0
+    if row[SHIFT_SHAPE] == CARRIED:
+        offset, left = 0.0, elapsed
+        for phase in range(SWAY_PHASES, SWAY_PHASES + 9, 3):
+            t, rate, bend = min(left, row[phase]), row[phase + 1], row[phase + 2]
+            offset += t * (rate + 0.5 * t * bend)
+            if left < row[phase]:
+                return offset, rate + bend * t, bend
+            left -= row[phase]
         return shift, 0.0, 0.0
     share = elapsed / duration
     if row[SHIFT_SHAPE] == LINEAR:

@@ -26,15 +26,17 @@ from adeye.kernel.manoeuvre import (
     PHASES,
     SHIFT,
     SHIFT_DURATION,
-    SHIFT_SHAPE,
     SHIFT_TICK,
+    SWAY,
     D,
     S,
     advance,
+    hold_shift,
     pace_at,
     plan_pace,
+    plan_shift,
     shift_at,
-    shift_duration,
+    shift_time,
 )
 from adeye.kernel.postfix import run_program
 from adeye.kernel.road import position
@@ -45,41 +47,79 @@ Bools = NDArray[np.bool_]
 
 # Columns of an action.
 ACTION_ACTOR, ACTION_KIND, ACTION_TARGET, ACTION_RATE, ACTION_JERK, ACTION_SHAPE = range(6)
-ACTION_WIDTH: Final = 6
+ACTION_RELATIVE, ACTION_DELAY = range(6, 8)
+"""Variable that a target speed is added to, -1 for none; ticks from its condition to its begin."""
+ACTION_WIDTH: Final = 8
 CHANGE_TO, CHANGE_BY, CHANGE_SPEED, CROSS = range(4)
 """Kinds: to a lateral place, by a lateral distance, to a speed, across to a lateral place."""
+
+EVENT_VARIABLES: Final = ("begun", "begun_at", "since", "ended")
+"""What a condition may ask of an event, in the order of the variables: each for all events."""
+
+IS_OVER: Final = 1e-9
+"""How much earlier than by its plan an action may count as ended [s]: rounding."""
 
 STANDSTILL: Final = 1e-9
 """Speed below which an actor keeps its heading [m/s]."""
 
 
 @compiled
-def begin_action(row: Floats, action: Floats, tick: int) -> None:
+def begin_action(row: Floats, action: Floats, tick: int, other: float = 0.0) -> None:
     """Begin an action of an actor at a tick.
 
     Args:
         row: (ACTOR_WIDTH,) in and out.
         action: (ACTION_WIDTH,) what it does.
         tick: When.
+        other: Speed that a target speed is added to [m/s].
     """
     kind, target = int(action[ACTION_KIND]), action[ACTION_TARGET]
     rate = action[ACTION_RATE]
     if kind == CHANGE_SPEED:
-        plan_pace(row, tick, target, rate, action[ACTION_JERK])
+        plan_pace(row, tick, max(0.0, target + other), rate, action[ACTION_JERK])
         return
     shift = target if kind == CHANGE_BY else target - row[D]
-    row[BASE] = row[D]
-    row[SHIFT_TICK] = tick
     if kind == CROSS:
+        row[BASE] = row[D]
+        row[SHIFT_TICK] = tick
         row[SHIFT] = row[SHIFT_DURATION] = 0.0
         row[ALONG], row[ACROSS] = 0.0, math.copysign(1.0, shift)
         row[PACE], row[PACE_RATE], row[PATH] = rate, 0.0, 0.0
         plan_pace(row, tick, rate, 1.0, math.inf)
         row[LIMIT], row[LIMIT_D] = abs(shift), target
         return
-    row[SHIFT] = shift
-    row[SHIFT_SHAPE] = action[ACTION_SHAPE]
-    row[SHIFT_DURATION] = shift_duration(shift, rate, action[ACTION_SHAPE])
+    plan_shift(row, tick, shift, rate, action[ACTION_SHAPE])
+
+
+@compiled
+def is_over(row: Floats, kind: int, tick: int, step: float) -> bool:
+    """Tell whether the action of a kind that an actor does last has come to its end.
+
+    Args:
+        row: (ACTOR_WIDTH,) at the tick.
+        kind: Of the action.
+        tick: When.
+        step: Master clock [s].
+    """
+    if kind == CHANGE_SPEED:
+        duration = row[PHASES] + row[PHASES + 3] + row[PHASES + 6]
+        return bool((tick - row[PACE_TICK]) * step >= duration - IS_OVER)
+    if kind == CROSS:
+        return bool(math.isinf(row[LIMIT]))
+    return bool(shift_time(row, tick, step) >= row[SHIFT_DURATION] - IS_OVER)
+
+
+@compiled
+def is_replaced(action: Floats, other: Floats) -> bool:
+    """Tell whether another action (ACTION_WIDTH,), begun with or after this one, takes its place.
+
+    Speeds replace speeds, lane changes and crossings each other; a crossing sets the speed too.
+    """
+    is_speed, sets_speed = action[ACTION_KIND] == CHANGE_SPEED, other[ACTION_KIND] == CHANGE_SPEED
+    return bool(
+        action[ACTION_ACTOR] == other[ACTION_ACTOR]
+        and (is_speed == sets_speed or (is_speed and other[ACTION_KIND] == CROSS))
+    )
 
 
 @compiled
@@ -98,7 +138,14 @@ def move_actor(row: Floats, segments: Floats, tick: int, step: float, out: Float
     if arrived:
         way, pace, slope = row[LIMIT], 0.0, 0.0
     driven = way - row[PATH]
-    offset, rate, bend = shift_at(row, (tick - row[SHIFT_TICK]) * step)
+    held = hold_shift(row, tick, step, driven, pace)
+    offset, rate, bend = shift_at(row, shift_time(row, tick, step))
+    row[SWAY] = rate
+    if held < 1.0:
+        bend = held * held * bend
+        if pace > 0.0:
+            bend += held * rate * slope / pace
+        rate = held * rate
     row[BASE] += row[ACROSS] * driven
     if arrived:
         row[BASE] = row[LIMIT_D]
@@ -169,6 +216,35 @@ def move_actors(
 
 
 @compiled
+def end_actions(
+    running: Bools,
+    actions: Floats,
+    tick: int,
+    step: float,
+    begun: Floats,
+    actors: Floats,
+    ended: Bools,
+) -> None:
+    """Note which actions have come to their end at a tick.
+
+    Args:
+        running: (B,).
+        actions: (B, V, ACTION_WIDTH).
+        tick: Number of the tick.
+        step: Master clock [s].
+        begun: (B, V) times, see ``begin_events``.
+        actors: (B, A, ACTOR_WIDTH).
+        ended: (B, V) in and out.
+    """
+    for run in range(running.shape[0]):
+        for event in range(begun.shape[1]):
+            if running[run] and math.isfinite(begun[run, event]) and not ended[run, event]:
+                action = actions[run, event]
+                row = actors[run, int(action[ACTION_ACTOR])]
+                ended[run, event] = is_over(row, int(action[ACTION_KIND]), tick, step)
+
+
+@compiled
 def begin_events(
     running: Bools,
     ops: Ints,
@@ -176,17 +252,21 @@ def begin_events(
     lengths: Ints,
     programs: Ints,
     variables: Floats,
-    first_begun: int,
+    first_event: int,
     actions: Floats,
+    order: Ints,
     tick: int,
-    time: float,
+    now: float,
+    due: Ints,
     begun: Floats,
+    ended: Bools,
     actors: Floats,
 ) -> None:
-    """Begin every event whose condition first holds at a tick.
+    """Begin every event whose condition first holds at a tick, or did a delay ago.
 
     Events that wait for others to begin see them at the same tick: the conditions are evaluated
-    again until no further event begins.
+    again until no further event begins. Of two that begin at one tick and of which one takes the
+    place of the other, the later in the order acts; the other is lost.
 
     Args:
         running: (B,).
@@ -194,33 +274,61 @@ def begin_events(
         args: (P, L) their arguments.
         lengths: (P,) how many of them belong to each program.
         programs: (B, V) program of each event.
-        variables: (B, W) trigger variables at the tick, in and out (``<event>.begun``).
-        first_begun: Column of the first event's ``begun``.
+        variables: (B, W) trigger variables at the tick, in and out (``EVENT_VARIABLES``).
+        first_event: Column of the first variable of the first event.
         actions: (B, V, ACTION_WIDTH).
+        order: (V,) the events in the order in which they act.
         tick: Number of the tick.
-        time: Of it [s].
-        begun: (B, V) times, NaN before, in and out.
+        now: Its time [s].
+        due: (B, V) tick at which each begins, -1 before its condition has held, in and out.
+        begun: (B, V) times, NaN before, inf for one that is lost, in and out.
+        ended: (B, V) whether its action has ended or another has taken its place, in and out.
         actors: (B, A, ACTOR_WIDTH) in and out.
     """
     for run in range(running.shape[0]):
         if not running[run]:
             continue
-        again = True
-        while again:
-            again = _begin_events_once(
-                ops,
-                args,
-                lengths,
-                programs[run],
-                variables[run],
-                actions[run],
-                tick,
-                time,
-                begun[run],
-                actors[run],
-            )
-            for event in range(begun.shape[1]):
-                variables[run, first_begun + event] = 0.0 if math.isnan(begun[run, event]) else 1.0
+        began = False
+        while _begin_events_once(
+            ops,
+            args,
+            lengths,
+            programs[run],
+            variables[run],
+            actions[run],
+            order,
+            tick,
+            now,
+            due[run],
+            begun[run],
+            ended[run],
+        ):
+            began = True
+            _tell_events(variables[run], first_event, now, begun[run], ended[run])
+        if not began:
+            continue
+        for event in order:
+            if begun[run, event] == now:
+                action, other = actions[run, event], 0.0
+                if action[ACTION_RELATIVE] >= 0.0:
+                    other = variables[run, int(action[ACTION_RELATIVE])]
+                begin_action(actors[run, int(action[ACTION_ACTOR])], action, tick, other)
+
+
+@compiled
+def _tell_events(
+    variables: Floats, first_event: int, now: float, begun: Floats, ended: Bools
+) -> None:
+    """Write what has become true of events at a tick into the variables of a run."""
+    events = begun.shape[0]
+    for event in range(events):
+        column = first_event + event
+        variables[column] = 1.0 if math.isfinite(begun[event]) else 0.0
+        if begun[event] == now:
+            variables[column + events], variables[column + 2 * events] = now, 0.0
+        elif math.isinf(begun[event]):
+            variables[column + events] = variables[column + 2 * events] = math.nan
+        variables[column + 3 * events] = 1.0 if ended[event] else 0.0
 
 
 @compiled
@@ -231,21 +339,44 @@ def _begin_events_once(
     programs: Ints,
     variables: Floats,
     actions: Floats,
+    order: Ints,
     tick: int,
-    time: float,
+    now: float,
+    due: Ints,
     begun: Floats,
-    actors: Floats,
+    ended: Bools,
 ) -> bool:
     began = False
     for event in range(begun.shape[0]):
         if not math.isnan(begun[event]):
             continue
-        program = programs[event]
-        length = lengths[program]
-        value = run_program(ops[program, :length], args[program, :length], variables)
-        # NaN compares false: an undefined condition begins nothing.
-        if value > 0.0 or value < 0.0:
-            begun[event] = time
-            begin_action(actors[int(actions[event, ACTION_ACTOR])], actions[event], tick)
+        if due[event] < 0:
+            program = programs[event]
+            length = lengths[program]
+            value = run_program(ops[program, :length], args[program, :length], variables)
+            # NaN compares false: an undefined condition begins nothing.
+            if value > 0.0 or value < 0.0:
+                due[event] = tick + int(actions[event, ACTION_DELAY])
+        if 0 <= due[event] <= tick:
+            begun[event] = now
             began = True
+    if began:
+        _take_places(actions, order, now, begun, ended)
     return began
+
+
+@compiled
+def _take_places(actions: Floats, order: Ints, now: float, begun: Floats, ended: Bools) -> None:
+    """Let what begins at a tick take the place of what began before, in time or in the order."""
+    for late in range(len(order)):
+        event = order[late]
+        if begun[event] != now:
+            continue
+        for place in range(len(order)):
+            other = order[place]
+            if other == event or not is_replaced(actions[other], actions[event]):
+                continue
+            if begun[other] == now and place < late:
+                begun[other] = math.inf
+            elif begun[other] < now:
+                ended[other] = True

@@ -102,6 +102,10 @@ ILLUMINANCE: Final = {"day": 2e4, "dusk": 100.0, "lit_night": 10.0, "night": 0.1
 (class C3 of EN 13201 asks for 15 lx, M classes for less), a night with some moon."""
 
 
+ROAD_EDGE: Final = 1e-6
+"""How far beyond begin and end of a road a place is still taken for one on it [m]: rounding."""
+
+
 @dataclass(frozen=True, slots=True)
 class RoadMap:
     """The road of each run, as channels know it from the map.
@@ -115,6 +119,7 @@ class RoadMap:
         verge: Width of free ground beside the shoulder (B,) [m].
         refuges: Parking bays and rest areas in the order of their places, (B, R, 5), see
             ``REFUGE_COLUMNS``.
+        length: Where the road ends (B,) [m]; the reference line may go on behind it.
     """
 
     segments: Floats
@@ -124,6 +129,12 @@ class RoadMap:
     speed_limit: Floats
     verge: Floats
     refuges: Floats
+    length: Floats
+
+    def covers(self, s: Floats) -> Bools:
+        """Tell which places (B, ...) along the road lie between its begin and its end."""
+        length = self.length.reshape(-1, *(1,) * (s.ndim - 1))
+        return np.asarray((s >= -ROAD_EDGE) & (s <= length + ROAD_EDGE))
 
     def of(self, runs: Any) -> RoadMap:
         """Keep the roads of some runs, chosen by a slice or by their numbers."""
@@ -135,6 +146,7 @@ class RoadMap:
             self.speed_limit[runs],
             self.verge[runs],
             self.refuges[runs],
+            self.length[runs],
         )
 
 
@@ -189,7 +201,9 @@ class Scene:
         ego_place: (B, 6), see ``PLACE_COLUMNS``.
         objects: (B, M, 5), see ``OBJECT_COLUMNS``.
         object_places: (B, M, 6), see ``PLACE_COLUMNS``.
-        begun: (B, V) time at which each storyboard event began [s], NaN before.
+        begun: (B, V) time at which each storyboard event began [s], NaN before, inf for one that
+            lost against another of its tick.
+        ended: (B, V) whether its action has come to its end or another has taken its place.
         contact: (B,) object that the ego touches, -1 for none.
         impact_speed: (B,) relative speed at contact [m/s], 0 before.
         foreign_contact: (B,) whether two other actors touch.
@@ -203,6 +217,7 @@ class Scene:
     objects: Floats
     object_places: Floats
     begun: Floats
+    ended: Bools
     contact: Ints
     impact_speed: Floats
     foreign_contact: Bools
@@ -218,6 +233,7 @@ class Scene:
             self.objects.copy(),
             self.object_places.copy(),
             self.begun.copy(),
+            self.ended.copy(),
             self.contact.copy(),
             self.impact_speed.copy(),
             self.foreign_contact.copy(),

@@ -78,11 +78,12 @@ class Expression:
 
     @property
     def is_truth(self) -> bool:
-        """Whether it is true or false: a comparison, a membership, their joints, ``x.begun``."""
+        """Whether it is true or false: comparisons, memberships, ``x.begun``, their joints."""
         last = self.steps[-1]
         if self.text.strip() in {"true", "false"}:
             return True
-        return last.word in _TRUTHS or (last.word == "name" and last.text.endswith(".begun"))
+        is_event = last.word == "name" and last.text.endswith((".begun", ".ended"))
+        return last.word in _TRUTHS or is_event
 
     def evaluate(self, columns: Mapping[str, Value]) -> Any:
         """Evaluate over whole columns.

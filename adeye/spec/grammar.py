@@ -39,6 +39,9 @@ FUNCTIONS: Final[dict[str, tuple[int, int]]] = {
 
 COMPARISONS: Final = ("==", "!=", "<=", ">=", "<", ">")
 
+EVENT_FUNCTIONS: Final = ("since", "ended")
+"""What may be asked of an event by its name: ``since(brake)`` is the variable ``brake.since``."""
+
 POPS: Final[dict[str, int]] = {
     "number": 0,
     "name": 0,
@@ -299,9 +302,17 @@ class _Parser:
             self._steps.append(Step("name", text=name))
 
     def _call(self, name: str) -> None:
+        token = self._peek()
+        if name in EVENT_FUNCTIONS and token.kind == "name" and token.text not in KEYWORDS:
+            self._at += 1
+            self._require(")")
+            self._steps.append(Step("name", text=f"{token.text}.{name}"))
+            return
         if name not in FUNCTIONS:
             self._at -= 2
-            raise self._error(f"there is no function {shown(name)}", suggest(name, FUNCTIONS))
+            raise self._error(
+                f"there is no function {shown(name)}", suggest(name, [*FUNCTIONS, *EVENT_FUNCTIONS])
+            )
         count = 1
         self._either()
         while self._take(","):

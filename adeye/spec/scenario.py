@@ -6,6 +6,7 @@ Numbers are formulas over the scenario's own parameters, so one file describes e
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -20,6 +21,7 @@ from adeye.spec.quantity import (
     ById,
     Condition,
     Duration,
+    DurationFormula,
     GrownRecord,
     Identifier,
     JerkFormula,
@@ -196,8 +198,10 @@ class Size(Record):
     height: LengthFormula
 
 
-class Start(Record):
+class Start(GrownRecord):
     """Initial place of an actor: along the road, or by a bumper-to-bumper gap to another."""
+
+    later: ClassVar[tuple[str, ...]] = ("off_road",)
 
     lane: NumberFormula | None = None
     offset: LengthFormula | None = None
@@ -208,6 +212,9 @@ class Start(Record):
     heading: AngleFormula | None = None
     """Relative to the road; default along it."""
     speed: SpeedFormula
+    off_road: bool = False
+    """It is meant to start where there is no road: before the begin, behind the end, or a vehicle
+    beside lanes, shoulder, bay and verge."""
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
@@ -258,10 +265,14 @@ class LaneChange(Record):
         return self
 
 
-class SpeedChange(Record):
+class SpeedChange(GrownRecord):
     """Change to a target speed with a rate and, if given, a limit on jerk."""
 
+    later: ClassVar[tuple[str, ...]] = ("relative_to",)
+
     to: SpeedFormula
+    relative_to: Identifier | None = None
+    """Whose speed, when the action begins, ``to`` is added to; the target is never below 0."""
     rate: AccelerationFormula
     jerk: JerkFormula | None = None
 
@@ -274,7 +285,10 @@ class Stop(Record):
 
 
 class Cross(Record):
-    """Walk across the road to a lateral place, in a straight line at a constant speed."""
+    """Walk across the road to a lateral place, in a straight line at a constant speed.
+
+    Only pedestrians do: what has wheels cannot turn on the spot.
+    """
 
     to: LengthFormula
     """Lateral place from the right edge of the road [m], positive to the left."""
@@ -284,10 +298,12 @@ class Cross(Record):
 class Event(GrownRecord):
     """When a condition first holds, an actor begins one action."""
 
-    later: ClassVar[tuple[str, ...]] = ("optional",)
+    later: ClassVar[tuple[str, ...]] = ("optional", "delay")
 
     actor: Identifier
     when: Condition
+    delay: DurationFormula | None = None
+    """From when the condition first holds to the begin, as OpenSCENARIO's delay of a condition."""
     lane_change: LaneChange | None = None
     speed: SpeedChange | None = None
     stop: Stop | None = None
@@ -310,6 +326,17 @@ class Event(GrownRecord):
         chosen = self.lane_change or self.speed or self.stop or self.cross
         assert chosen is not None
         return chosen
+
+
+def _domain(event: Any) -> tuple[object, frozenset[str]]:
+    """Say whom an event as written moves, and whether along the road, across it or both."""
+    if not isinstance(event, Mapping):
+        return None, frozenset()
+    along = {"speed", "stop", "cross"} & event.keys()
+    across = {"lane_change", "cross"} & event.keys()
+    return event.get("actor"), frozenset(
+        (["along"] if along else []) + (["across"] if across else [])
+    )
 
 
 class Tags(Record):
@@ -343,10 +370,36 @@ class LogicalScenario(FileRecord):
     ego: EgoStart
     actors: ById[Actor] = {}
     storyboard: ById[Event] = {}
+    order: Many[Identifier] = ()
+    """Events in the order of the file, which is noted where it decides: of two events that begin at
+    one tick, and of which one takes the place of the other, the later acts."""
     realised: Many[Identifier] = ()
     """Events that must have begun within the horizon, else the run is not realised."""
     horizon: Annotated[Duration, Field(gt=0.0)]
     tail: Annotated[Duration, Field(ge=0.0)] = 5.0
+
+    later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "order")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _note_order(cls, content: Any) -> Any:
+        """Note the order of the events where names would decide which of two acts."""
+        board = content.get("storyboard") if isinstance(content, Mapping) else None
+        if not isinstance(board, Mapping) or content.get("order"):
+            return content
+        domains = [(str(name), _domain(event)) for name, event in board.items()]
+        decides = any(
+            actor == other and mine & theirs and before > name
+            for at, (name, (actor, mine)) in enumerate(domains)
+            for before, (other, theirs) in domains[:at]
+        )
+        return {**content, "order": list(board)} if decides else content
+
+    @property
+    def acting_order(self) -> tuple[str, ...]:
+        """Every event, in the order in which those of one tick act."""
+        noted = [name for name in self.order if name in self.storyboard]
+        return (*noted, *(name for name in self.storyboard if name not in noted))
 
     def executable(self) -> dict[str, object]:
         """The part of the scenario that a run depends on: no titles, tags or provenance.

@@ -251,7 +251,7 @@ class RunBlock:
         duration_s: (B,) [s].
         trace_digests: B digests in hex.
         realised: (B,).
-        end_reason: ``contact``, ``goal`` or ``horizon``.
+        end_reason: ``contact``, ``goal``, ``horizon`` or ``road_end``.
         machine_dependent: (B,).
         metrics: Every built-in metric.
         verdicts: Verdicts of the campaign's FSRs.

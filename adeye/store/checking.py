@@ -288,7 +288,7 @@ def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, st
         .limit(1)
     )
     began = runs.join(tables.event, event.run_number == tables.run.c.number).where(
-        event.kind == "storyboard"
+        event.kind == "storyboard", event.text.endswith(" begins")
     )
     return tuple(
         (scenario, name, bool(written.get("optional")))

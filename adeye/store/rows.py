@@ -296,7 +296,7 @@ class RunRecord:
         duration_s: Simulated time [s].
         trace_digest: 128-bit digest of the trace in hex.
         is_realised: Whether the scenario came about as asked.
-        end_reason: ``contact``, ``goal`` or ``horizon``.
+        end_reason: ``contact``, ``goal``, ``horizon`` or ``road_end``.
         metrics: Every built-in metric by id.
         verdicts: Verdicts of the campaign's FSRs.
         events: In order of time.

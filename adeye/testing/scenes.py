@@ -75,6 +75,7 @@ def straight_road(runs: int = 1, *, lanes: int = 3, curvature: float = 0.0) -> R
         np.full(runs, 130.0 / 3.6),
         np.zeros(runs),
         np.zeros((runs, 0, len(REFUGE_COLUMNS))),
+        segments[:, 0, 3],
     )
 
 

@@ -181,7 +181,7 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
             "ego_place": scene.ego_place,
             "objects": scene.objects,
             "object_places": scene.object_places,
-            "begun": (~np.isnan(scene.begun)).astype(np.int8),
+            "begun": np.isfinite(scene.begun).astype(np.int8),
             "contact": scene.contact,
             "foreign_contact": scene.foreign_contact.astype(np.int64),
             "running": scene.running.astype(np.int64),

@@ -8,7 +8,7 @@ import numpy as np
 
 from adeye.kernel.clock import tick_time
 from adeye.kernel.jit import compiled
-from adeye.kernel.storyboard import begin_events, move_actors
+from adeye.kernel.storyboard import begin_events, end_actions, move_actors
 from adeye.signals import Bools, Floats, Ints, Scene
 from adeye.traffic.contact import Contacts
 from adeye.traffic.ego import Ego
@@ -41,13 +41,19 @@ class Stage:
         self.ego: Floats = world.ego.copy()
         self.objects: Floats = world.objects.copy()
         self.ending = Ending(
-            step=context.step, horizon=world.horizon, tail=world.tail, goal=world.goal
+            step=context.step,
+            horizon=world.horizon,
+            tail=world.tail,
+            goal=world.goal,
+            road_length=context.road.length,
         )
         self._tick = 0
         self._actors: Floats = world.actors.copy()
         self._ego_place: Floats = np.zeros((self.runs, 6))
         self._object_places: Floats = np.zeros((*self.objects.shape[:2], 6))
         self._begun: Floats = np.full((self.runs, len(context.event_ids)), np.nan)
+        self._ended: Bools = np.zeros(self._begun.shape, dtype=np.bool_)
+        self._due: Ints = np.full(self._begun.shape, -1, dtype=np.int64)
         self._motion = Ego(cases, context)
         self._contacts = Contacts(context)
         self._everyone: Bools = np.ones(self.runs, dtype=np.bool_)
@@ -95,6 +101,7 @@ class Stage:
             objects=self.objects,
             object_places=self._object_places,
             begun=self._begun,
+            ended=self._ended,
             contact=contacts.touched,
             impact_speed=contacts.impact_speed,
             foreign_contact=contacts.foreign,
@@ -115,7 +122,9 @@ class Stage:
             self._object_places,
         )
         if len(world.context.event_ids):
-            self._begun = self._begun.copy()
+            self._begun, self._ended = self._begun.copy(), self._ended.copy()
+            tick, step = self._tick, world.context.step
+            end_actions(running, script.actions, tick, step, self._begun, self._actors, self._ended)
             begin_events(
                 running,
                 script.ops,
@@ -125,9 +134,11 @@ class Stage:
                 world.triggers.values(self.scene()),
                 world.triggers.first_event,
                 script.actions,
-                self._tick,
-                tick_time(self._tick, world.context.step),
+                tick,
+                tick_time(tick, step),
+                self._due,
                 self._begun,
+                self._ended,
                 self._actors,
             )
         self.ending.update(self._tick, self._ego_place[:, 0], self._contacts.touched)
@@ -181,7 +192,7 @@ class Staged:
 
     @property
     def complete(self) -> Bools:
-        """Runs that ended by goal or horizon, not by contact (B,)."""
+        """Runs that ended by goal or horizon, not by contact or the end of the road (B,)."""
         return self._require_stage().ending.complete
 
     def _require_stage(self) -> Stage:

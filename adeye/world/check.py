@@ -8,6 +8,7 @@ from adeye.errors import ExpressionError, InputError, SpecError, suggest
 from adeye.spec.expression import Expression, to_program
 from adeye.spec.plausible import implausible, quantities
 from adeye.spec.quantity import require_dimension
+from adeye.spec.scenario import Cross, SpeedChange, Stop
 from adeye.world.compile import compile_world
 from adeye.world.formulas import Formulas, Situation
 from adeye.world.places import EGO, gap_circle
@@ -73,9 +74,8 @@ def check_worlds(cases: Sequence[Situation], lifted: Collection[str] = ()) -> No
     formulas = Formulas.of(cases)
     compile_world(cases, formulas)
     for scenario, _, columns in formulas.parts:
-        road = scenario.world.road
-        width, length = (item.evaluate(columns) for item in (road.lane_width, road.length))
-        limits = {"ego.offset": (-width, width), "ego.s": (0.0, length)}
+        width = scenario.world.road.lane_width.evaluate(columns)
+        limits = {"ego.offset": (-width, width)}
         off = {*scenario.beyond_plausible, *lifted}
         for item in implausible(scenario, off, limits, lambda text: text.evaluate(columns)):  # noqa: B023 - used up at once
             raise SpecError(item.text, remedy=item.remedy)
@@ -101,6 +101,7 @@ def check_purpose(scenario: LogicalScenario) -> list[Finding]:
                 "write optional: true"
             )
             findings.append((("storyboard", name), f"event {name!r} {text}"))
+    findings += _rivals(scenario)
     used = parameters_used(scenario)
     findings += [
         (("parameters", name), f"nothing that happens depends on parameter {name!r}. Remove it")
@@ -108,6 +109,28 @@ def check_purpose(scenario: LogicalScenario) -> list[Finding]:
         if name not in used
     ]
     return findings
+
+
+def _rivals(scenario: LogicalScenario) -> Iterator[Finding]:
+    """Find events of which one is lost whenever both begin, for they do so at the same tick."""
+    order = scenario.acting_order
+    index = {name: column for column, name in enumerate(trigger_variables(scenario))}
+
+    def begins(name: str) -> tuple[object, ...]:
+        event = scenario.storyboard[name]
+        program = to_program(event.when, index)
+        delay = 0.0 if event.delay is None else event.delay.text
+        return program.ops.tobytes(), program.args.tobytes(), delay
+
+    for place, later in enumerate(order):
+        for name in order[:place]:
+            event, other = scenario.storyboard[name], scenario.storyboard[later]
+            kinds = type(event.action), type(other.action)
+            speeds = [kind in {SpeedChange, Stop} for kind in kinds]
+            meet = speeds[0] == speeds[1] or (speeds[0] and kinds[1] is Cross)
+            if event.actor == other.actor and meet and begins(name) == begins(later):
+                text = f"event {name!r} does nothing: {later!r} takes its place at the same time"
+                yield ("storyboard", name), f"{text}. Remove one, or let them begin apart"
 
 
 def parameters_used(scenario: LogicalScenario) -> frozenset[str]:
@@ -177,6 +200,11 @@ def _events(scenario: LogicalScenario) -> Iterator[Finding]:
             yield loc, f"there is no actor {event.actor!r}. {suggest(event.actor, scenario.actors)}"
         elif actor.reactive is not None:
             yield loc, f"{event.actor!r} is reactive and takes no actions from the storyboard"
+        base = event.speed and event.speed.relative_to
+        things = [EGO, *scenario.actors, *scenario.world.objects]
+        if base and base not in things:
+            text = f"there is no actor {base!r}. {suggest(base, things)}"
+            yield ("storyboard", name, "speed", "relative_to"), text
 
 
 def _wrong(

@@ -11,8 +11,9 @@ import numpy as np
 from adeye.errors import SpecError
 from adeye.kernel.elementary import asin, atan
 from adeye.kernel.jit import compiled
-from adeye.kernel.manoeuvre import ACTOR_WIDTH, place_actor
+from adeye.kernel.manoeuvre import ACTOR_WIDTH, WALKS, place_actor
 from adeye.kernel.road import local, offset_curvature, position
+from adeye.kernel.storyboard import ACTION_RELATIVE
 from adeye.signals import (
     ILLUMINANCE,
     Bools,
@@ -25,7 +26,7 @@ from adeye.world.formulas import BELOW_ZERO, Formulas, Situation
 from adeye.world.objects import class_indices
 from adeye.world.places import Starts, resolve_starts
 from adeye.world.roads import build_roads
-from adeye.world.script import Script, compile_script
+from adeye.world.script import WALKER, Script, compile_script
 from adeye.world.triggers import TriggerTable
 
 if TYPE_CHECKING:
@@ -107,14 +108,15 @@ def compile_world(cases: Sequence[Situation], formulas: Formulas | None = None) 
         event_ids=tuple(scenario.storyboard),
     )
     triggers = TriggerTable.of(cases, context)
-    script = compile_script(formulas, road, triggers.index)
-    triggers.watch(script.ops, script.args)
+    script = compile_script(formulas, road, triggers.index, context.step)
+    speeds = script.actions[..., ACTION_RELATIVE]
+    triggers.watch(script.ops, script.args, speeds[speeds >= 0.0].astype(np.int64))
     wheelbase = np.array([vehicle.wheelbase for vehicle in vehicles])
     return World(
         context=context,
         ego=_ego_states(starts, road, wheelbase),
         objects=_object_states(starts, road),
-        actors=_actor_states(starts, len(actors)),
+        actors=_actor_states(starts, np.array([actor.kind == WALKER for actor in actors])),
         scripted=np.array([actor.reactive is None for actor in actors], dtype=np.bool_),
         lane_changes=np.array(
             [actor.reactive is not None and actor.reactive.lane_changes for actor in actors],
@@ -122,9 +124,7 @@ def compile_world(cases: Sequence[Situation], formulas: Formulas | None = None) 
         ),
         desired_speed=_desired_speeds(formulas, starts, len(actors)),
         ego_desired_speed=_ego_desired_speed(formulas),
-        goal=formulas.values(
-            "ego.goal.s", lambda s: None if s.ego.goal is None else s.ego.goal.s, np.inf
-        ),
+        goal=_goal(formulas, starts, road),
         script=script,
         triggers=triggers,
         horizon=scenario.horizon,
@@ -144,6 +144,22 @@ def _ego_desired_speed(formulas: Formulas) -> Floats:
         above=BELOW_ZERO,
         unit="m/s",
     )
+
+
+def _goal(formulas: Formulas, starts: Starts, road: RoadMap) -> Floats:
+    """Place along the road where the ego is to arrive (B,) [m], inf for none."""
+    goal = formulas.values(
+        "ego.goal.s", lambda s: None if s.ego.goal is None else s.ego.goal.s, np.inf
+    )
+    bad = np.isfinite(goal) & ~((goal > starts.ego_s) & road.covers(goal))
+    if bad.any():
+        start, length = (f"{column[bad][0]:g} m" for column in (starts.ego_s, road.length))
+        raise SpecError(
+            f"ego.goal.s: {goal[bad][0]:g} m is not on the way from the start at {start} to the "
+            f"end of the road at {length}",
+            remedy="Put the goal ahead of the start, and on the road.",
+        )
+    return goal
 
 
 def _surroundings(formulas: Formulas) -> Surroundings:
@@ -271,9 +287,10 @@ def place_objects(
             row[3] = speed[run, thing]
 
 
-def _actor_states(starts: Starts, actors: int) -> Floats:
-    states = np.zeros((starts.s.shape[0], actors, ACTOR_WIDTH))
+def _actor_states(starts: Starts, walks: Bools) -> Floats:
+    states = np.zeros((starts.s.shape[0], len(walks), ACTOR_WIDTH))
     place_actors(starts.s, starts.d, starts.heading, starts.speed, states)
+    states[..., WALKS] = walks
     return states
 
 

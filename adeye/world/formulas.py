@@ -152,6 +152,7 @@ def structure(scenario: LogicalScenario) -> tuple[object, ...]:
         tuple((name, *_actor_structure(actor)) for name, actor in scenario.actors.items()),
         tuple((name, *_event_structure(event)) for name, event in scenario.storyboard.items()),
         tuple(scenario.parameters),
+        scenario.acting_order,
         scenario.realised,
         scenario.horizon,
         scenario.tail,
@@ -160,10 +161,12 @@ def structure(scenario: LogicalScenario) -> tuple[object, ...]:
 
 def _actor_structure(actor: Actor) -> tuple[object, ...]:
     reactive = actor.reactive and actor.reactive.lane_changes
-    return actor.kind, reactive, actor.start.ahead_of, actor.start.lane is None
+    start = actor.start
+    return actor.kind, reactive, start.ahead_of, start.lane is None, start.off_road
 
 
 def _event_structure(event: Event) -> tuple[object, ...]:
     change = event.lane_change
     shape = change and (change.shape, change.to_lane is None)
-    return event.actor, type(event.action).__name__, shape
+    relative = event.speed and event.speed.relative_to
+    return event.actor, type(event.action).__name__, shape, relative

@@ -9,9 +9,11 @@ import numpy as np
 
 from adeye.errors import SpecError, suggest
 from adeye.kernel.manoeuvre import advance
+from adeye.kernel.refuges import mark_on_road
+from adeye.signals import ROAD_EDGE
 from adeye.world.formulas import BELOW_ZERO, Formulas, Pick
 from adeye.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
-from adeye.world.script import check_lanes
+from adeye.world.script import WALKER, check_lanes
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, RoadMap
@@ -60,7 +62,8 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
         ego_length: (B,) [m].
 
     Raises:
-        SpecError: A lane does not exist, a size is not positive, or ``ahead_of`` runs in a circle.
+        SpecError: A lane does not exist, a size is not positive, ``ahead_of`` runs in a circle, or
+            something starts where there is no road.
     """
     scenario = formulas.scenario
     actors, statics = list(scenario.actors), list(scenario.world.objects)
@@ -104,7 +107,45 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
         ]
         # The way along the lane less that along the reference line: nothing on a straight.
         places[name][:] = places[base] + gap + half + bend
+    _check_on_road("ego", "s", starts.ego_s, starts.ego_d, road, is_beside=False)
+    for column, (name, actor) in enumerate(scenario.actors.items()):
+        if not actor.start.off_road:
+            _check_on_road(
+                f"actors.{name}.start",
+                "s" if actor.start.ahead_of is None else "gap",
+                starts.s[:, column],
+                starts.d[:, column],
+                road,
+                is_beside=actor.kind == WALKER,
+            )
     return starts
+
+
+def _check_on_road(
+    where: str, field: str, s: Floats, d: Floats, road: RoadMap, *, is_beside: bool
+) -> None:
+    """Refuse a start (B,) that is before, behind or, unless it may be, beside the road."""
+    remedy = "Move it, or make the road longer."
+    if where != EGO:
+        remedy += " Who shall stand where there is no road says start.off_road: true."
+    outside = ~road.covers(s)
+    if outside.any():
+        raise SpecError(
+            f"{where}.{field}: {s[outside][0]:g} m is not on the road, which is from 0 m to "
+            f"{road.length[outside][0]:g} m",
+            remedy=remedy,
+        )
+    if is_beside:
+        return
+    at, left = s[:, np.newaxis], road.lanes * road.lane_width
+    edges = road.shoulder + ROAD_EDGE, road.verge, left + ROAD_EDGE
+    outside = ~mark_on_road(road.refuges, *edges, at, d[:, np.newaxis])[:, 0]
+    if outside.any():
+        raise SpecError(
+            f"{where}.offset: {d[outside][0]:g} m from the right edge of the road is neither on a "
+            "lane nor on the ground beside that carries a vehicle",
+            remedy=remedy.replace("longer", "wider"),
+        )
 
 
 def gap_order(scenario: LogicalScenario) -> list[str]:

@@ -1,8 +1,9 @@
 """Build the reference lines of parametric roads: straight, curve and S-curve.
 
 The reference line is the right edge of lane 0 and starts in the origin of the map, heading along
-x. Every road goes on straight for ``RUN_OUT`` beyond its length, so that driving past its end stays
-defined. A curve and an S-curve begin with a straight lead-in of ``LEAD_IN``:
+x. The line of every road goes on straight for ``RUN_OUT`` beyond its length, for actors that are
+ahead of the ego; the run of an ego that drives over the end is over. A curve and an S-curve begin
+with a straight lead-in of ``LEAD_IN``:
 
 - straight: ``length + RUN_OUT`` straight;
 - curve: lead-in, an arc over the rest of the length, run-out;
@@ -73,6 +74,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
             "world.road.verge", lambda s: s.world.road.verge, above=BELOW_ZERO, default=0.0
         ),
         refuges=build_refuges(formulas, length),
+        length=length,
     )
 
 

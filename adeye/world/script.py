@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -12,9 +12,11 @@ from adeye.errors import SpecError
 from adeye.kernel.manoeuvre import LINEAR, SINUSOIDAL
 from adeye.kernel.storyboard import (
     ACTION_ACTOR,
+    ACTION_DELAY,
     ACTION_JERK,
     ACTION_KIND,
     ACTION_RATE,
+    ACTION_RELATIVE,
     ACTION_SHAPE,
     ACTION_TARGET,
     ACTION_WIDTH,
@@ -43,6 +45,7 @@ class Script:
         args: (P, L) their arguments.
         lengths: (P,) how many operations belong to each.
         programs: (B, V) program of each event.
+        order: (V,) the events in the order in which those of one tick act.
     """
 
     actions: Floats
@@ -50,18 +53,33 @@ class Script:
     args: Floats
     lengths: Ints
     programs: Ints
+    order: Ints
 
 
-def compile_script(formulas: Formulas, road: RoadMap, index: Mapping[str, int]) -> Script:
+WALKER: Final = "pedestrian"
+"""The kind of actor that goes where it likes and stands beside roads; the others have wheels."""
+
+STEEPEST_START: Final = math.radians(45.0)
+"""Angle to the road at which a vehicle that starts may change lanes [rad]. Our choice."""
+
+_ROUNDING: Final = 1e-9
+"""Of a number of ticks, and of a sine."""
+
+
+def compile_script(
+    formulas: Formulas, road: RoadMap, index: Mapping[str, int], step: float
+) -> Script:
     """Compile the storyboard of each run.
 
     Args:
         formulas: Scenarios of the batch with their parameters.
         road: The road of each run.
         index: Column of each trigger variable.
+        step: Master clock [s].
 
     Raises:
-        SpecError: A target lane does not exist, or a rate is not positive.
+        SpecError: A target lane does not exist, a rate is not positive, a delay is negative, or a
+            vehicle is to do what only walkers can.
     """
     scenario = formulas.scenario
     actors = list(scenario.actors)
@@ -70,9 +88,21 @@ def compile_script(formulas: Formulas, road: RoadMap, index: Mapping[str, int]) 
         row = actions[:, number]
         row[:, ACTION_ACTOR] = actors.index(event.actor)
         row[:, ACTION_JERK] = math.inf
+        row[:, ACTION_RELATIVE] = -1.0
+        delay = formulas.limited(
+            f"storyboard.{name}.delay",
+            lambda s, name=name: s.storyboard[name].delay,  # type: ignore[misc]
+            above=BELOW_ZERO,
+            default=0.0,
+            unit="s",
+        )
+        row[:, ACTION_DELAY] = np.ceil(delay / step - _ROUNDING)
         _fill_action(row, name, formulas, road)
-    ops, args, lengths, programs = _compile_triggers(formulas, index)
-    return Script(actions, ops, args, lengths, programs)
+        if event.speed is not None and event.speed.relative_to is not None:
+            row[:, ACTION_RELATIVE] = index[f"{event.speed.relative_to}.speed"]
+    events = list(scenario.storyboard)
+    order = np.array([events.index(name) for name in scenario.acting_order], dtype=np.int64)
+    return Script(actions, *_compile_triggers(formulas, index), order)
 
 
 def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> None:
@@ -81,6 +111,11 @@ def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> N
     if event.lane_change is not None:
         _fill_lane_change(row, name, formulas, road)
     elif event.cross is not None:
+        if formulas.scenario.actors[event.actor].kind != WALKER:
+            raise SpecError(
+                f"{where}.cross: {event.actor} has wheels and cannot turn on the spot",
+                remedy="Let it start with heading: 90 deg, and drive across by its speed.",
+            )
         row[:, ACTION_KIND] = CROSS
         row[:, ACTION_TARGET] = formulas.values(f"{where}.cross.to", _field(name, "cross", "to"))
         row[:, ACTION_RATE] = formulas.limited(
@@ -101,12 +136,26 @@ def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> N
         )
         if event.speed is not None:
             row[:, ACTION_TARGET] = formulas.limited(
-                f"{where}.speed.to", _field(name, "speed", "to"), above=BELOW_ZERO, unit="m/s"
+                f"{where}.speed.to",
+                _field(name, "speed", "to"),
+                above=BELOW_ZERO if event.speed.relative_to is None else -math.inf,
+                unit="m/s",
             )
 
 
 def _fill_lane_change(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> None:
-    action = formulas.scenario.storyboard[name].lane_change
+    event = formulas.scenario.storyboard[name]
+    action, actor = event.lane_change, event.actor
+    if formulas.scenario.actors[actor].kind != WALKER:
+        where = f"actors.{actor}.start.heading"
+        heading = formulas.values(where, lambda s: s.actors[actor].start.heading, 0.0)
+        across = np.abs(np.sin(heading)) > np.sin(STEEPEST_START) + _ROUNDING
+        if across.any():
+            raise SpecError(
+                f"{where}: {np.degrees(heading[across][0]):g} deg is across the road, and "
+                f"storyboard.{name} is a lane change along it",
+                remedy=f"Start within {np.degrees(STEEPEST_START):g} deg of the road's direction.",
+            )
     part = f"storyboard.{name}.lane_change"
     row[:, ACTION_RATE] = formulas.limited(
         f"{part}.lateral_speed",

@@ -1,7 +1,8 @@
 """Trigger variables: what a condition of a storyboard or of a fault's onset may name.
 
 ``time``; ``ego.speed``, ``ego.s``, ``ego.d``; for every actor and static object ``speed``, ``s``,
-``d``, ``gap``, ``ttc`` and ``distance``; ``<event>.begun`` as 1 or 0; the scenario's parameters.
+``d``, ``gap``, ``ttc`` and ``distance``; ``<event>.begun`` and ``ended(<event>)`` as 1 or 0,
+``<event>.begun_at`` and ``since(<event>)``, undefined before it begins; the scenario's parameters.
 Gaps run along the lane that the ego drives, see ``kernel.road.lane_way``.
 """
 
@@ -17,6 +18,7 @@ from adeye.kernel.geometry import box_distance
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import PUSH_VARIABLE
 from adeye.kernel.road import lane_way
+from adeye.kernel.storyboard import EVENT_VARIABLES
 from adeye.signals import (
     EGO_HEADING,
     EGO_SPEED,
@@ -74,7 +76,9 @@ def trigger_variables(scenario: LogicalScenario) -> dict[str, Dimension]:
     names |= {f"ego.{what}": dimension for what, dimension in EGO_VARIABLES.items()}
     for thing in (*scenario.actors, *scenario.world.objects):
         names |= {f"{thing}.{what}": unit for what, unit in OBJECT_VARIABLES.items()}
-    names |= {f"{event}.begun": Dimension.NONE for event in scenario.storyboard}
+    for what in EVENT_VARIABLES:
+        unit = Dimension.TIME if what in {"begun_at", "since"} else Dimension.NONE
+        names |= {f"{event}.{what}": unit for event in scenario.storyboard}
     return names | parameter_dimensions(scenario)
 
 
@@ -100,7 +104,7 @@ class TriggerTable:
 
     Attributes:
         index: Column of each variable.
-        first_event: Column of the first event's ``begun``.
+        first_event: Column of the first event's first variable.
     """
 
     def __init__(self, context: SceneContext, parameters: Mapping[str, Floats]) -> None:
@@ -113,7 +117,7 @@ class TriggerTable:
         names = ["time", *(f"ego.{what}" for what in EGO_VARIABLES)]
         names += [f"{thing}.{what}" for thing in context.object_ids for what in OBJECT_VARIABLES]
         self.first_event = len(names)
-        names += [f"{event}.begun" for event in context.event_ids]
+        names += [f"{event}.{what}" for what in EVENT_VARIABLES for event in context.event_ids]
         self._first_parameter = len(names)
         names += list(parameters)
         self.index: dict[str, int] = {name: column for column, name in enumerate(names)}
@@ -130,15 +134,18 @@ class TriggerTable:
         columns = {name: np.array([case.parameters[name] for case in cases]) for name in names}
         return cls(context, columns)
 
-    def watch(self, ops: Ints, args: Floats) -> None:
+    def watch(self, ops: Ints, args: Floats, also: Ints | None = None) -> None:
         """Fill from now on only what some programs read: most conditions name few of the variables.
 
         Args:
             ops: (P, L) operations of the programs, see ``kernel.postfix``.
             args: (P, L) their arguments.
+            also: (N,) variables that something else reads.
         """
         self._wanted[:] = False
         self._wanted[args[ops == PUSH_VARIABLE].astype(np.int64)] = True
+        if also is not None:
+            self._wanted[also] = True
 
     def values(self, scene: Scene) -> Floats:
         """Fill the variables with what is true in a scene.
@@ -151,8 +158,19 @@ class TriggerTable:
         """
         table = self._table
         table[:, 0] = scene.time
-        if not self._wanted[1 : self.first_event].any():
-            table[:, self.first_event : self._first_parameter] = ~np.isnan(scene.begun)
+        first, events = self.first_event, scene.begun.shape[1]
+        if events:
+            has_begun = np.isfinite(scene.begun)
+            table[:, first : first + events] = has_begun
+            if self._wanted[first + events : self._first_parameter].any():
+                at = np.where(has_begun, scene.begun, np.nan)
+                step = self._context.step
+                table[:, first + events : first + 2 * events] = at
+                # In whole ticks: a difference of times is not the time of a number of ticks.
+                since = (scene.tick - np.rint(at / step)) * step
+                table[:, first + 2 * events : first + 3 * events] = since
+                table[:, first + 3 * events : self._first_parameter] = scene.ended
+        if not self._wanted[1:first].any():
             return table
         fill_motion(
             scene.running,
@@ -165,7 +183,6 @@ class TriggerTable:
             self._context.object_sizes,
             table,
         )
-        table[:, self.first_event : self._first_parameter] = ~np.isnan(scene.begun)
         return table
 
 

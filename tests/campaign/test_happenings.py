@@ -184,3 +184,13 @@ def test_sensor_that_never_detects_and_run_without_an_object_have_no_such_event(
     blind = changed(trace, detected=np.zeros_like(trace["detected"][:1]))
     for events in (happenings(trace, none), happenings(blind, np.zeros(1, dtype=np.int64))):
         assert "sensor" not in events.kind.values()
+
+
+def test_event_that_lost_against_another_of_its_tick_is_named_and_did_not_begin(
+    trace: Trace,
+) -> None:
+    begun = np.full_like(trace["begun"][:1], np.nan)
+    begun[:, 5:, 0] = np.inf
+    (event,) = of_kind(changed(trace, begun=begun), "storyboard")
+    assert event.time_s == trace.time[5]
+    assert event.text == "cut_in is lost: a later event takes its place at the same time"

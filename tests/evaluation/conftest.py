@@ -184,6 +184,7 @@ class HandMade:
                 36.0 * column,
                 0.0 * column,
                 np.zeros((runs, 0, 5)),
+                segments[:, 0, 3],
             ),
             surroundings=Surroundings.clear(runs),
             stream_seeds=np.zeros(runs, dtype=np.uint64),

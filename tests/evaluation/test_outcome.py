@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from adeye.evaluation.outcome import (
@@ -137,3 +138,28 @@ def test_contact_before_the_fault_leaves_the_run_what_it_was(hand_made: Any) -> 
     trace = faulty(hand_made().touch(6, "lead"), 15).trace()
     assert outcomes(trace).run(0).outcome is Outcome.COMPLETED
     assert idle_faults(trace) == (("late",),)
+
+
+def over_the_end(made: Any) -> Any:
+    """Let the ego drive over the end of its road, of 10 km, at row 6."""
+    made.ego(s=10_000.0 - 11.0 + 2.0 * np.arange(made.rows))
+    made.length[:], made.horizon_row[:], made.complete[:] = 7, 5, False
+    return made
+
+
+def test_drive_over_the_end_of_the_road_tests_nothing_and_says_so(hand_made: Any) -> None:
+    trace = over_the_end(hand_made(events=("cut_in",))).trace()
+    found = outcomes(trace).run(0)
+    said = "the ego drove over the end of the road of 10000 m at 0.6 s"
+    assert (found.outcome, found.detail) == (Outcome.NOT_REALISED, said)
+    assert (found.is_realised, found.end_reason) == (False, "road_end")
+    assert invalid_reasons(trace) == (f"not tested: {said}",)
+    # What failed while there was a road has failed.
+    assert not bars(invalid_reasons(trace)[0])
+    assert obligation_rows(trace).tolist() == [5]
+
+
+def test_contact_behind_the_end_of_the_road_is_a_contact(hand_made: Any) -> None:
+    trace = over_the_end(hand_made()).touch(6, "lead").trace()
+    assert outcomes(trace).run(0).end_reason == "contact"
+    assert invalid_reasons(trace) == (None,)

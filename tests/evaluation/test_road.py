@@ -39,3 +39,14 @@ def test_the_whole_ego_is_in_the_bay_or_it_is_not(hand_made: Make) -> None:
     assert not in_refuge(context, places, headings).any()
     with_bay = replace(context, road=replace(context.road, refuges=BAY))
     assert in_refuge(with_bay, places, headings).tolist() == [[True, False, False, False]]
+
+
+def test_the_road_begins_and_ends(hand_made: Make) -> None:
+    made = hand_made(rows=6)
+    trace = made.trace()
+    road, places = trace.layout.context.road, trace["ego_place"].astype(np.float64)
+    road = replace(road, length=np.array([3000.0]), verge=np.array([9.0]))
+    places[0, :, PLACE_S] = [-0.1, 0.0, 1.0, 3000.0, 3000.1, np.nan]
+    for d in (5.25, -9.0):
+        places[0, :, PLACE_D] = d
+        assert on_road(road, places).tolist() == [[False, True, True, True, False, False]]

@@ -7,10 +7,14 @@ import pytest
 
 from adeye.kernel.manoeuvre import (
     ACTOR_WIDTH,
+    LATERAL_ACCELERATION,
     LINEAR,
     PACE,
     PACE_RATE,
     SINUSOIDAL,
+    STEEPEST,
+    TURNING_RADIUS,
+    WALKS,
     D,
     S,
     place_actor,
@@ -21,6 +25,7 @@ from adeye.kernel.storyboard import (
     ACTION_JERK,
     ACTION_KIND,
     ACTION_RATE,
+    ACTION_RELATIVE,
     ACTION_SHAPE,
     ACTION_TARGET,
     ACTION_WIDTH,
@@ -58,7 +63,7 @@ def action(
 ) -> Floats:
     row = np.zeros(ACTION_WIDTH)
     row[ACTION_KIND], row[ACTION_TARGET], row[ACTION_RATE] = kind, target, rate
-    row[ACTION_JERK], row[ACTION_SHAPE] = jerk, shape
+    row[ACTION_JERK], row[ACTION_SHAPE], row[ACTION_RELATIVE] = jerk, shape, -1.0
     return row
 
 
@@ -265,16 +270,19 @@ def events(
     actions[:, :, ACTION_RATE] = 5.0
     actions[:, :, ACTION_JERK] = math.inf
     actions[:, :, ACTION_ACTOR] = np.arange(count)
+    actions[:, :, ACTION_RELATIVE] = -1.0
     actors = np.stack([np.stack([actor() for _ in range(count)]) for _ in range(runs)])
     begun = np.full((runs, count), np.nan)
+    ended, due = np.zeros((runs, count), dtype=np.bool_), np.full((runs, count), -1)
+    order = np.arange(count)
     running = np.ones(runs, dtype=np.bool_)
     objects = np.zeros((runs, count, 5))
     roads = np.stack([STRAIGHT] * runs)
     scripted = np.ones(count, dtype=np.bool_)
     for tick in range(ticks):
-        variables = np.zeros((runs, 1 + count))
+        variables = np.zeros((runs, 1 + 4 * count))
         variables[:, TIME] = tick * STEP
-        variables[:, BEGUN:] = ~np.isnan(begun)
+        variables[:, BEGUN : BEGUN + count] = ~np.isnan(begun)
         begin_events(
             running,
             ops,
@@ -284,9 +292,12 @@ def events(
             variables,
             BEGUN,
             actions,
+            order,
             tick,
             STEP,
+            due,
             begun,
+            ended,
             actors,
         )
         move_actors(running, scripted, actors, roads, tick + 1, STEP, objects)
@@ -343,3 +354,136 @@ def test_runs_that_have_ended_stay_as_they_are() -> None:
     assert actors[0].tolist() == before.tolist()
     assert objects[0].tolist() == [[0.0] * 5]
     assert objects[1, 0, 0] == pytest.approx(1.0)
+
+
+def walker(**start: float) -> Floats:
+    row = actor(**start)
+    row[WALKS] = 1.0
+    return row
+
+
+@pytest.mark.parametrize("step", [0.05, 0.0125])
+def test_a_car_that_stops_in_a_lane_change_stands_where_it_is(step: float) -> None:
+    row = actor(d=5.25, speed=4.0)
+    begin_action(row, action(CHANGE_BY, 3.5, 1.0), 0)
+    begin_action(row, action(CHANGE_SPEED, 0.0, 3.0), 0)
+    ticks = round(2.0 / step)
+    out = drive(row, 0, ticks, step)
+    assert row[S] == pytest.approx(16.0 / 6.0)
+    # The lane change has had the time with 4 - 3 t above the pace at which it asks for the circle,
+    # and what the way below it stands for.
+    least = math.sqrt(2.0 / 3.5 * TURNING_RADIUS)
+    time = (4.0 - least) / 3.0 + 0.5 * least / 3.0
+    duration = math.pi * 3.5 / 2.0
+    there = 5.25 + 1.75 * (1.0 - math.cos(math.pi * time / duration))
+    assert row[D] == pytest.approx(there, abs=2e-3)
+    standing = out[out[:, 3] == 0.0]
+    assert len(standing) > 0.6 / step
+    assert np.ptp(standing, axis=0).tolist() == [0.0] * 5
+    assert 0.0 < standing[0, 2] <= math.atan(STEEPEST)
+    begin_action(row, action(CHANGE_SPEED, 10.0, 2.0), ticks)
+    moving = drive(row, ticks, 8 * ticks, step)
+    assert abs(moving[0, 2] - standing[0, 2]) < 0.02
+    assert row[D] == 8.75
+
+
+def test_a_car_that_stands_begins_its_lane_change_as_it_drives_off() -> None:
+    row = actor(speed=0.0)
+    begin_action(row, action(CHANGE_BY, 3.5, 1.0), 0)
+    assert set(drive(row, 0, 100)[:, 1]) == {5.25}
+    begin_action(row, action(CHANGE_SPEED, 10.0, 2.0), 100)
+    drive(row, 100, 300)
+    assert row[D] == 8.75
+
+
+def test_a_walker_steps_sideways() -> None:
+    row = walker(d=0.0, speed=0.0)
+    begin_action(row, action(CHANGE_BY, 1.0, 0.5), 0)
+    drive(row, 0, 100)
+    assert row[D] == 1.0
+
+
+def test_a_lane_change_that_is_replaced_goes_on_from_its_lateral_speed() -> None:
+    row = actor(d=1.75, speed=20.0)
+    begin_action(row, action(CHANGE_TO, 5.25, 2.0), 0)
+    first = drive(row, 0, 28)
+    begin_action(row, action(CHANGE_TO, 1.75, 2.0), 28)
+    out = np.concatenate([first, drive(row, 28, 200)])
+    sideways = out[:, 3] * np.sin(out[:, 2])
+    assert sideways[27] > 1.9
+    most = max(LATERAL_ACCELERATION, 2.0 * 2.0**2 / 3.5)
+    assert np.abs(np.diff(sideways)).max() <= most * STEP + 1e-9
+    assert sideways.min() >= -2.0 - 1e-9
+    assert row[D] == 1.75
+    assert out[-1, 2] == 0.0
+
+
+@pytest.mark.parametrize("rate", [0.5, 2.0])
+@pytest.mark.parametrize("target", [1.75, 5.25, 8.75])
+def test_a_carried_lane_change_has_the_way_of_its_closed_form(target: float, rate: float) -> None:
+    row = actor(d=1.75, speed=20.0)
+    begin_action(row, action(CHANGE_TO, 8.75, 2.0), 0)
+    drive(row, 0, 55)
+    begin_action(row, action(CHANGE_TO, target, rate), 55)
+    out = drive(row, 55, 900)
+    sideways = out[:, 3] * np.sin(out[:, 2])
+    way = np.cumsum(0.5 * (sideways[1:] + sideways[:-1])) * STEP
+    np.testing.assert_allclose(out[1:, 1], out[0, 1] + way, atol=2e-3)
+    assert row[D] == target
+
+
+def test_to_a_lane_after_crossing_ends_in_the_lane() -> None:
+    row = walker(d=-1.5, speed=0.0)
+    begin_action(row, action(CROSS, 8.0, 1.4), 0)
+    drive(row, 0, 40)
+    begin_action(row, action(CHANGE_TO, 5.25, 1.0), 40)
+    drive(row, 40, 300)
+    assert row[D] == 5.25
+
+
+@pytest.mark.parametrize("heading", [0.2, -0.3, math.pi - 0.2])
+def test_to_a_lane_from_a_direction_across_the_road_ends_in_the_lane(heading: float) -> None:
+    row = actor(d=5.25, heading=heading, speed=10.0)
+    first = drive(row, 0, 4)
+    begin_action(row, action(CHANGE_TO, 8.75, 1.0), 4)
+    out = np.concatenate([first, drive(row, 4, 400)])
+    assert row[D] == 8.75
+    assert np.abs(np.diff(out[:, 3])).max() < 0.05
+    turned = np.diff(np.unwrap(out[:, 2]))
+    assert np.abs(turned).max() <= 10.0 * STEP / TURNING_RADIUS
+
+
+def test_what_is_written_of_random_storyboards_agrees_and_wheels_can_do_it() -> None:
+    random = np.random.default_rng(25)
+    step, ticks = 0.04, 160
+    for _ in range(2000):
+        row = actor(d=20.0, speed=random.choice([0.0, random.uniform(0.0, 30.0)]))
+        out = np.zeros((ticks + 1, 5))
+        out[0] = [0.0, 20.0, 0.0, row[PACE], 0.0]
+        begins = sorted(random.integers(0, ticks, 6))
+        for tick in range(ticks):
+            while begins and begins[0] == tick:
+                begins.pop(0)
+                speeds = action(CHANGE_SPEED, random.uniform(0, 30), random.uniform(1, 6))
+                speeds[ACTION_TARGET] *= random.integers(0, 2)
+                speeds[ACTION_JERK] = random.choice([math.inf, 4.0])
+                by = random.choice([-1.0, 1.0]) * random.uniform(1.0, 4.0)
+                change = action(CHANGE_BY, by, random.uniform(0.3, 2.0))
+                begin_action(row, speeds if random.integers(0, 2) else change, tick)
+            move_actor(row, STRAIGHT, tick + 1, step, out[tick + 1])
+        x, y, heading, speed, acceleration = out.T
+        velocity = speed * np.array([np.cos(heading), np.sin(heading)])
+        moved = np.diff(np.array([x, y]), axis=1)
+        mean = 0.5 * (velocity[:, 1:] + velocity[:, :-1])
+        # Accelerations may jump by what the actions have, and nothing else does.
+        jump = 20.0
+        assert np.abs(moved - mean * step).max() <= jump * step * step
+        faster = 0.5 * (acceleration[1:] + acceleration[:-1]) * step
+        assert np.abs(np.diff(speed) - faster).max() <= jump * step
+        assert np.abs(np.diff(velocity[1])).max() <= 9.0 * step
+        assert np.abs(np.tan(heading)).max() <= STEEPEST + 1e-9
+        # Braking turns the direction of what moves sideways in time; an even pace does not.
+        even = np.abs(np.diff(velocity[0])) < 1e-9
+        turned = np.abs(np.diff(heading))[even]
+        assert (turned <= np.hypot(*moved)[even] / TURNING_RADIUS + 1e-3).all()
+        assert (moved[:, (speed[1:] == 0.0) & (speed[:-1] == 0.0)] == 0.0).all()

@@ -94,6 +94,7 @@ def scene(
         objects=states,
         object_places=np.zeros((runs, len(objects), 6)),
         begun=np.zeros((runs, 0)),
+        ended=np.zeros((runs, 0), dtype=np.bool_),
         contact=np.full(runs, -1, dtype=np.int64),
         impact_speed=np.zeros(runs),
         foreign_contact=np.zeros(runs, dtype=np.bool_),

@@ -231,3 +231,11 @@ def test_every_function_leaves_one_value(name: str) -> None:
     for count in FUNCTIONS[name]:
         steps = read_steps(f"{name}({', '.join(['a'] * count)})")
         assert sum(1 - POPS[step.word] for step in steps) == 1
+
+
+def test_what_is_asked_of_an_event_is_a_variable_of_it() -> None:
+    (since,) = read_steps("since(cut_in)")
+    assert (since.word, since.text) == ("name", "cut_in.since")
+    assert read_steps("ended(cut_in)")[0].text == "cut_in.ended"
+    with pytest.raises(ExpressionError, match="there is no function 'since'"):
+        read_steps("since(2 s)")

@@ -101,7 +101,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
         ("environment.friction", 9, "friction"),
         ("environment.rain", "1000000 mm/h", "rain"),
         ("environment.fog_visibility", "1 mm", "visibility"),
-        ("ego.offset", "20 m", "ego.offset"),
+        ("ego.offset", "5 m", "ego.offset"),
         ("ego.speed", "2000 km/h", "speed"),
         ("world.road.lane_width", "35 m", "lane_width"),
         ("storyboard.brake.stop.rate", "9000 m/s^2", "braking"),

@@ -10,8 +10,11 @@ from adeye.traffic.ending import Ending
 NOTHING: Ints = np.array([-1], dtype=np.int64)
 
 
-def end(goal: float = np.inf, *, horizon: float = 1.0, tail: float = 0.5) -> Ending:
-    return Ending(step=0.1, horizon=horizon, tail=tail, goal=np.array([goal]))
+def end(
+    goal: float = np.inf, *, horizon: float = 1.0, tail: float = 0.5, road: float = 1000.0
+) -> Ending:
+    length = np.array([road])
+    return Ending(step=0.1, horizon=horizon, tail=tail, goal=np.array([goal]), road_length=length)
 
 
 def drive(ending: Ending, speed: float = 10.0, contact_at: int = 10_000) -> int:
@@ -73,6 +76,36 @@ def test_initial_contact_ends_the_run_before_it_begins() -> None:
     assert ending.horizon_row.tolist() == [0]
 
 
+def test_the_end_of_the_road_ends_a_run_whose_last_row_on_it_counts() -> None:
+    ending = end(road=4.5)
+    assert drive(ending) == 5
+    assert ending.horizon_row.tolist() == [4]
+    assert ending.complete.tolist() == [False]
+    on_it = end(road=5.0)
+    assert drive(on_it) == 6
+
+
+def test_the_begin_of_the_road_is_an_end_too() -> None:
+    ending = end()
+    assert drive(ending, speed=-10.0) == 1
+    assert ending.horizon_row.tolist() == [0]
+
+
+def test_what_happens_first_ends_the_run() -> None:
+    assert drive(end(road=4.5), contact_at=3) == 3
+    assert drive(end(road=4.5, goal=4.0, tail=0.0)) == 4
+    arrived = end(road=4.5, goal=3.0)
+    assert drive(arrived) == 5
+    assert arrived.horizon_row.tolist() == [3]
+    assert arrived.complete.tolist() == [False]
+
+
+def test_an_unknown_place_is_no_end_of_the_road() -> None:
+    ending = end()
+    ending.update(0, np.array([np.nan]), NOTHING)
+    assert ending.running.tolist() == [True]
+
+
 def test_a_run_that_has_ended_stays_ended() -> None:
     ending = end()
     drive(ending, contact_at=6)
@@ -82,7 +115,9 @@ def test_a_run_that_has_ended_stays_ended() -> None:
 
 
 def test_runs_of_a_batch_end_one_by_one() -> None:
-    ending = Ending(step=0.1, horizon=1.0, tail=0.0, goal=np.array([3.0, np.inf]))
+    length = np.full(2, 1000.0)
+    goal = np.array([3.0, np.inf])
+    ending = Ending(step=0.1, horizon=1.0, tail=0.0, goal=goal, road_length=length)
     seen = []
     for tick in range(11):
         ending.update(tick, np.full(2, float(tick)), np.full(2, -1))

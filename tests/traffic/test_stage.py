@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import PLACE_D, PLACE_LANE, PLACE_S, Floats, Scene
+from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
 from adeye.traffic.stage import Stage
@@ -163,3 +164,87 @@ def test_half_the_step_gives_the_same_cut_in(make_scenario: Make, make_case: Cas
     assert coarse[-1].objects[0, 0, :2].tolist() == pytest.approx(
         fine[-1].objects[0, 0, :2].tolist(), abs=2e-3
     )
+
+
+def two(first: str, then: str, **more: Any) -> dict[str, Any]:
+    """Let a car be asked for 35 and for 25 m/s at one time, in the order of the file."""
+    wanted = {"faster": "35 m/s", "slower": "25 m/s"}
+    return {
+        "actors": {"lead": car(s="400 m")},
+        "storyboard": {
+            name: {
+                "actor": "lead",
+                "when": "time >= 0.5 s",
+                "speed": {"to": wanted[what], "rate": "5 m/s^2"},
+                **more,
+            }
+            for name, what in ((first, "faster"), (then, "slower"))
+        },
+        "realised": [first, then],
+    }
+
+
+@pytest.mark.parametrize(("first", "then"), [("a", "b"), ("b", "a")])
+def test_of_two_events_at_one_tick_the_later_in_the_file_acts_whatever_its_name(
+    make_scenario: Make, make_case: Case, first: str, then: str
+) -> None:
+    scenario = make_scenario(**two(first, then))
+    last = run([make_case(scenario)])[-1]
+    assert last.objects[0, 0, 3] == 25.0
+    begun = dict(zip(scenario.storyboard, last.begun[0].tolist(), strict=True))
+    assert begun == {first: np.inf, then: 0.5}
+
+
+def test_the_order_is_noted_where_it_decides_and_only_there(make_scenario: Make) -> None:
+    assert make_scenario(**two("a", "b")).order == ()
+    noted = make_scenario(**two("b", "a"))
+    assert noted.order == ("b", "a")
+    stored = LogicalScenario.model_validate_json(noted.model_dump_json(), context=SI)
+    assert stored.acting_order == ("b", "a")
+    apart = two("b", "a")
+    apart["actors"]["other"] = car(s="600 m")
+    apart["storyboard"]["a"]["actor"] = "other"
+    assert "order" not in make_scenario(**apart).executable()
+
+
+def test_a_delay_a_time_since_and_an_end_are_kept_to_the_tick(
+    make_scenario: Make, make_case: Case
+) -> None:
+    def event(when: str, to: str, **more: Any) -> dict[str, Any]:
+        return {"actor": "lead", "when": when, "speed": {"to": to, "rate": "10 m/s^2"}, **more}
+
+    scenario = make_scenario(
+        actors={"lead": car(s="400 m"), "other": car(s="700 m")},
+        storyboard={
+            "first": event("time >= 0.5 s", "35 m/s", delay="0.3 s"),
+            "second": event("since(first) >= 0.2 s", "25 m/s"),
+            "third": event("ended(second)", "30 m/s"),
+            "fourth": event("first.begun and time >= first.begun_at + 3 s", "20 m/s"),
+            "fifth": {**event("ended(first)", "10 m/s"), "actor": "other"},
+        },
+    )
+    scenes = run([make_case(scenario)])
+    begun = dict(zip(scenario.storyboard, scenes[-1].begun[0].tolist(), strict=True))
+    assert begun["first"] == pytest.approx(0.8)
+    # The second takes the place of the first, which has ended by that, and 0.7 s itself.
+    assert begun["second"] == pytest.approx(1.0)
+    assert begun["fifth"] == pytest.approx(1.0)
+    assert begun["third"] == pytest.approx(1.7)
+    assert begun["fourth"] == pytest.approx(3.8)
+
+
+def test_a_target_speed_may_be_relative_to_a_speed_now(
+    make_scenario: Make, make_case: Case
+) -> None:
+    change = {"to": "-4 m/s", "relative_to": "ego", "rate": "5 m/s^2"}
+    board = {"follow": {"actor": "lead", "when": "time >= 1 s", "speed": change}}
+    scenario = make_scenario(actors={"lead": car(s="400 m")}, storyboard=board)
+    # The ego brakes from 30 m/s with 1 m/s²; later ticks change the target no more.
+    last = run([make_case(scenario, vehicle={"acceleration_lag": "0 s"})], (-1.0, 0.0))[-1]
+    assert last.objects[0, 0, 3] == pytest.approx(25.0)
+    slow = make_scenario(
+        actors={"lead": car(s="400 m")},
+        storyboard={"follow": {**board["follow"], "speed": {**change, "to": "-90 m/s"}}},
+        horizon="12 s",
+    )
+    assert run([make_case(slow)])[-1].objects[0, 0, 3] == 0.0

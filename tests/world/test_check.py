@@ -184,3 +184,24 @@ def test_parameter_that_only_a_constraint_names_is_used_by_nothing(make_scenario
         constraints=["shade < 3"],
     )
     assert [loc for loc, _ in check_purpose(scenario)] == [("parameters", "shade")]
+
+
+def test_an_event_whose_place_another_always_takes_is_found(make_scenario: Make) -> None:
+    def event(when: str, **action: Any) -> dict[str, Any]:
+        return {"actor": "lead", "when": when, "optional": True, **action}
+
+    def found(*events: dict[str, Any]) -> list[Any]:
+        lead = {"kind": "car", "start": {"lane": 1, "s": "300 m", "speed": "20 m/s"}}
+        board = {f"e{number}": item for number, item in enumerate(events)}
+        scenario = make_scenario(actors={"lead": lead}, storyboard=board)
+        return [loc for loc, _ in check_purpose(scenario) if loc[0] == "storyboard"]
+
+    stop = {"stop": {"rate": "3 m/s^2"}}
+    change = {"lane_change": {"to_lane": 2, "lateral_speed": "1 m/s"}}
+    assert found(event("time >= 0.5 s", **stop), event("time >= 500 ms", **stop)) == [
+        ("storyboard", "e0")
+    ]
+    assert found(event("time >= 0.5 s", **stop), event("time >= 0.5 s", **change)) == []
+    assert found(event("time >= 0.5 s", **stop), event("time >= 0.6 s", **stop)) == []
+    late = {"delay": "1 s", **stop}
+    assert found(event("time >= 0.5 s", **stop), event("time >= 0.5 s", **late)) == []

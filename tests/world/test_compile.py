@@ -82,6 +82,16 @@ def test_without_a_goal_it_is_never_reached(make_scenario: Make, make_case: Case
     assert ahead.goal.tolist() == [400.0]
 
 
+@pytest.mark.parametrize("goal", ["50 m", "200 m", "2001 m", "5 * gap"])
+def test_a_goal_that_is_not_ahead_on_the_road_is_refused(
+    make_scenario: Make, make_case: Case, goal: str
+) -> None:
+    # The ego starts at 200 m; the road has 2000 m.
+    case = make_case(make_scenario(ego={"goal": {"s": goal}}))
+    with pytest.raises(SpecError, match=r"ego\.goal\.s: \d+ m is not on the way from the start"):
+        compile_world([case])
+
+
 def test_the_desired_speed_of_the_ego_defaults_to_its_first(
     make_scenario: Make, make_case: Case
 ) -> None:

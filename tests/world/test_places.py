@@ -143,3 +143,48 @@ def test_a_gap_along_the_straight_of_a_road_with_a_bend_is_that_of_a_straight_ro
     straight = resolve(ego={"s": "31.7 m"}, actors=actors, gaps=(40.1, 7.3))
     assert bent.s.tolist() == straight.s.tolist()
     assert straight.s[:, 0].tolist() == [31.7 + gap + 0.5 * (4.5 + 4.8) for gap in (40.1, 7.3)]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ego": {"s": "2000.1 m"}}, r" ego\.s: 2000\.1 m is not on the road"),
+        ({"ego": {"s": "-1 m"}}, r" ego\.s: -1 m is not on the road"),
+        ({"ego": {"offset": "-8 m"}}, r" ego\.offset: -2\.75 m from the right edge"),
+        ({"actors": {"a": car(s="-500 m")}}, r" actors\.a\.start\.s: -500 m is not on"),
+        (
+            {"actors": {"a": car(ahead_of="ego", gap="1800 m")}},
+            r" actors\.a\.start\.gap: 2004\.65 m is not on the road",
+        ),
+        (
+            {"actors": {"a": car(s="300 m", lane=None, offset="-40 m")}},
+            r" actors\.a\.start\.offset: -40 m from the right edge",
+        ),
+        ({"actors": {"a": car(s="300 m", lane=2, offset="2 m")}}, r" actors\.a\.start\.offset"),
+        (
+            {"actors": {"a": {**car(s="2100 m", lane=None, offset="-3 m"), "kind": "pedestrian"}}},
+            r" actors\.a\.start\.s: 2100 m is not on the road",
+        ),
+    ],
+)
+def test_a_start_where_there_is_no_road_is_refused(
+    resolve: Resolve, changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(SpecError, match=message):
+        resolve(**changes)
+    for name, actor in changes.get("actors", {}).items():
+        meant = {**actor, "start": {**actor["start"], "off_road": True}}
+        assert resolve(actors={name: meant}).s.shape == (1, 1)
+
+
+def test_the_ends_and_edges_of_the_road_belong_to_it(resolve: Resolve) -> None:
+    starts = resolve(
+        ego={"s": "0 m"},
+        actors={
+            "last": car(s="2000 m"),
+            "right": car(s="300 m", lane=None, offset="-2.5 m"),
+            "left": car(s="400 m", lane=None, offset="10.5 m"),
+            "walker": {**car(s="300 m", lane=None, offset="-40 m"), "kind": "pedestrian"},
+        },
+    )
+    assert starts.s.shape == (1, 4)

@@ -28,9 +28,9 @@ from adeye.world.roads import build_roads
 from adeye.world.script import Script, check_lanes, compile_script
 
 Compile = Callable[..., Script]
-ACTORS = {
-    name: {"kind": "car", "start": {"lane": 0, "s": "300 m", "speed": "20 m/s"}}
-    for name in ("one", "two")
+ACTORS: dict[str, dict[str, Any]] = {
+    name: {"kind": kind, "start": {"lane": 0, "s": "300 m", "speed": "20 m/s"}}
+    for name, kind in (("one", "car"), ("two", "car"), ("walker", "pedestrian"))
 }
 INDEX = {"time": 0, "gap": 1, "ego_speed": 2}
 
@@ -45,13 +45,13 @@ def script(
             scenario = make_scenario(actors=ACTORS, storyboard=board)
             cases += [make_case(scenario, {"gap": gap}) for gap in gaps]
         formulas = Formulas.of(cases)
-        return compile_script(formulas, build_roads(formulas), INDEX)
+        return compile_script(formulas, build_roads(formulas), INDEX, 0.05)
 
     return make
 
 
-def event(when: str = "time >= 1 s", **action: Any) -> dict[str, Any]:
-    return {"actor": "two", "when": when, **action}
+def event(when: str = "time >= 1 s", *, actor: str = "two", **action: Any) -> dict[str, Any]:
+    return {"actor": actor, "when": when, **action}
 
 
 def test_a_lane_change_aims_at_the_centre_of_its_lane(script: Compile) -> None:
@@ -81,7 +81,7 @@ def test_a_stop_is_a_change_to_no_speed_without_jerk_limit(script: Compile) -> N
 def test_a_speed_change_and_a_crossing_keep_their_values(script: Compile) -> None:
     board = {
         "faster": event(speed={"to": "30 m/s", "rate": "2 m/s^2", "jerk": "4 m/s^3"}),
-        "walk": event(cross={"to": "9 m", "speed": "1.5 m/s"}),
+        "walk": event(actor="walker", cross={"to": "9 m", "speed": "1.5 m/s"}),
     }
     faster, walk = script(board).actions[0]
     assert (faster[ACTION_TARGET], faster[ACTION_RATE], faster[ACTION_JERK]) == (30.0, 2.0, 4.0)
@@ -118,7 +118,7 @@ def test_an_empty_storyboard_has_no_programs(script: Compile) -> None:
         ({"stop": {"rate": "-3 m/s^2"}}, r"storyboard\.act\.stop\.rate: -3 m/s\^2"),
         ({"stop": {"rate": "3 m/s^2", "jerk": "0 m/s^3"}}, r"stop\.jerk: 0"),
         ({"speed": {"to": "-1 m/s", "rate": "3 m/s^2"}}, r"speed\.to: -1"),
-        ({"cross": {"to": "3 m", "speed": "0 m/s"}}, r"cross\.speed: 0"),
+        ({"actor": "walker", "cross": {"to": "3 m", "speed": "0 m/s"}}, r"cross\.speed: 0"),
     ],
 )
 def test_an_impossible_action_is_an_error_with_its_field(
@@ -133,3 +133,17 @@ def test_only_whole_numbers_of_the_road_are_lanes(lane: float) -> None:
     check_lanes("lane", np.array([0.0, 2.0]), 3)
     with pytest.raises(SpecError, match="no lane"):
         check_lanes("lane", np.array([0.0, lane]), 3)
+
+
+@pytest.mark.parametrize("kind", ["car", "cyclist"])
+def test_what_has_wheels_does_not_turn_on_the_spot(
+    script: Compile, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    cross = {"go": event(cross={"to": "8 m", "speed": "1.4 m/s"})}
+    monkeypatch.setitem(ACTORS["two"], "kind", kind)
+    with pytest.raises(SpecError, match=r"storyboard\.go\.cross: two has wheels"):
+        script(cross)
+    start = {"lane": 0, "s": "300 m", "speed": "20 m/s", "heading": "60 deg"}
+    monkeypatch.setitem(ACTORS["two"], "start", start)
+    with pytest.raises(SpecError, match=r"actors\.two\.start\.heading: 60 deg is across"):
+        script({"go": event(lane_change={"to_lane": 2, "lateral_speed": "1 m/s"})})

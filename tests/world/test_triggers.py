@@ -59,6 +59,7 @@ def table(scenario: LogicalScenario, make_case: Callable[..., TestCase]) -> Any:
         objects=world.objects,
         object_places=places,
         begun=np.array([[np.nan], [0.25]]),
+        ended=np.array([[False], [True]]),
         contact=np.full(2, -1),
         impact_speed=np.zeros(2),
         foreign_contact=np.zeros(2, dtype=np.bool_),
@@ -113,6 +114,9 @@ def test_time_ego_events_and_parameters_are_there(table: Any) -> None:
     assert table("ego.s") == pytest.approx([200.0, 200.0])
     assert table("ego.d") == pytest.approx([5.25, 5.25])
     assert table("brake.begun") == [0.0, 1.0]
+    assert table("brake.ended") == [0.0, 1.0]
+    np.testing.assert_array_equal(table("brake.begun_at"), [np.nan, 0.25])
+    np.testing.assert_array_equal(table("brake.since"), [np.nan, 0.25])
     assert table("gap") == [40.0, 20.0]
     assert table("lead.speed") == [20.0, 20.0]
     assert table("lead.d") == pytest.approx([5.25, 5.25])
