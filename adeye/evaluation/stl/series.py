@@ -62,6 +62,7 @@ class Series:
             where a ``cap`` is declared.
         cap: Margin that "no conflict" counts with [unit], > 0; None: the signal declares none.
         actor: (B, T) index of the actor that each sample is about, -1 for none.
+        is_scaled: Whether robustness is divided by scales at all; not where nobody declared one.
     """
 
     values: NDArray[Any]
@@ -72,6 +73,7 @@ class Series:
     status: NDArray[np.int8] | None = None
     cap: float | None = None
     actor: NDArray[np.integer[Any]] | None = None
+    is_scaled: bool = True
 
     def __post_init__(self) -> None:
         for name, size in (("scale", self.scale), ("cap", self.cap)):

@@ -372,9 +372,10 @@ class TableSignals:
             )
         values = np.array([math.nan if cell is None else cell for cell in numbers])
         if unit is None:
-            return Series(values[np.newaxis], 1.0, "1", "number")
+            return Series(values[np.newaxis], 1.0, "1", "number", is_scaled=False)
         values = np.array([convert(value, unit) for value in values.tolist()])
-        return Series(values[np.newaxis], 1.0, si_unit(unit.exponents), "number")
+        unit_text = si_unit(unit.exponents)
+        return Series(values[np.newaxis], 1.0, unit_text, "number", is_scaled=False)
 
     def _coded(self, name: str, texts: Sequence[str], labels: tuple[str, ...], kind: Any) -> Series:
         if name in self.units:
@@ -394,7 +395,8 @@ class TableSignals:
                 )
             if text:
                 codes[0, row] = labels.index(text)
-        return Series(codes, 1.0, "1", kind, () if kind == "boolean" else labels)
+        words = () if kind == "boolean" else labels
+        return Series(codes, 1.0, "1", kind, words, is_scaled=False)
 
     def missing(self, names: Sequence[str]) -> str | None:
         """Say where the first sample is that is no value; None if all are."""
