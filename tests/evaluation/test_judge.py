@@ -228,7 +228,8 @@ def test_no_conflict_satisfies_a_lower_bound_with_its_cap(hand_made: Any) -> Non
 
 
 @pytest.mark.parametrize(
-    "item", [{"bound": {"metric": "min_ttc_s", "at_least": 1.5}}, {"formula": "always(ttc >= 1.5 s)"}]
+    "item",
+    [{"bound": {"metric": "min_ttc_s", "at_least": 1.5}}, {"formula": "always(ttc >= 1.5 s)"}],
 )
 def test_a_conflict_beyond_the_cap_is_judged_as_none(hand_made: Any, item: dict[str, Any]) -> None:
     free = judged(hand_made(objects=()), fsr(**item))
@@ -379,7 +380,8 @@ def test_plug_in_metric_without_a_finite_margin_is_an_error(
     hand_made: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "adeye.evaluation.requirements.Bound.margins", lambda _, values, __: np.nan * values
+        "adeye.evaluation.requirements.Bound.margins",
+        lambda _, values, free: (np.nan * values, free),
     )
     assert judged(hand_made(), fsr(bound=CLOSE)).verdict is ERROR
 

@@ -38,7 +38,9 @@ def fsr(**item: Any) -> CheckedRequirement:
 
 # One run for each status, on both sides of the limits, with and without contact, invalid or not.
 RUNS = list(
-    itertools.product(STATUSES, (5.0, 10.0, 12.5, 400.0, -0.0), (False, True), (None, "not realised"))
+    itertools.product(
+        STATUSES, (5.0, 10.0, 12.5, 400.0, -0.0), (False, True), (None, "not realised")
+    )
 )
 COLUMN = MetricColumn(
     np.array([value if status == "value" else NAN for status, value, _, _ in RUNS]),

@@ -244,7 +244,7 @@ def _start_over_rows(
 
 
 @compiled
-def fill_decided(  # noqa: PLR0913, PLR0917, C901 - a kernel
+def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
     nodes: Ints,
     decided: Ints,
     known: int,

@@ -84,7 +84,7 @@ def test_it_is_what_rtamt_finds_for_precondition_and_consequent_apart() -> None:
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_verdict_and_robustness_are_those_of_the_whole_formula(shape: str) -> None:
-    """An ``eventually`` of one row keeps a precondition from being one, and changes nothing else."""
+    """Written with ``or`` there is no precondition, and all else is the same."""
     random = Random(5)
     for _ in range(40):
         before, after = (text_of(random.formula(1), ",") for _ in range(2))
