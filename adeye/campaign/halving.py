@@ -343,8 +343,8 @@ def _sampled(name: str, metrics: Mapping[str, MetricValue]) -> Sampled | None:
     found = metrics.get(name)
     if found is None:
         return None
-    unit = METRICS[name].unit if name in METRICS else ""
-    return sampled_metric(name, found.value, found.status, unit)
+    unit, cap = (METRICS[name].unit, METRICS[name].cap) if name in METRICS else ("", None)
+    return sampled_metric(name, found.value, found.status, unit, cap)
 
 
 def _margin(item: CheckedRequirement, run: StoredRun | None) -> Sampled | None:

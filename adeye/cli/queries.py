@@ -67,8 +67,8 @@ ORDER BY in_gate DESC, architecture, fsr""",
         """WITH ranked AS (
     SELECT *, ROW_NUMBER() OVER (
         PARTITION BY fsr, architecture
-        ORDER BY verdict = 'FAIL' DESC, (robustness_low IS NULL) = (verdict <> 'FAIL'),
-            robustness_low, ordinal) AS place
+        ORDER BY verdict = 'FAIL' DESC, (margin IS NULL) = (verdict <> 'FAIL'), margin, run,
+            ordinal) AS place
     FROM v_verdicts
     WHERE campaign = $latest AND verdict IN ('FAIL', 'PASS', 'INCONCLUSIVE'))
 SELECT fsr, architecture, scenario, fault_entry, verdict, margin, unit, signal, actor, time_s,

@@ -40,21 +40,26 @@ class Bound:
         """The metric, as registered in this process."""
         return METRICS[self.column]
 
-    def margins(self, values: Floats, is_free: Bools) -> Floats:
+    def margins(self, values: Floats, is_free: Bools) -> tuple[Floats, Bools]:
         """Give the distances (R,) to the limit in the metric's unit, negative when violated.
 
-        What differs from the limit by rounding only lies on it, with the margin 0.
+        What differs from the limit by rounding only lies on it, with the margin 0; a conflict that
+        is farther from the limit than the cap is none.
 
         Args:
             values: (R,) of the metric.
             is_free: (R,) whether there was no conflict, so that the value is not read.
+
+        Returns:
+            The distances, and whether there was no conflict, or one beyond the cap.
         """
         measured = np.where(is_free, 0.0, values)
         ends = (measured, self.limit) if self.is_lower else (self.limit, measured)
-        margin = differences(*ends)
-        if self.metric.cap is None:
-            return margin
-        return np.where(is_free, self.metric.cap if self.is_lower else -self.metric.cap, margin)
+        margin, cap = differences(*ends), self.metric.cap
+        if cap is None:
+            return margin, is_free
+        is_free = is_free | (measured - self.limit > cap)
+        return np.where(is_free, cap if self.is_lower else -cap, margin), is_free
 
     @property
     def text(self) -> str:

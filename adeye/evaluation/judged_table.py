@@ -186,7 +186,9 @@ def _named(judgement: Judgement, formula: Formula, nested: Sequence[int]) -> Jud
             )
     if NEEDED not in nested:
         return replace(judgement, detail=detail)
-    return replace(judgement, verdict=Verdict.VACUOUS, is_exercised=False, detail=detail)
+    return replace(
+        judgement, verdict=Verdict.VACUOUS, is_exercised=False, margin=None, detail=detail
+    )
 
 
 def _placed(

@@ -35,8 +35,9 @@ class Judgement:
         is_exercised: Whether the precondition held.
         robustness_low: Lower end of the robustness, None where there is none; may be infinite.
         robustness_high: Upper end.
-        margin: Distance to the threshold in ``unit``, negative when violated; None if nothing is
-            measured.
+        margin: Distance to the threshold in ``unit``, negative when violated: the least of what a
+            formula asks for at the rows at which its precondition held. None where it never did
+            and where nothing is measured: what is true or false, equal or not.
         unit: Unit of margin, value and threshold.
         signal: Signal or metric of the binding predicate.
         predicate: Its text.

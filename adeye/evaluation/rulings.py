@@ -232,6 +232,8 @@ class Frame:
             ],
             axis=1,
         )
+        # What was never asked for was not met by any distance.
+        numbers[verdict == VACUOUS, MARGIN] = np.nan
         # The last binding is that of an error: none.
         binding = np.where(error, _KINDS * len(words), _KINDS * node + status)
         bindings = tuple(_binding(item, code) for item in words for code in range(_KINDS))
@@ -268,8 +270,12 @@ class Frame:
         is_free = status == _CODES[statuses.NO_CONFLICT]
         has_value = is_free | (status == _CODES[statuses.VALUE])
         value = np.asarray(column.value, dtype=np.float64)[runs]
-        margin = bound.margins(value, is_free)
-        is_error = (status == _CODES[statuses.ERROR]) | (has_value & ~np.isfinite(margin))
+        is_finite = is_free | np.isfinite(value)
+        margin, is_free = bound.margins(value, is_free)
+        is_error = (status == _CODES[statuses.ERROR]) | (
+            has_value & ~(is_finite & np.isfinite(margin))
+        )
+        status = np.where(has_value & is_free, _CODES[statuses.NO_CONFLICT], status)
         has_value &= ~is_error
         by_contact = self.by_contact[runs]
         is_open = by_contact & (not metric.settles) & (margin >= 0.0)

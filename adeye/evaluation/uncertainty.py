@@ -170,8 +170,12 @@ def percentile_95(differences: Sequence[float]) -> float:
     return sorted(differences)[-(-95 * len(differences) // 100) - 1]
 
 
-def sampled_metric(name: str, value: float | None, status: str, unit: str) -> Sampled:
-    """Read the value of a metric."""
+def sampled_metric(
+    name: str, value: float | None, status: str, unit: str, cap: float | None = None
+) -> Sampled:
+    """Read the value of a metric; beyond its cap there is no conflict."""
+    if cap is not None and value is not None and value > cap:
+        status = "no_conflict"
     if name == CONTACT and status == "value":
         return Sampled(None, "contact" if value else "no contact", unit)
     return Sampled(value if status == "value" else None, status, unit)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -318,11 +319,10 @@ class ReportBuilder:
         figures = self.figures
         for fsr in self.requirements:
             for architecture in self.odd["architectures"]:
+                badness = -math.inf
                 for run, record in self.repository.worst_runs(
                     self.campaign.id, fsr, architecture=architecture, limit=WORST_PER_FSR
                 ):
-                    if record.verdict is Verdict.VACUOUS:
-                        continue
                     place = int(np.searchsorted(figures.ordinal, run.ordinal))
                     case = WorstCase(
                         fsr=fsr,
@@ -341,8 +341,10 @@ class ReportBuilder:
                         command=self.replay_command(run.result_digest),
                     )
                     rank = 0.0 if record.verdict is Verdict.FAIL else 1e6
-                    found.append((rank + _badness(record.robustness_low), case))
-        found.sort(key=lambda pair: (pair[0], pair[1].fsr, pair[1].run))
+                    # Between FSRs by robustness, which has no unit; of one FSR in its own order.
+                    badness = max(badness, rank + _badness(record.robustness_low))
+                    found.append((badness, case))
+        found.sort(key=lambda pair: (pair[0], pair[1].fsr))
         return tuple(case for _, case in found[:MAX_WORST])
 
     def _requests(self, worst: Sequence[WorstCase]) -> list[ReplayRequest]:

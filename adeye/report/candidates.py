@@ -248,7 +248,8 @@ class Candidates:
         known = np.where(counted & np.isfinite(robustness), robustness, np.inf)
         if not known.size or not np.isfinite(known.min()):
             return None, is_unknown
-        row, column = (int(item) for item in np.unravel_index(int(known.argmin()), known.shape))
+        ties = zip(*(part.tolist() for part in np.nonzero(known == known.min())), strict=True)
+        row, column = min(ties, key=lambda at: (compared.result[int(rows[at[0]])], at[1]))
         value = float(known[row, column])
         return (value, self.fsrs[column], compared.result[int(rows[row])]), is_unknown
 

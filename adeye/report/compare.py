@@ -270,8 +270,9 @@ class _Comparer:
         if not len(places):
             return None
         values = change[places]
-        worst = int(np.flatnonzero(inside)[places[int(values.argmin())]])
         result = self._compared.result
+        ties = np.flatnonzero(inside)[places[values == values.min()]].tolist()
+        worst = min(ties, key=lambda at: result[int(pair.rows_b[at])])
         return MarginDifference(
             unit=pair.units[fsr],
             is_normalised=pair.is_normalised[fsr],

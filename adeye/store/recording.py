@@ -42,8 +42,7 @@ RUN_HASHED = tuple(
 )
 """Columns of ``run`` that the result hash covers."""
 
-_TALLY = text(
-    f"""
+_TALLY = """
     WITH judged AS (
         SELECT w.campaign_id, f.fsr_id, f.fsr_digest, c.architecture, c.scenario, v.verdict,
             v.exercised, v.robustness_low AS worst_robustness, v.margin AS worst_margin,
@@ -51,7 +50,7 @@ _TALLY = text(
         FROM work w
         JOIN campaign_case c ON c.campaign_id = w.campaign_id
             AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal
-        JOIN campaign_fsr f ON {JUDGED}
+        JOIN campaign_fsr f ON {judged}
         JOIN run r ON r.result_digest = c.result_digest
         JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
         WHERE w.id = :work_id),
@@ -60,19 +59,19 @@ _TALLY = text(
             SUM(exercised) OVER whole AS exercised_runs
         FROM judged
         WINDOW whole AS (PARTITION BY fsr_id, architecture, scenario, verdict),
-            same AS (whole ORDER BY {WORST_FIRST}))
+            same AS (whole ORDER BY {worst_first}))
     SELECT :work_id, campaign_id, fsr_id, fsr_digest, architecture, scenario, verdict, runs,
         exercised_runs, worst_robustness, worst_margin, worst_unit, worst_result_digest
     FROM ranked WHERE place = 1 ORDER BY fsr_id, architecture, scenario, verdict
-    """  # noqa: S608 - the order is a constant of this package
-)
+    """
 
 
-def tally_rows(connection: Connection, work_id: int) -> list[Row]:
+def tally_rows(connection: Connection, work_id: int, worst_first: str = WORST_FIRST) -> list[Row]:
     """Count the verdicts of a block from the verdict rows, worst first within each count."""
+    query = text(_TALLY.format(judged=JUDGED, worst_first=worst_first))
     return [
         row(tables.tally, tuple(counted))
-        for counted in connection.execute(_TALLY, {"work_id": work_id})
+        for counted in connection.execute(query, {"work_id": work_id})
     ]
 
 

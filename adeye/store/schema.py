@@ -16,7 +16,7 @@ from adeye.store.scenario_view import ensure_scenario_views
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-_HEAD: Final = "0006"
+_HEAD: Final = "0007"
 _FIRST_OF_SERVERS: Final = "0005"
 """Before it there was SQLite only: its migration makes everything on a server."""
 _FIRST_WITH_LEDGER: Final = "0005"

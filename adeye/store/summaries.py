@@ -20,7 +20,7 @@ from adeye.store.stored import (
     ResultTable,
     RunRef,
 )
-from adeye.store.views import COUNTED
+from adeye.store.views import COUNTED, MEASURED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -124,7 +124,9 @@ def progress(connection: Connection, campaign_id: str) -> Progress:
 def worst_runs(
     connection: Connection, campaign_id: str, fsr: str, *, limit: int, **only: str | None
 ) -> tuple[tuple[RunRef, VerdictRecord], ...]:
-    """Return the runs with the least robustness for an FSR, failed ones first.
+    """Return the runs with the least margin for an FSR, failed ones first; see ``WORST_FIRST``.
+
+    Without a verdict those of ``MEASURED``: of a run that was not judged nothing is the worst.
 
     Args:
         connection: In a transaction.
@@ -134,7 +136,11 @@ def worst_runs(
         only: Restrict ``architecture``, ``scenario`` or ``verdict`` to a value that is not None.
     """
     cases, judged = tables.campaign_case, tables.verdict
-    ranges = _blocks_of_worst(connection, campaign_id, fsr, limit, only)
+    wanted: dict[str, tuple[str, ...]] = {
+        name: (value,) for name, value in only.items() if value is not None
+    }
+    wanted.setdefault("verdict", MEASURED)
+    ranges = _blocks_of_worst(connection, campaign_id, fsr, limit, wanted)
     if not ranges:
         return ()
     columns = {
@@ -148,9 +154,11 @@ def worst_runs(
             cases.c.campaign_id == campaign_id,
             tables.campaign_fsr.c.fsr_id == fsr,
             or_(*(between(cases.c.ordinal, first, end - 1) for first, end in ranges)),
-            *(columns[name] == value for name, value in only.items() if value is not None),
+            *(columns[name].in_(values) for name, values in wanted.items()),
         )
-        .order_by(*_worst_first(judged.c.verdict, judged.c.robustness_low), cases.c.ordinal)
+        .order_by(
+            *_worst_first(judged.c.verdict, judged.c.margin), cases.c.result_digest, cases.c.ordinal
+        )
         .limit(limit)
     )
     return tuple((run_ref(item), verdict_record(item)) for item in connection.execute(query))
@@ -172,12 +180,16 @@ def row_counts(connection: Connection) -> dict[str, int]:
 
 
 def _blocks_of_worst(
-    connection: Connection, campaign_id: str, fsr: str, limit: int, only: Mapping[str, str | None]
+    connection: Connection,
+    campaign_id: str,
+    fsr: str,
+    limit: int,
+    wanted: Mapping[str, tuple[str, ...]],
 ) -> list[tuple[int, int]]:
     """Find the ordinals among which the worst runs are, from the worst run of each tally.
 
     A run is among the worst n only if its tally is among the n whose worst is worst: each of those
-    before holds a run that is worse, or as bad and planned earlier.
+    before holds a run that is worse, or as bad and of a lesser digest.
     """
     tally, work = tables.tally, tables.work
     query = (
@@ -186,21 +198,25 @@ def _blocks_of_worst(
         .where(
             tally.c.campaign_id == campaign_id,
             tally.c.fsr_id == fsr,
-            *(tally.c[name] == value for name, value in only.items() if value is not None),
+            *(tally.c[name].in_(values) for name, values in wanted.items()),
         )
-        .order_by(*_worst_first(tally.c.verdict, tally.c.worst_robustness), work.c.from_ordinal)
+        .order_by(
+            *_worst_first(tally.c.verdict, tally.c.worst_margin),
+            tally.c.worst_result_digest,
+            work.c.from_ordinal,
+        )
         .limit(limit)
     )
     return sorted({(item.from_ordinal, item.to_ordinal) for item in connection.execute(query)})
 
 
-def _worst_first(verdict: Any, robustness: Any) -> tuple[Any, Any, Any]:
-    """Order by badness: an infinite robustness, NULL, is the worst of a FAIL, else the best."""
+def _worst_first(verdict: Any, margin: Any) -> tuple[Any, Any, Any]:
+    """Order by badness: none, NULL, is the worst of a FAIL, else the best."""
     failed = verdict == Verdict.FAIL.value
     return (
         case((failed, 0), else_=1),
-        case((robustness.is_(None) == failed, 0), else_=1),
-        robustness,
+        case((margin.is_(None) == failed, 0), else_=1),
+        margin,
     )
 
 

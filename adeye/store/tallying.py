@@ -177,9 +177,9 @@ def _counted(
 
 def _worst(block: RunBlock, rows: Ints, *, is_fail: bool) -> int:
     """Find the worst verdict as ``views.WORST_FIRST`` does: NULL is the worst of a FAIL only."""
-    low = block.verdicts.numbers[rows, _LOW]
-    low = np.where(np.isfinite(low), low, -np.inf if is_fail else np.inf)
-    ties = rows[low == low.min()]
+    margin = block.verdicts.numbers[rows, _MARGIN]
+    margin = np.where(np.isfinite(margin), margin, -np.inf if is_fail else np.inf)
+    ties = rows[margin == margin.min()]
     return int(min(ties, key=lambda item: block.result_digests[block.verdicts.run[item]]))
 
 

@@ -102,7 +102,7 @@ worst AS (
         worst_unit, worst_result_digest, ROW_NUMBER() OVER (
             PARTITION BY campaign_id, fsr_id, architecture, scenario
             ORDER BY $worst_first) AS place
-    FROM tally WHERE verdict IN ('FAIL', 'PASS', 'INCONCLUSIVE'))
+    FROM tally WHERE verdict IN $measured)
 SELECT f.campaign_id AS campaign, f.fsr_id AS fsr, f.architecture, f.scenario, f.asil,
     f.mandatory, f.in_gate, f.applicable, f.reason, f.min_exercised, f.waived_until, f.planned,
     $filled,
@@ -136,8 +136,8 @@ worst AS (
     SELECT campaign, architecture, fsr, worst_margin, unit, worst_robustness, worst_run,
         ROW_NUMBER() OVER (
             PARTITION BY campaign, architecture, fsr
-            ORDER BY n_fail > 0 DESC, (worst_robustness IS NULL) = (n_fail = 0),
-                worst_robustness, worst_run) AS place
+            ORDER BY n_fail > 0 DESC, (worst_margin IS NULL) = (n_fail = 0),
+                worst_margin, worst_run) AS place
     FROM v_fsr_status WHERE worst_run IS NOT NULL)
 SELECT s.*, $exercised AS exercised, w.worst_margin, w.unit, w.worst_robustness, w.worst_run,
     CASE WHEN s.applicable = 0 THEN CASE WHEN s.in_gate = 1 THEN 'ERROR' END $fold END AS verdict,
@@ -258,11 +258,17 @@ SELECT campaign_id AS campaign, scenario, architecture, kind, name, unit, sample
     largest, uncertainty, differing, changes
 FROM uncertainty"""
 
-# A failed run first; there an infinite robustness, NULL, is the worst, elsewhere the best.
-WORST_FIRST: Final = (
-    "verdict = 'FAIL' DESC, (worst_robustness IS NULL) = (verdict <> 'FAIL'), "
-    "worst_robustness, worst_result_digest"
+# A failed run first, then by what people read as margin; where there is none, nothing is worse than
+# a FAIL and nothing better than what did not fail. Of equal ones it is the least digest.
+_WORST_FIRST: Final = (
+    "verdict = 'FAIL' DESC, (worst_{0} IS NULL) = (verdict <> 'FAIL'), worst_{0}, "
+    "worst_result_digest"
 )
+WORST_FIRST: Final = _WORST_FIRST.format("margin")
+MEASURED: Final = ("FAIL", "PASS", "INCONCLUSIVE")
+"""Verdicts of runs of which one may be the worst."""
+FORMER_WORST_FIRST: Final = _WORST_FIRST.format("robustness")
+"""How tallies were counted as long as a margin was that of the whole formula."""
 
 
 def _distinct(runs: str, repeated: str, held: str = "") -> str:
@@ -338,6 +344,7 @@ def view_ddl() -> dict[str, str]:
             judged=JUDGED,
             counts=_lines(counted),
             worst_first=WORST_FIRST,
+            measured=MEASURED,
             filled=_lines([f"COALESCE(n.{name}, 0) AS {name}" for name in COUNTED.values()]),
             fold=_fold("f", "1"),
             exercised=_distinct("COALESCE(n.exercised, 0)", "COALESCE(o.exercised, 0)"),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.evaluation.bounds import bound_of
+from adeye.evaluation.bounds import Bound, bound_of
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.requirements import requirement_digest
 from adeye.spec.concept import Requirement
@@ -98,10 +98,24 @@ def test_metric_that_is_not_in_si_takes_plain_numbers_only(
 def test_margin_is_the_distance_to_the_limit_and_the_cap_without_a_conflict() -> None:
     values, free = np.array([4.0, 7.0, np.nan]), np.array([False, False, True])
     high = bound_of(fsr("min_distance_m", "5 m", "at_least"))
-    assert high.margins(values, free).tolist() == [-1.0, 2.0, METRICS["min_distance_m"].cap]
+    assert high.margins(values, free)[0].tolist() == [-1.0, 2.0, METRICS["min_distance_m"].cap]
     low = bound_of(fsr("max_drac_mps2", "5 m/s^2"))
-    assert low.margins(values, free).tolist() == [1.0, -2.0, 5.0]
+    assert low.margins(values, free)[0].tolist() == [1.0, -2.0, 5.0]
     assert low.text == "max_drac_mps2 <= 5 m/s²"
 
 
-RECORDED = "1ddc889ae14e8bf62826d3144dd659665010436ef57207d4aad5d6d86d020822"
+@pytest.mark.parametrize("name", [name for name, metric in METRICS.items() if metric.cap])
+@pytest.mark.parametrize("is_lower", [True, False])
+def test_a_conflict_beyond_the_cap_is_none(name: str, *, is_lower: bool) -> None:
+    cap = METRICS[name].cap
+    assert cap is not None
+    limit = 0.5 * cap
+    values = limit + np.array([np.nan, 1.01 * cap, 1_000.0 * cap, 0.5 * cap, -3.0 * cap])
+    free = np.array([True, False, False, False, False])
+    margins, is_free = Bound(name, limit, is_lower=is_lower).margins(values, free)
+    assert margins[:3].tolist() == [cap if is_lower else -cap] * 3
+    assert is_free.tolist() == [True, True, True, False, False]
+    assert np.abs(margins[3:]) == pytest.approx([0.5 * cap, 3.0 * cap])
+
+
+RECORDED = "f4daa255848ec13c3ca49e585067bc312454755c27b6a78ebe60b77a2e274088"

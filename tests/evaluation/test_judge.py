@@ -227,6 +227,20 @@ def test_no_conflict_satisfies_a_lower_bound_with_its_cap(hand_made: Any) -> Non
     assert (found.detail, found.is_exercised) == ("no conflict", True)
 
 
+@pytest.mark.parametrize(
+    "item",
+    [{"bound": {"metric": "min_ttc_s", "at_least": 1.5}}, {"formula": "always(ttc >= 1.5 s)"}],
+)
+def test_a_conflict_beyond_the_cap_is_judged_as_none(hand_made: Any, item: dict[str, Any]) -> None:
+    free = judged(hand_made(objects=()), fsr(**item))
+    # Three millimetres a second slower, 40 m ahead: more than three hours.
+    slow = hand_made().object("lead", speed=19.997)
+    far = judged(slow, fsr(**item))
+    assert far.value == pytest.approx(40.0 / 0.003, rel=1e-3)
+    assert (far.verdict, far.margin, far.detail) == (PASS, 10.0, "no conflict")
+    assert far.robustness_low == free.robustness_low == 10.0
+
+
 def test_no_conflict_is_no_demand_under_an_upper_bound(hand_made: Any) -> None:
     found = judged(hand_made(objects=()), fsr(bound={"metric": "max_drac_mps2", "at_most": 3.0}))
     assert (found.verdict, found.margin) == (PASS, 3.0)
@@ -366,7 +380,8 @@ def test_plug_in_metric_without_a_finite_margin_is_an_error(
     hand_made: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "adeye.evaluation.requirements.Bound.margins", lambda _, values, __: np.nan * values
+        "adeye.evaluation.requirements.Bound.margins",
+        lambda _, values, free: (np.nan * values, free),
     )
     assert judged(hand_made(), fsr(bound=CLOSE)).verdict is ERROR
 

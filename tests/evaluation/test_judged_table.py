@@ -40,6 +40,29 @@ def test_a_violation_has_place_value_and_threshold_in_its_unit() -> None:
     assert found.horizon_s == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize("factor", [0.125, 1.5, 2.0, 1000.0])
+@pytest.mark.parametrize(
+    ("formula", "worth"),
+    [
+        ("always({0} * gap >= {0} * 2)", 1.0),
+        ("always({0} * (gap - 1.5 * rate) >= {0} * 2)", -2.0),
+        ("eventually({0} * gap < rate * {0} + {0})", 0.0),
+        ("always(brake implies gap / (1 / {0}) >= {0} * 2.5)", 0.5),
+    ],
+)
+def test_a_factor_on_both_sides_multiplies_robustness_and_changes_nothing_else(
+    formula: str, worth: float, factor: float
+) -> None:
+    table = table_of({**COLUMNS, "rate": [1.0, 2.0, 2.0, 2.0]})
+    one, other = (judge_table(formula.format(by), table, Reading()) for by in (1.0, factor))
+    assert one.judgement.margin == pytest.approx(worth)
+    assert one.verdict is other.verdict
+    assert other.judgement.time_s == one.judgement.time_s
+    assert other.judgement.margin == pytest.approx(factor * worth)
+    for bound in ("robustness_low", "robustness_high"):
+        assert getattr(other, bound) == pytest.approx(factor * getattr(one, bound))
+
+
 @pytest.mark.parametrize(
     ("formula", "verdict"),
     [

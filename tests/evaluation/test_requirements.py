@@ -317,7 +317,7 @@ def test_evidence_counts_where_the_fsr_applies(
     ],
 )
 def test_margin_of_a_bound(bound: Bound, value: float, *, is_free: bool, margin: float) -> None:
-    found = bound.margins(np.array([value, 0.0]), np.array([is_free, is_free]))
+    found, _ = bound.margins(np.array([value, 0.0]), np.array([is_free, is_free]))
     assert found[0] == margin
 
 

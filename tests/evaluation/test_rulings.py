@@ -38,7 +38,9 @@ def fsr(**item: Any) -> CheckedRequirement:
 
 # One run for each status, on both sides of the limits, with and without contact, invalid or not.
 RUNS = list(
-    itertools.product(STATUSES, (5.0, 10.0, 12.5, -0.0), (False, True), (None, "not realised"))
+    itertools.product(
+        STATUSES, (5.0, 10.0, 12.5, 400.0, -0.0), (False, True), (None, "not realised")
+    )
 )
 COLUMN = MetricColumn(
     np.array([value if status == "value" else NAN for status, value, _, _ in RUNS]),
@@ -109,7 +111,10 @@ def with_margin(item: CheckedRequirement, named: Judgement, run: int) -> Judgeme
     assert bound is not None
     status, value, contact, _ = RUNS[run]
     metric = bound.metric
-    if status == "value":
+    if status == "value" and metric.cap is not None and value - bound.limit > metric.cap:
+        named = replace(named, detail=REASONS["no_conflict"])
+        margin = metric.cap if bound.is_lower else -metric.cap
+    elif status == "value":
         margin = value - bound.limit if bound.is_lower else bound.limit - value
     elif metric.cap is not None:
         margin = metric.cap if bound.is_lower else -metric.cap
@@ -226,6 +231,7 @@ def test_formula_has_a_verdict_and_a_reason_on_each_run() -> None:
     ]
     assert [item.is_exercised for item in found] == [False, True, True, False, True]
     assert (found[2].margin, found[2].unit, found[2].time_s) == (-1.0, "m", 0.0)
+    assert (found[0].margin, found[1].margin) == (None, 1.0)
     assert (found[3].margin, found[3].signal, found[3].robustness_low) == (None, None, None)
     assert (found[4].time_s, found[4].value, found[4].unit) == (None, None, None)
 

@@ -188,3 +188,17 @@ def test_uncertainty_of_constant_braking_is_what_simpsons_rule_leaves(step: floa
 def test_halving_again_leaves_a_sixteenth() -> None:
     assert of_braking(0.1) / of_braking(0.2) == pytest.approx(1.0 / 16.0, rel=0.1)
     assert of_braking(0.05) / of_braking(0.1) == pytest.approx(1.0 / 16.0, rel=0.05)
+
+
+def test_a_number_beyond_the_cap_is_no_conflict_and_says_nothing_of_the_step() -> None:
+    far = [(14_467.2, 14_545.1), (56.0, 55.9), (12.0, None), (None, 14_545.1)]
+    near = [(9.0, 9.001)] * LEAST_PAIRS
+
+    def read(value: float | None) -> Sampled:
+        status = "value" if value is not None else "no_conflict"
+        return sampled_metric("min_ttc_s", value, status, "s", 10.0)
+
+    pairs = [(read(first), read(last)) for first, last in [*near, *far]]
+    (found,) = differences("metric", "min_ttc_s", pairs)
+    assert (found.pairs, found.sampled, found.differing) == (LEAST_PAIRS, LEAST_PAIRS + 4, 0)
+    assert found.uncertainty == pytest.approx(0.001)

@@ -294,7 +294,7 @@ def events(
             actions,
             order,
             tick,
-            STEP,
+            tick * STEP,
             due,
             begun,
             ended,

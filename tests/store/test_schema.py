@@ -21,7 +21,7 @@ from adeye.store.views import view_ddl
 ASSETS = sorted((Path(__file__).parents[1] / "db_assets").glob("*.db"))
 # Recorded when each file was made, by Example.campaign (from 0002 on with Example.fork, from 0003
 # on with Example.hindsight, from 0004 on with Example.halved, from 0005 on with a certificate): its
-# campaign and its result hash. 0006 is 0005, upgraded.
+# campaign and its result hash. 0006 and 0007 are 0005, upgraded.
 ASSET_RESULTS = {
     "v0001.db": (
         "b18b5e195097d12b46f7598a25e646bd",
@@ -44,6 +44,10 @@ ASSET_RESULTS = {
         "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
     ),
     "v0006.db": (
+        "b18b5e195097d12b46f7598a25e646bd",
+        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
+    ),
+    "v0007.db": (
         "b18b5e195097d12b46f7598a25e646bd",
         "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
     ),

@@ -163,7 +163,7 @@ def test_worst_runs_are_found_whatever_the_blocks(
     assert sorted(places) == list(range(12))
     for (one, first), (two, second) in pairwise(everything):
         if first.verdict is second.verdict and first.margin == second.margin:
-            assert one.ordinal < two.ordinal
+            assert (one.result_digest, one.ordinal) < (two.result_digest, two.ordinal)
 
 
 def test_worst_runs_are_those_of_the_fsr_as_the_campaign_judges_it(

@@ -62,6 +62,29 @@ def test_worst_run_is_the_one_with_the_least_margin(repository: Repository, exam
     assert (run.ordinal, record.margin) == (1, 2.0)
 
 
+@pytest.mark.parametrize("kinds", [tuple(Verdict)[:3], tuple(Verdict)[:6], tuple(Verdict)[3:6]])
+def test_totals_views_and_rows_name_the_same_run_as_the_worst(
+    repository: Repository, raw: Any, example: Any, kinds: tuple[Verdict, ...]
+) -> None:
+    """Margins tie as often as capped ones do; what failed is below what did not."""
+    example.verdict_of = lambda case, _fsr: kinds[(case.ordinal // 3) % len(kinds)]
+    example.margin_of = lambda case: (10.0, 10.0, 7.0, 10.0)[case.ordinal % 4]
+    campaign = example.campaign(repository, 24, block_size=5)
+    rows = raw.execute(
+        "SELECT fsr, architecture, verdict, margin, run FROM v_verdicts "
+        "WHERE verdict IN ('FAIL', 'PASS', 'INCONCLUSIVE')"
+    ).fetchall()
+    views = raw.execute("SELECT fsr, architecture, worst_run FROM v_gate").fetchall()
+    assert views
+    found = folded(repository, campaign)
+    for fsr, architecture, run in views:
+        own = [row for row in rows if tuple(row[:2]) == (fsr, architecture)]
+        least = min(own, key=lambda row: (row[2] != "FAIL", row[3], row[4]), default=None)
+        total = found[fsr, architecture].worst
+        assert run == (None if least is None else least[4])
+        assert run == (None if total is None else total[0].result_digest)
+
+
 def test_gate_is_green_when_every_mandatory_fsr_passes(
     repository: Repository, example: Any
 ) -> None:
@@ -301,7 +324,10 @@ def test_too_few_exercised_runs_are_vacuous(repository: Repository, example: Any
 def test_run_without_a_verdict_says_why(repository: Repository, example: Any) -> None:
     example.verdict_of = failing("FSR1", 1, Verdict.ERROR)
     told = example.campaign(repository, 8)
-    (found,) = repository.worst_runs(told, "FSR1", architecture="new", limit=1)
+    assert repository.worst_runs(told, "FSR1", architecture="new") == ()
+    (found,) = repository.worst_runs(
+        told, "FSR1", architecture="new", verdict=Verdict.ERROR, limit=1
+    )
     said = ", ".join(filter(None, (found[1].signal, found[1].detail)))
     code, message = gate(repository, told)
     assert code is ExitCode.INCOMPLETE

@@ -51,8 +51,8 @@ class StlColumns:
         actor: (B,) index of the object that the sample is about, -1 for none.
         value: (B,) of the binding predicate; a word's code.
         threshold: (B,).
-        difference: (B,) of value and threshold, positive where it speaks for the formula; the cap
-            for "no conflict".
+        difference: (B,) of value and threshold, positive where it speaks for the formula; at most
+            the cap, beyond which there is no conflict; NaN of what is equal or not.
         program: The formula.
     """
 
@@ -138,6 +138,7 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
             program.limits,
             program.implied,
             program.antecedents,
+            program.decided,
             program.nested,
             numbers,
             facts,

@@ -19,7 +19,6 @@ from adeye.evaluation.stl.program import (
     COMPARE,
     FALL,
     FIRST_PART,
-    FLAG,
     FROM_ROW,
     HAS_WINDOW,
     HISTORICALLY,
@@ -363,17 +362,12 @@ def _read(
         numbers[2] = value
         numbers[3] = limits[CODE] if limits[CODE] >= 0.0 else threshold
         return 0
-    difference = parted(values[first, row] - values[second, row], limits[SLACK])
-    if kind == COMPARE:
-        margin = min(max(difference, limits[LOWER_CAP]), limits[UPPER_CAP])
-    else:
-        margin = abs(difference) if node[FLAG] else -abs(difference)
-    numbers[2], numbers[3] = value, threshold
-    if math.isfinite(value) and math.isfinite(threshold):
-        # The margin may have been limited by a cap; people see the whole difference.
-        numbers[4] = math.copysign(parted(value - threshold, limits[SLACK]), margin)
-        return 0
     numbers[2] = value if math.isfinite(value) else math.nan
     numbers[3] = threshold if math.isfinite(threshold) else math.nan
-    numbers[4] = margin
-    return _NO_CONFLICT
+    if kind != COMPARE:
+        # What is equal or not has no distance that anybody would keep.
+        return 0
+    # A conflict beyond the cap is none, however far beyond.
+    difference = parted(values[first, row] - values[second, row], limits[SLACK])
+    numbers[4] = min(max(difference, limits[LOWER_CAP]), limits[UPPER_CAP])
+    return 0 if numbers[4] == difference else _NO_CONFLICT

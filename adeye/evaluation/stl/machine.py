@@ -20,7 +20,13 @@ import numpy as np
 from adeye.evaluation.stl.descent import find_binding_row
 from adeye.evaluation.stl.implications import find_held
 from adeye.evaluation.stl.measures import fill_predicate, fill_term
-from adeye.evaluation.stl.operators import fill_operator, fill_start, is_vacuous, needs_rows
+from adeye.evaluation.stl.operators import (
+    fill_decided,
+    fill_operator,
+    fill_start,
+    is_vacuous,
+    needs_rows,
+)
 from adeye.evaluation.stl.program import (
     IS_START,
     KIND,
@@ -51,6 +57,7 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
     limits: Floats,
     implied: Ints,
     antecedents: Ints,
+    decided: Ints,
     nested: Ints,
     numbers: Floats,
     facts: Ints,
@@ -72,6 +79,7 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
         limits: (N, 5).
         implied: (I, 5).
         antecedents: Conditions of the implications.
+        decided: Those of them that the binding predicate is none of, unless they never held.
         nested: (J,) implications below the top level.
         numbers: (B, 5) out: bounds of the robustness; value, threshold and difference of the
             binding predicate, NaN for none.
@@ -88,6 +96,7 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
     exact = np.zeros(nodes.shape[0], dtype=np.int8)
     scratch = np.zeros((3, rows))
     queue = np.zeros(rows, dtype=np.int64)
+    is_changed = np.zeros(nodes.shape[0], dtype=np.bool_)
     scope = np.zeros((nodes.shape[0] if nested.shape[0] else 0, rows), dtype=np.int8)
     root = nodes.shape[0] - 1
     for run in range(length.shape[0]):
@@ -127,6 +136,9 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
             find_held(nodes, nested, known, last, truth, start, scope, held[run])
         numbers[run, 0] = start[root, 0]
         numbers[run, 1] = start[root, 1]
+        if decided.shape[0] and not (facts[run, 2] and verdict > 0):
+            fill_decided(nodes, decided, known, rows, last, is_cut, bounds, truth, start, exact,
+                         scratch, queue, is_changed)  # fmt: skip
         find_binding_row(
             1 if verdict < 0 else 0, nodes, limits, known, last, is_cut, values, flags, bounds,
             truth, start, numbers[run], facts[run],

@@ -36,6 +36,7 @@ from adeye.evaluation.stl.program import (
     SINCE,
     TO_ROW,
     UNTIL,
+    WORD,
 )
 from adeye.evaluation.stl.sliding import slide
 from adeye.kernel.jit import compiled
@@ -43,7 +44,7 @@ from adeye.kernel.jit import compiled
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bools, Floats, Ints
 
     Bytes = NDArray[np.int8]
 
@@ -240,6 +241,48 @@ def _start_over_rows(
         if is_cut:
             high, yes = math.inf, np.int8(1)
     out[0], out[1], out[2], out[3] = low, high, float(no), float(yes)
+
+
+@compiled
+def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
+    nodes: Ints,
+    decided: Ints,
+    known: int,
+    rows: int,
+    last: int,
+    is_cut: bool,  # noqa: FBT001 - compiled
+    bounds: Floats,
+    truth: Bytes,
+    start: Floats,
+    exact: Bytes,
+    scratch: Floats,
+    queue: Ints,
+    is_changed: Bools,
+) -> None:
+    """Take antecedents as true or false without a degree, and write again what hangs on them.
+
+    An implication is worth its consequent then at the rows at which its antecedent held, and
+    nothing at the others; so the least of them is the margin that people read.
+    """
+    is_changed[:] = False
+    for place in range(decided.shape[0]):
+        node = decided[place]
+        is_changed[node] = True
+        exact[node] = min(exact[node], EXACT)
+        for k in range(known):
+            if truth[node, 0, k] == truth[node, 1, k]:
+                bounds[node, 0, k] = bounds[node, 1, k] = math.inf * truth[node, 0, k]
+        if start[node, 2] == start[node, 3]:
+            start[node, 0] = start[node, 1] = math.inf * start[node, 2]
+    for node in range(nodes.shape[0]):
+        if nodes[node, KIND] <= WORD or is_changed[node]:
+            continue
+        if is_changed[nodes[node, FIRST_PART]] or is_changed[nodes[node, SECOND_PART]]:
+            is_changed[node] = True
+            if needs_rows(nodes[node]):
+                fill_operator(node, nodes, known, rows, bounds, truth, exact, scratch, queue)
+            if nodes[node, IS_START]:
+                fill_start(node, nodes, last, is_cut, bounds, truth, start)
 
 
 @compiled

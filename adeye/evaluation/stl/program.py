@@ -112,6 +112,8 @@ class Program:
         implied: (I, 5) implications: first antecedent, their number, 1 if they are judged row by
             row, first row, last row (-1: of the obligations).
         antecedents: Conditions of the implications.
+        decided: Those of them that the margin takes as true or false, without a degree: they say
+            at which rows the consequent counts.
         nested: (J,) implications below the top level, by their conditions.
         words: N, what people see.
     """
@@ -124,6 +126,7 @@ class Program:
     limits: Floats
     implied: Ints
     antecedents: Ints
+    decided: Ints
     nested: Ints
     words: tuple[Words, ...]
 
@@ -152,7 +155,10 @@ def compile_formula(
         ExpressionError: A signal has the wrong kind or dimension, or a window contains no row.
     """
     declared = tuple(
-        (name, series.scale, series.unit, series.kind, series.labels, series.cap, series.slack)
+        (
+            *(name, series.scale, series.unit, series.kind, series.labels, series.cap),
+            *(series.slack, series.is_scaled),
+        )
         for name, series in inputs.items()
     )
     key = (formula.text, formula.parameters, declared, step_s, row_slack)
@@ -177,9 +183,14 @@ class _Compiler:
     words: list[Words] = field(default_factory=list)
     numbers: dict[int, int] = field(default_factory=dict)
 
+    @property
+    def is_scaled(self) -> bool:
+        """Whether robustness is divided by the scales of the signals."""
+        return all(series.is_scaled for series in self.inputs.values())
+
     def program(self) -> Program:
         self._condition(self.formula.root, is_start=True)
-        implied, antecedents = self._implied()
+        implied, antecedents, decided = self._implied()
         nested = nested_implications(self.formula.root)
         signals = [
             (int(series.cap is not None), _KINDS[series.kind], len(series.labels))
@@ -194,20 +205,26 @@ class _Compiler:
             np.array(self.limits, dtype=np.float64),
             np.array(implied, dtype=np.int64).reshape(-1, 5),
             np.array(antecedents, dtype=np.int64),
+            np.array(decided, dtype=np.int64),
             np.array([self.numbers[id(node)] for node in nested], dtype=np.int64),
             tuple(self.words),
         )
 
-    def _implied(self) -> tuple[list[tuple[int, ...]], list[int]]:
+    def _implied(self) -> tuple[list[tuple[int, ...]], list[int], list[int]]:
         implied: list[tuple[int, ...]] = []
         antecedents: list[int] = []
+        decided: list[int] = []
         for parts, operator in find_implications(self.formula.root):
             first, last = 0, -1
             if operator is not None and operator.window is not None:
                 first, last = window_rows(operator.window, self.step_s, self.row_slack)
             implied.append((len(antecedents), len(parts), int(operator is not None), first, last))
-            antecedents += [self.numbers[id(part)] for part in parts]
-        return implied, antecedents
+            numbers = [self.numbers[id(part)] for part in parts]
+            antecedents += numbers
+            # Of an ``eventually`` any row is enough, also one at which nothing is asked for.
+            if operator is None or operator.operator == "always":
+                decided += numbers
+        return implied, antecedents, decided
 
     def _condition(self, node: Condition, *, is_start: bool) -> int:
         row = [0] * 10
@@ -255,7 +272,7 @@ class _Compiler:
         limits = (
             -np.inf if lower is None or not is_comparison else -lower,
             np.inf if upper is None or not is_comparison else upper,
-            difference.size if difference.size > 0.0 else 1.0,
+            difference.divisor if self.is_scaled else 1.0,
             0.0,
             max(self.inputs[name].slack for name in names_in(node)),
         )
@@ -303,7 +320,7 @@ class _Compiler:
     def _term(self, term: Term) -> _Term:
         if isinstance(term, Constant):
             index = self._add(CONSTANT, value=term.value)
-            return _Term(index, Scale(abs(term.value), term.value))
+            return _Term(index, Scale(1.0, term.value))
         if isinstance(term, Signal):
             return self._load(term.name)
         parts = [self._term(operand) for operand in term.operands]

@@ -1,7 +1,9 @@
 """Scale, cap and unit of terms and predicates: what is known of them before any sample.
 
 A term carries its scale and its caps through sums (the largest) and products (the product), so
-that a predicate of several signals is measured in their common unit. "No conflict" (+inf) passes
+that a predicate of several signals is measured in their common unit. A constant factor is no scale;
+what all signals of a predicate are multiplied by is divided out, so that both sides of it may be
+multiplied by a constant. "No conflict" (+inf) passes
 through arithmetic; where it makes a comparison infinite, the cap is the margin.
 """
 
@@ -27,26 +29,34 @@ class Scale:
     """What is known of a term beforehand.
 
     Attributes:
-        size: Size of one unit of robustness; of a constant, its magnitude.
+        size: Size of one unit of robustness; 1 of a constant.
         value: Of a constant; None of what reads a signal.
         caps: Margin that counts for +inf and for -inf; None where the term cannot become that.
+        factor: Least constant that a signal of it is multiplied by.
     """
 
     size: float
     value: float | None = None
     caps: Caps = (None, None)
+    factor: float = 1.0
 
     @property
     def opposite(self) -> Scale:
         """Of the negated term."""
         value = None if self.value is None else -self.value
-        return Scale(self.size, value, (self.caps[1], self.caps[0]))
+        return Scale(self.size, value, (self.caps[1], self.caps[0]), self.factor)
 
     @property
     def magnitude(self) -> Scale:
         """Of the absolute value of the term."""
         value = None if self.value is None else abs(self.value)
-        return Scale(self.size, value, (_largest(*self.caps), None))
+        return Scale(self.size, value, (_largest(*self.caps), None), self.factor)
+
+    @property
+    def divisor(self) -> float:
+        """What robustness is divided by."""
+        found = self.size * self.factor
+        return found if found > 0.0 else 1.0
 
 
 def combined(operator: str, left: Scale, right: Scale) -> Scale:
@@ -59,20 +69,26 @@ def combined(operator: str, left: Scale, right: Scale) -> Scale:
     value = _constant(operator, left.value, right.value)
     if operator in {"*", "/"}:
         return _product(operator, left, right, value)
-    sizes = [part.size for part in (left, right) if part.value is None]
+    signals = [part for part in (left, right) if part.value is None]
+    size = max((part.size for part in signals), default=1.0)
+    factor = min((part.factor for part in signals), default=1.0)
     caps = (_largest(left.caps[0], right.caps[0]), _largest(left.caps[1], right.caps[1]))
-    return Scale(max(sizes, default=abs(value or 0.0)), value, caps)
+    return Scale(size, value, caps, factor)
 
 
 def _product(operator: str, left: Scale, right: Scale, value: float | None) -> Scale:
-    inverse = 1.0 / right.size if right.size > 0.0 else 0.0
-    factor = right.size if operator == "*" else inverse
-    sizes = [cap * factor for cap in left.caps if cap is not None]
+    before, by = (
+        (part.size, part.factor) if part.value is None else (1.0, abs(part.value))
+        for part in (left, right)
+    )
+    if operator == "/":
+        by = (1.0 / by[0], 1.0 / by[1] if by[1] > 0.0 else 0.0)
+    sizes = [cap * (by[0] * by[1]) for cap in left.caps if cap is not None]
     if operator == "*":
-        sizes += [cap * left.size for cap in right.caps if cap is not None]
+        sizes += [cap * (before[0] * before[1]) for cap in right.caps if cap is not None]
     # The sign of a product is not known in advance: it may become +inf and -inf.
     cap = max((cap for cap in sizes if cap > 0.0), default=None)
-    return Scale(left.size * factor, value, (cap, cap))
+    return Scale(before[0] * by[0], value, (cap, cap), before[1] * by[1])
 
 
 def _largest(first: float | None, second: float | None) -> float | None:

@@ -67,6 +67,7 @@ class Series:
         cap: Margin that "no conflict" counts with [unit], > 0; None: the signal declares none.
         actor: (B, T) index of the actor that each sample is about, -1 for none.
         slack: Differences up to it are none [unit]: of times, which are rounded; else 0.
+        is_scaled: Whether robustness is divided by scales at all; not where nobody declared one.
     """
 
     values: NDArray[Any]
@@ -78,6 +79,7 @@ class Series:
     cap: float | None = None
     actor: NDArray[np.integer[Any]] | None = None
     slack: float = 0.0
+    is_scaled: bool = True
 
     def __post_init__(self) -> None:
         for name, size in (("scale", self.scale), ("cap", self.cap)):

@@ -423,12 +423,13 @@ class TableSignals:
             )
         values = np.array([math.nan if cell is None else cell for cell in numbers])
         if unit is None:
-            return Series(values[np.newaxis], 1.0, "1", "number")
+            return Series(values[np.newaxis], 1.0, "1", "number", is_scaled=False)
         values = np.array([convert(value, unit) for value in values.tolist()])
         # Times far from 0, as those of a calendar, are rounded more.
         largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
         slack = TIME_SLACK + 4.0 * float(np.spacing(largest)) if is_time else 0.0
-        return Series(values[np.newaxis], 1.0, si_unit(unit.exponents), "number", slack=slack)
+        shown_unit = si_unit(unit.exponents)
+        return Series(values[np.newaxis], 1.0, shown_unit, "number", slack=slack, is_scaled=False)
 
     def _coded(self, name: str, texts: Sequence[str], labels: tuple[str, ...], kind: Any) -> Series:
         if name in self.units:
@@ -448,7 +449,8 @@ class TableSignals:
                 )
             if text:
                 codes[0, row] = labels.index(text)
-        return Series(codes, 1.0, "1", kind, () if kind == "boolean" else labels)
+        words = () if kind == "boolean" else labels
+        return Series(codes, 1.0, "1", kind, words, is_scaled=False)
 
     def missing(self, names: Sequence[str]) -> str | None:
         """Say where the first sample is that is no value; None if all are."""

@@ -113,11 +113,12 @@ def test_a_sample_that_does_not_apply_binds_without_numbers() -> None:
     assert bind("always (contact or gap > 2 m)", either).signal == "gap"
 
 
-def test_a_capped_margin_shows_the_whole_difference() -> None:
-    ttc = numbers([50.0, 60.0], unit="s", cap=10.0)
-    result = judge("always ttc >= 2 s", {"ttc": ttc})
-    assert result.robustness_low[0] == 10.0
-    assert binding(result).difference == 48.0
+@pytest.mark.parametrize("beyond", [12.5, 14_467.0, math.inf])
+@pytest.mark.parametrize("text", ["always ttc >= 2 s", "always not ttc < 2 s", "always ttc < 2 s"])
+def test_a_conflict_beyond_the_cap_is_none(text: str, beyond: float) -> None:
+    found = bind(text, {"ttc": numbers([beyond, math.inf], unit="s", cap=10.0)})
+    assert found.difference == (-10.0 if text.endswith("always ttc < 2 s") else 10.0)
+    assert (found.status, found.row) == ("no_conflict", 0)
 
 
 def test_under_a_negation_the_difference_still_speaks_for_the_formula() -> None:
@@ -138,6 +139,12 @@ def test_two_signals_bind_with_both_sides() -> None:
     assert (found.value, found.threshold, found.unit) == (30.0, 20.0, "m")
     assert bind("always gap - speed * 2 s > 0", signals).unit == "m"
     assert bind("always speed * 2 s > 0 m", signals).unit == "SI"
+
+
+def test_what_is_equal_or_not_has_no_distance() -> None:
+    lane = {"lane": numbers([1.0, 3.0])}
+    for text in ("always lane != 7", "always lane == 1", "eventually (lane == 3 or lane == 5)"):
+        assert bind(text, lane).difference is None
 
 
 def test_a_tie_at_zero_goes_to_the_predicate_that_is_violated() -> None:
@@ -170,7 +177,7 @@ def test_a_run_in_error_has_no_binding() -> None:
 ATOMS = ("a > 0.2", "b < 0.1", "not a - b >= 0.3", "abs(b) <= 0.5")
 SHAPES = (
     "always ({0} and {1})",
-    "always ({0} implies eventually[0 s, 2 s] ({1}))",
+    "always ({0} or eventually[0 s, 2 s] ({1}))",
     "eventually always[0.5 s, 1.5 s] ({0} or {1})",
     "always (({0}) until[0.5 s, 2 s] ({1}))",
     "({0}) until ({1})",

@@ -59,6 +59,16 @@ def test_a_factor_on_both_sides_changes_nothing() -> None:
     assert robustness("gap + 1 > 3", gap=gap) == plain
 
 
+@pytest.mark.parametrize("factor", [0.1, 3.0, 40.0])
+def test_a_factor_on_both_sides_shifts_no_binding_predicate(factor: float) -> None:
+    gap, speed = number(12.0, 4.0, scale=10.0), number(5.0, 2.0, scale=2.0)
+    plain = "gap - 1.5 * speed >= 3 or speed >= 4.76"
+    scaled = f"{factor} * gap - {1.5 * factor} * speed >= {3 * factor} or speed >= 4.76"
+    one, other = (at_samples(text, gap=gap, speed=speed) for text in (plain, scaled))
+    assert other.node.tolist() == one.node.tolist() == [0, 0]
+    assert other.robustness_low == pytest.approx(one.robustness_low)
+
+
 def test_of_two_signals_the_larger_scale_counts() -> None:
     a, b = number(5.0, scale=2.0), number(1.0, scale=8.0)
     assert robustness("a > b", a=a, b=b) == [0.5]

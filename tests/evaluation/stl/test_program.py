@@ -92,6 +92,8 @@ def test_a_predicate_has_the_scale_and_caps_of_its_difference() -> None:
     assert (limits[LOWER_CAP], limits[UPPER_CAP]) == (-np.inf, 200.0)
     (limits,) = compiled("gap < 2 m").limits
     assert (limits[LOWER_CAP], limits[UPPER_CAP]) == (-200.0, np.inf)
+    (limits,) = compiled("3 * gap > 2 m").limits
+    assert (limits[SCALE], limits[UPPER_CAP]) == (30.0, 600.0)
     (limits,) = compiled("speed * 0 > 0 m/s").limits
     assert limits[SCALE] == 1.0
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def test_in_a_sum_the_larger_scale_counts_and_a_constant_has_no_say() -> None:
-    near, far, limit = Scale(1.0), Scale(10.0), Scale(500.0, 500.0)
+    near, far, limit = Scale(1.0), Scale(10.0), Scale(1.0, 500.0)
     assert combined("+", near, far).size == 10.0
     assert combined("-", near, limit).size == 1.0
     assert combined("min", limit, far).size == 10.0
@@ -29,7 +29,16 @@ def test_in_a_product_scales_and_caps_are_multiplied() -> None:
     assert (product.size, product.caps) == (20.0, (80.0, 80.0))
     quotient = combined("/", time, speed)
     assert (quotient.size, quotient.caps) == (0.2, (0.8, 0.8))
-    assert combined("/", speed, Scale(0.0, 0.0)).size == 0.0
+    assert combined("/", speed, Scale(1.0, 0.0)).divisor == 1.0
+
+
+def test_a_constant_factor_is_no_scale_and_what_all_have_is_divided_out() -> None:
+    gap, speed, factor = Scale(10.0, caps=(200.0, None)), Scale(5.0), Scale(1.0, -3.0)
+    assert combined("-", gap, combined("*", speed, factor)).divisor == 10.0
+    tripled = combined("*", factor, gap)
+    assert (tripled.divisor, tripled.caps) == (30.0, (600.0, 600.0))
+    assert combined("-", tripled, combined("*", speed, Scale(1.0, 4.5))).divisor == 30.0
+    assert combined("/", gap, Scale(1.0, 4.0)).divisor == 2.5
 
 
 def test_a_negated_term_becomes_minus_infinity_where_it_was_plus_infinity() -> None:
@@ -45,7 +54,7 @@ def test_a_negated_term_becomes_minus_infinity_where_it_was_plus_infinity() -> N
     [("+", 5.0), ("-", 1.0), ("min", 2.0), ("max", 3.0), ("*", 6.0), ("/", 1.5)],
 )
 def test_constants_are_calculated(operator: str, value: float) -> None:
-    assert combined(operator, Scale(3.0, 3.0), Scale(2.0, 2.0)).value == value
+    assert combined(operator, Scale(1.0, 3.0), Scale(1.0, 2.0)).value == value
 
 
 def test_a_constant_without_a_value_is_no_number() -> None:
