@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
+from adeye.kernel.reference_parameters import MODELS, named, parameters_of, vector
 from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
 
 
@@ -19,6 +19,7 @@ def scenes_of(rows: Any) -> Any:
     scenes[:, [columns.S_EGO_LENGTH, columns.S_OTHER_LENGTH]] = 4.3
     scenes[:, [columns.S_EGO_WIDTH, columns.S_OTHER_WIDTH]] = 1.9
     scenes[:, columns.S_LANE_WIDTH] = 3.5
+    scenes[:, columns.S_LATERAL_ACCELERATION] = math.inf
     return scenes
 
 
@@ -45,5 +46,6 @@ def driven(  # noqa: PLR0913 - one scene
         ttc_end,
         np.zeros(SCRATCH_SIZE),
         results,
+        "jrc-first-step" in named(variant),
     )
     return results

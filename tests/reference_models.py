@@ -175,8 +175,10 @@ class Responsible(Driver):
         if "jrc-rss-lateral" in self.variant:
             sideways, own_side = abs(sideways), 0.0
         towards = sideways + 0.75
-        way = (sideways + towards) / 2 * 0.75 + towards * towards / 2.0 + own_side
-        if beside >= 0.3 + (way if way > 0.0 else 0.0):
+        # Who still moves away after its response has no way of braking.
+        slowed = towards * towards / 2.0 if towards > 0.0 else 0.0
+        way = 0.3 + (sideways + towards) / 2 * 0.75 + slowed + own_side
+        if beside >= (way if way > 0.0 else 0.0):
             return 0.0
         self.braking = True
         return self.press(0.774 * G)

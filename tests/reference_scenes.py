@@ -11,6 +11,12 @@ from tests.reference_models import DRIVERS, LANE, LENGTH, NO_VARIANT, WIDTH, Dri
 
 END_S = 300.0
 
+VARIANTS = frozenset(
+    {"jrc-raw-acceleration", "jrc-coasting", "jrc-perception", "jrc-no-emergency", "jrc-beside",
+     "jrc-rss-lateral"}
+)  # fmt: skip
+"""What the published code does otherwise in a cut-in, of the drivers that it has there."""
+
 APART = float("-inf")
 """What a scene without contact gives instead of the speed of the impact, which is negative where
 the side of a vehicle is touched while the gap opens."""
@@ -18,13 +24,14 @@ the side of a vehicle is touched while the gap opens."""
 
 class CutIn(NamedTuple):
     """Speeds [m/s], gap [m], speed of the change from one lane's centre to the next [m/s], width of
-    the lanes [m]."""
+    the lanes [m], acceleration up to that speed [m/s^2] (None: at once)."""
 
     ego: float
     other: float
     gap: float
     sideways: float
     lane: float = LANE
+    grows: float | None = None
 
 
 class CutOut(NamedTuple):
@@ -52,19 +59,27 @@ Outcome = float | None
 """Speed of the impact [m/s], ``APART``, or None after 300 s."""
 
 
+def beside_at(scene: CutIn, time: float) -> tuple[float, float]:
+    """Return how far beside the other is [m] and how fast it comes [m/s], so long after it is as
+    fast as it gets."""
+    across, moving = scene.lane - scene.sideways * time, scene.sideways
+    if time < 0.0 and scene.grows is not None:
+        moving = max(scene.sideways + scene.grows * time, 0.0)
+        across = scene.lane + (scene.sideways**2 - moving**2) / (2.0 * scene.grows)
+    return (across, moving) if across > 0.0 else (0.0, 0.0)
+
+
 def cut_in(scene: CutIn, driver: Driver, step: float) -> Outcome:
     """Let a driver meet a vehicle that cuts in."""
-    speed, other, gap, sideways, lane = scene
+    speed, other, gap, sideways, lane, grows = scene
     is_ended = isinstance(driver, DRIVERS["cc"]) and "jrc-ttc-end" in driver.variant
-    place = 0.0
-    start = gap + LENGTH
+    grown = 0.0 if grows is None else sideways / grows
+    start = gap + LENGTH + (speed - other) * grown
     acceleration = 0.0
-    tick = 0
+    tick = 1 if "jrc-first-step" in driver.variant and grows is None else 0
+    place = speed * step * tick
     while (time := tick * step) <= END_S:
-        across = lane - sideways * time
-        moving = sideways
-        if across <= 0.0:
-            across = moving = 0.0
+        across, moving = beside_at(scene, time - grown)
         distance = start + other * time - place - LENGTH
         beside = across - WIDTH
         closing = speed - other
@@ -76,7 +91,8 @@ def cut_in(scene: CutIn, driver: Driver, step: float) -> Outcome:
         off_centre = lane - across if moving > 0.0 else 0.0
         seen = Seen(time, speed, acceleration, other, 0.0, distance, beside, moving, off_centre)
         force = driver.force(seen)
-        if speed <= 0.0 or (distance > 0.0 and closing <= 0.0):
+        # Beside one who stands, the other can still come nearer.
+        if (speed <= 0.0 and moving <= 0.0) or (distance > 0.0 and min(speed, closing) <= 0.0):
             return APART
         if closing < 0.01 and driver.braking and distance > 0.0 and beside <= 0.0:
             return APART
@@ -98,8 +114,9 @@ def cut_in(scene: CutIn, driver: Driver, step: float) -> Outcome:
 def braking_lead(scene: Braking, driver: Driver, step: float) -> Outcome:
     """Let a driver follow a lead that brakes."""
     speed, lead, gap, most, jerk = scene
-    place = 0.0
-    rear = driver.follows_at(speed) if gap is None else gap
+    first = step if "jrc-first-step" in driver.variant else 0.0
+    place = speed * first
+    rear = lead * first + (driver.follows_at(speed) if gap is None else gap)
     acceleration = slowing = 0.0
     tick = 0
     while (time := tick * step) <= END_S:
@@ -107,7 +124,7 @@ def braking_lead(scene: Braking, driver: Driver, step: float) -> Outcome:
         closing = speed - lead
         if distance <= 0.0:
             return closing if distance > -2 * LENGTH else APART
-        seen = Seen(time, speed, acceleration, lead, slowing, distance, -WIDTH, 0.0, 0.0)
+        seen = Seen(time + first, speed, acceleration, lead, slowing, distance, -WIDTH, 0.0, 0.0)
         force = driver.force(seen)
         if speed <= 0.0:
             return APART
@@ -128,13 +145,13 @@ def braking_lead(scene: Braking, driver: Driver, step: float) -> Outcome:
 def cut_out(scene: CutOut, driver: Driver, step: float) -> Outcome:
     """Let a driver follow a lead that leaves before a standing vehicle."""
     speed, lead, gap, front, sideways = scene
-    place = 0.0
+    tick = 1 if "jrc-first-step" in driver.variant else 0
+    place = speed * step * tick
     start = driver.follows_at(speed) if gap is None else gap
     standing = start + LENGTH + front
     acceleration = slowing = 0.0
     rear, across = start, 0.0
     revealed = hit = False
-    tick = 0
     while (time := tick * step) <= END_S:
         if not hit:
             rear = start + scene.lead * time
@@ -169,6 +186,43 @@ def roll(speed: float, force: float, step: float) -> tuple[float, float]:
     """Return way and speed after a step of braking, standstill within it."""
     until = min(step, speed / force) if force > 0.0 else step
     return speed * until - force * until * until / 2.0, max(0.0, speed - force * step)
+
+
+def published_cut_in(scene: CutIn, model: str) -> bool:
+    """Tell whether a driver of the published code touches who cuts in: steps of 0.1 s for 35 s.
+
+    The sideways speed grows by 0.15 m/s in each step; each way is that of the speed after the step,
+    but in the growth that of the speed before it.
+    """
+    step, grown = 0.1, 0
+    driver = DRIVERS[model](0, step, VARIANTS, scene.lane)
+    rates = []
+    while grown * 0.15 < scene.sideways:
+        rates.append(grown * 0.15)
+        grown += 1
+    across = scene.lane + step * sum(rates)
+    speed, acceleration = scene.ego, 0.0
+    rear = scene.gap + (scene.ego - scene.other) * step * grown
+    for tick in range(grown + 350):
+        moving = rates[tick] if tick < grown else scene.sideways
+        if across <= 0.0:
+            moving = 0.0
+        beside = abs(across) - WIDTH
+        if beside < 0.0 and -2 * LENGTH < rear < 0.0:
+            return True
+        near = abs(rear) <= 2.0 * abs(speed - scene.other)
+        if model == "cc" and beside <= 0.0 and rear >= driver.back and not near:
+            return False
+        off_centre = scene.lane - across if moving > 0.0 else 0.0
+        time = tick * step
+        force = driver.force(
+            Seen(time, speed, acceleration, scene.other, 0.0, rear, beside, moving, off_centre)
+        )
+        slower = max(speed - force * step, 0.0)
+        acceleration, speed = (slower - speed) / step, slower
+        rear += (scene.other - speed) * step
+        across -= (moving if tick < grown else scene.sideways * (across > 0.0)) * step
+    return False
 
 
 Scene = CutIn | CutOut | Braking

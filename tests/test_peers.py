@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from docs.peers import compare, states
+from docs.peers.reasons import AD_RSS
 
 FOUND = list(compare.results())
 
@@ -93,6 +94,30 @@ def test_ad_rss_still_answers_what_is_stored() -> None:
     ):
         _, rows = ask()
         assert rows == [pytest.approx(row, rel=1e-12) for row in stored[name]["rows"]]
+
+
+def test_ad_rss_and_we_give_the_same_safe_distances_to_a_billionth() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        pytest.importorskip("ad_rss")
+    from docs.peers import ask_rss
+
+    for name, ask in (
+        ("rss_same", ask_rss.same_direction),
+        ("rss_opposite", ask_rss.opposite),
+        ("rss_lateral", ask_rss.lateral),
+    ):
+        _, rows = ask(10_000)
+        ours = [AD_RSS[name].ours(*row[:-1]) for row in rows]
+        # Its comparison with 0 takes what is within a millimetre of it for 0.
+        theirs = [max(row[-1], 0.0) for row in rows]
+        assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9)
+
+
+def test_stored_answers_of_ad_rss_are_ours_to_a_billionth() -> None:
+    for name, metric in states.read("ad-rss")["metrics"].items():
+        ours = [AD_RSS[name].ours(*row[:-1]) for row in metric["rows"]]
+        assert ours == pytest.approx([row[-1] for row in metric["rows"]], rel=1e-9, abs=1e-9)
 
 
 def test_sumo_still_answers_what_is_stored() -> None:

@@ -24,6 +24,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Generic
 
 from adeye.campaign.elsewhere import COMPUTING, PROTOCOL, differing
+from adeye.campaign.executors import allow_children
 from adeye.errors import PlatformError, UnfitWorker, UsageError
 from adeye.notices import notice, waiting_for
 from adeye.ports import Done, Result, Task
@@ -416,6 +417,8 @@ def perform(packed: bytes) -> tuple[str, Any]:
         work, task = pickle.loads(packed)  # noqa: S301 - packed by who sent it
     except Exception as error:  # noqa: BLE001 - it is told in the caller's process
         return "unfit", f"it cannot execute a batch: {type(error).__name__}: {error}"
+    # Dask starts its workers as daemons.
+    allow_children()
     try:
         return "done", work(task)
     except UnfitWorker as error:

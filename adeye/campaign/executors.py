@@ -11,6 +11,8 @@ import threading
 import time
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for_futures
+from contextlib import suppress
+from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any, Final, Generic
 
@@ -21,12 +23,14 @@ from adeye.supervision import NOTES_BYTES, at_work, note_in
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-__all__ = ["Done", "InProcess", "Processes", "Threads"]
+__all__ = ["Done", "InProcess", "Processes", "Threads", "allow_children"]
 
 THREAD_NAME: Final = "block"
 """How the names of threads that execute batches begin."""
 _WHILE_IT_ENDS_S: Final = 1.0
 """How long a worker that is told to end may take before it is killed [s]."""
+_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+"""What a worker leaves to its parent."""
 
 
 def is_abandoned_work_running() -> bool:
@@ -266,6 +270,9 @@ class _Worker:
             self.kill()
             self._process.join()
         code: int | None = self._process.exitcode
+        # What it started is of its group, and has nobody any more who would end it.
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
         return code
 
 
@@ -284,8 +291,11 @@ def _kill(pid: int | None) -> None:
 def _serve(end: Connection, work: Callable[[Any], Any], notes: Any) -> None:
     """Serve tasks until the pipe closes; the parent alone decides about Ctrl-C and SIGTERM."""
     note_in(notes)
-    for name in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(name, signal.SIG_IGN)
+    allow_children()
+    for name in _SIGNALS:
+        # A handler, because who is started here would inherit that a signal is ignored.
+        signal.signal(name, _disregard)
+    os.register_at_fork(after_in_child=partial(_leave, end))
     os.setpgid(0, 0)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -302,6 +312,26 @@ def _serve(end: Connection, work: Callable[[Any], Any], notes: Any) -> None:
             end.send(answer)
         except OSError:
             return
+
+
+def allow_children() -> None:
+    """Let plug-ins in this process start processes of their own, as they may in any other.
+
+    Python forbids it to daemonic processes, which workers are so that it ends them; what ends ours
+    ends their group.
+    """
+    multiprocessing.current_process().daemon = False
+
+
+def _disregard(_number: int, _frame: object) -> None:
+    """Do nothing about a signal."""
+
+
+def _leave(end: Connection) -> None:
+    """Make a child of a worker one of its own: it ends when told, and holds no pipe open."""
+    for name in _SIGNALS:
+        signal.signal(name, signal.SIG_DFL)
+    end.close()
 
 
 def _end_with_parent() -> None:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from itertools import takewhile
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.content import folder_of_plugins, recreate
 from adeye.campaign.metrics import use_plugin_metrics
@@ -39,6 +39,17 @@ if TYPE_CHECKING:
     from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
+
+
+CHANGED: Final = (
+    "other code or another machine executed it first, or it keeps state from call to call"
+)
+"""Why a run is not as stored that comes out alike whenever it is executed now."""
+UNSTEADY: Final = (
+    "something in it is not deterministic: look for time, process ids, threads, unseeded "
+    "randomness, and state that is kept from call to call"
+)
+"""Why a run is not as stored that comes out in more than one way now."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +91,7 @@ class Replayed:
         note: Why a difference may be expected; empty if none is.
         same_ticks: Ticks at the beginning that are as recorded, in steps of ``LINK_TICKS``; None
             where that was not recorded.
+        cause: Why the two differ, as far as executing it once more tells; empty if they do not.
     """
 
     run: str
@@ -94,6 +106,7 @@ class Replayed:
     verdicts: Mapping[str, str]
     note: str
     same_ticks: int | None = None
+    cause: str = ""
 
     def __bool__(self) -> bool:
         """Be true if the trace is the stored one."""
@@ -294,6 +307,9 @@ def replay_run(
 ) -> Replayed:
     """Execute a stored run again and compare trace digests.
 
+    Where they differ it is executed once more: what changed and what is never the same are two
+    causes.
+
     Args:
         db: Database, by default ``.adeye/adeye.db``.
         run: Beginning of its result digest.
@@ -301,11 +317,16 @@ def replay_run(
         look: Is shown the trace of the run.
     """
     with Repository.open(db, create=False) as repository:
-        done = rerun(repository, repository.find_run(run), dump)
+        ref = repository.find_run(run)
+        done = rerun(repository, ref, dump)
+        trace_digest = done.trace.digests()[0]
+        cause = ""
+        if trace_digest != done.stored.trace_digest:
+            (once_more,) = rerun(repository, ref).trace.digests()
+            cause = CHANGED if once_more == trace_digest else UNSTEADY
     if look is not None:
         look(done.trace)
     row = done.stored.row
-    trace_digest = done.trace.digests()[0]
     now = identity(str(row["backend"]), _known_variant(row))
     note = ""
     if (row["variant"], row["numerics_version"]) != (now.variant, now.numerics_version):
@@ -314,8 +335,8 @@ def replay_run(
             f"this is {now.variant}, numerics version {now.numerics_version}"
         )
     if row["machine_dependent"]:
-        cause = "a deadline or limit that depends on the machine stopped a channel in it"
-        note = f"{note}; {cause}" if note else cause
+        why = "a deadline or limit that depends on the machine stopped a channel in it"
+        note = f"{note}; {why}" if note else why
     return Replayed(
         run=done.run.result_digest,
         scenario=done.run.scenario,
@@ -329,6 +350,7 @@ def replay_run(
         verdicts={item.fsr_id: item.verdict.value for item in done.evaluation.judgements[0]},
         note=note,
         same_ticks=same_ticks(done.stored, done.trace.chains()[0]),
+        cause=cause,
     )
 
 

@@ -113,6 +113,8 @@ def _row(item: Finding, conditions: int) -> list[object]:
 
 
 def _cause(found: Certificate) -> str:
+    from adeye.campaign.reproduce import CHANGED, UNSTEADY
+
     count = f"{len(found.findings):,} of {found.sampled:,} runs differ"
     everywhere = all(
         len(item.conditions) == len(found.conditions) and item.traces <= 2
@@ -121,11 +123,5 @@ def _cause(found: Certificate) -> str:
     if not found.findings:
         return "nothing could be compared under some condition."
     if everywhere:
-        return (
-            f"{count}, in the same way under every condition: what executed them first was other "
-            "code or another machine, or state that it keeps from call to call."
-        )
-    return (
-        f"{count}. Something in them is not deterministic: look for time, process ids, threads, "
-        "unseeded randomness, and state that is kept from call to call."
-    )
+        return f"{count}, in the same way under every condition. In each, {CHANGED}."
+    return f"{count}. In each, {UNSTEADY}."

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.cli.output import talk
 from adeye.errors import Interrupted, Terminated
@@ -21,10 +21,25 @@ if TYPE_CHECKING:
 GRACE_S: Final = 5.0
 """How long blocks that are being executed may take to end after the first signal [s]."""
 
+_DEFAULT: Final = signal.SIG_DFL
 _KINDS: Final[dict[int, type[BaseException]]] = {
     signal.SIGINT: Interrupted,
     signal.SIGTERM: Terminated,
 }
+
+
+_own: list[Any] = []
+"""Handlers that are ours."""
+
+
+def _heed() -> None:
+    """Let the child of a plug-in end when it is told to: what it inherits is meant for us."""
+    for name, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, _DEFAULT)):
+        if signal.getsignal(name) in _own:
+            signal.signal(name, usual)
+
+
+os.register_at_fork(after_in_child=_heed)
 
 
 @contextmanager
@@ -43,6 +58,7 @@ def raising_on_sigterm() -> Iterator[None]:
         asked.append(_KINDS[number])
         raise _KINDS[number]
 
+    _own.append(end)
     former = {signal.SIGTERM: signal.signal(signal.SIGTERM, end)}
     # Where it is ignored, as in the background of a shell, or somebody else listens, it stays so.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
@@ -56,6 +72,7 @@ def raising_on_sigterm() -> Iterator[None]:
     finally:
         for name, handler in former.items():
             signal.signal(name, handler)
+        _own.remove(end)
 
 
 @contextmanager
@@ -90,6 +107,7 @@ def asking(stop: Stop, hint: str) -> Iterator[None]:
         if stop.is_deferred:
             stop.check()
 
+    _own.append(ask)
     handlers = {signal.SIGINT: ask, signal.SIGTERM: ask, signal.SIGALRM: expire}
     former = {name: signal.signal(name, handler) for name, handler in handlers.items()}
     try:
@@ -99,6 +117,7 @@ def asking(stop: Stop, hint: str) -> Iterator[None]:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         for name, handler in former.items():
             signal.signal(name, handler)
+        _own.remove(ask)
 
 
 def _end(number: int, hint: str) -> None:

@@ -114,7 +114,14 @@ def reference(
     whether there is a contact, at what speed, and the least gap. A benchmark, not a proof: that a
     model avoids a contact does not tell that a driver would.
     """
-    from adeye.evaluation.reference import Question, check_question, drive, obligations, read
+    from adeye.evaluation.reference import (
+        Question,
+        answers,
+        check_question,
+        drive,
+        obligations,
+        read,
+    )
 
     question = Question(
         scene=scene,
@@ -126,6 +133,7 @@ def reference(
     )
     check_question(question)
     rows, scenes = read(cases, scene)
+    header = [] if output is None else [*rows[0], *answers(cases, rows[0], question)]
     progress = _Progress(len(scenes) * len(question.models))
     results: dict[str, Floats] = {}
     with watching() as report:
@@ -139,7 +147,7 @@ def reference(
     duty = obligations(scenes, edition) if scene == "cut_in" else None
     _warn(scenes, edition)
     if output is not None:
-        _write(output, rows, results, duty)
+        _write(output, header, rows, results, duty)
         wrote(output)
     if json:
         emit_json("reference", _document(question, results, duty))
@@ -180,14 +188,11 @@ def _cells(result: Sequence[float]) -> list[str]:
 
 def _write(
     path: Path,
+    header: Sequence[str],
     rows: Sequence[Mapping[str, str]],
     results: Mapping[str, Floats],
     duty: Floats | None,
 ) -> None:
-    fields = ("contact", "impact_speed_mps", "min_gap_m", "braking_time_s")
-    header = [*rows[0], *(f"{model}_{field}" for model in results for field in fields)]
-    if duty is not None:
-        header.append("reg157_must_be_avoided")
     lines = []
     for k, row in enumerate(rows):
         line = [*row.values()]

@@ -44,6 +44,7 @@ from adeye.kernel.criticality import (
 )
 from adeye.kernel.jit import allocating, compiled, inlined
 from adeye.kernel.road import lane_way
+from adeye.kernel.rss import rss_lateral_distance_printed
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -112,7 +113,7 @@ def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         places: (B, T, M, 6).
         sizes: (B, M, 3).
         contact: (B, T) object that the ego touches, -1 for none.
-        rss: (9,) parameters, in the order of ``series.RssParameters``.
+        rss: (12,) parameters, in the order of ``series.RssParameters``.
         is_least_only: Whether of the distances only the least of a run is wanted: others may be
             +inf.
         values: (8, B, T) out, see ``QUANTITIES``; +inf where there is no conflict, 0 for the
@@ -335,7 +336,7 @@ def _measure_rss(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         own: (6,) ego on the road.
         other: (6,) object on the road.
-        rss: (9,) parameters, in the order of ``series.RssParameters``.
+        rss: (12,) parameters, in the order of ``series.RssParameters``.
         gap: Along the road [m].
         thing: Index of the object.
         run: Where it is kept.
@@ -345,13 +346,21 @@ def _measure_rss(  # noqa: PLR0913, PLR0917 - a kernel
     """
     beside = other[D] - own[D]
     side = math.copysign(1.0, beside)
-    lateral = rss_lateral_distance(
-        side * own[ACROSS], side * other[ACROSS], rss[0], rss[1], rss[6], rss[7], rss[8]
-    )
+    towards, away = side * own[ACROSS], side * other[ACROSS]
+    if rss[11] > 0.0:
+        lateral = rss_lateral_distance_printed(
+            towards, away, rss[0], rss[1], rss[6], rss[7], rss[8]
+        )
+    else:
+        lateral = rss_lateral_distance(towards, away, rss[0], rss[1], rss[6], rss[7], rss[8])
     if not abs(beside) - own[HALF_WIDTH] - other[HALF_WIDTH] >= lateral:
         speed, lead = own[ALONG], other[ALONG]
         if lead < 0.0:
-            safe = rss_opposite_distance(speed, -lead, rss[0], rss[2], rss[5], rss[3])
+            safe = rss_opposite_distance(
+                speed, -lead, rss[0], rss[2], rss[5], rss[3], rss[9], rss[10]
+            )
         else:
-            safe = rss_longitudinal_distance(speed, lead, rss[0], rss[2], rss[3], rss[4])
+            safe = rss_longitudinal_distance(
+                speed, lead, rss[0], rss[2], rss[3], rss[4], rss[9], rss[10]
+            )
         _keep_least(RSS_MARGIN, gap - safe, thing, run, row, values, actors)

@@ -137,7 +137,7 @@ def is_far_beside(  # noqa: PLR0913, PLR0917 - a kernel
         angle: Of the object to the road [rad].
         length: Of the object [m].
         width: Of the object [m].
-        rss: (9,) parameters, in the order of ``series.RssParameters``.
+        rss: (12,) parameters, in the order of ``series.RssParameters``.
         braking: One over twice the lateral braking [s²/m].
     """
     size = abs(angle)

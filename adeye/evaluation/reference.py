@@ -29,14 +29,16 @@ from adeye.spec.document import require_plain
 from adeye.units import decimal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
     from pathlib import Path
 
 __all__ = [
     "COLUMNS",
     "INTEGRATORS",
     "KINDS",
+    "RESULTS",
     "Question",
+    "answers",
     "check_question",
     "drive",
     "obligations",
@@ -88,6 +90,9 @@ COLUMNS: Final[Mapping[str, Mapping[str, _Column]]] = {
         "gap_m": _Column(columns.S_GAP, -100.0, 1000.0),
         "lateral_speed_mps": _Column(columns.S_LATERAL_SPEED, 0.0, 20.0),
         "lateral_offset_m": _Column(columns.S_LATERAL_OFFSET, -20.0, 20.0, _LANE),
+        "lateral_acceleration_mps2": _Column(
+            columns.S_LATERAL_ACCELERATION, 0.0, 100.0, math.inf, is_open=True
+        ),
         **_BODY,
     },
     "cut_out": {
@@ -245,6 +250,34 @@ def _number(text: str) -> float:
         return math.nan
 
 
+RESULTS: Final = ("contact", "impact_speed_mps", "min_gap_m", "braking_time_s")
+"""What is written of each model, in the order of the columns of ``drive``."""
+_DUTY: Final = "reg157_must_be_avoided"
+
+
+def answers(path: Path, names: Collection[str], question: Question) -> list[str]:
+    """Return the columns that the answers add to those of a file.
+
+    Args:
+        path: Of the scenes.
+        names: Its columns.
+        question: What is answered.
+
+    Raises:
+        UsageError: The file has such a column already, as an output that is asked again.
+    """
+    made = [f"{model}_{field}" for model in question.models for field in RESULTS]
+    if question.scene == "cut_in":
+        made.append(_DUTY)
+    if twice := [name for name in made if name in names]:
+        raise UsageError(
+            f"{path}:1: there is a column {twice[0]!r} already, and the answers would be another",
+            remedy=f"Give {'it' if len(twice) == 1 else f'these {len(twice)} columns'} other names "
+            "in that file, such as with the variant before them, or leave them out.",
+        )
+    return made
+
+
 def drive(
     scenes: Floats,
     question: Question,
@@ -266,7 +299,8 @@ def drive(
         Shape (N, RESULT_SIZE).
     """
     parameters = vector(parameters_of(model, question.edition, question.variant))
-    ends = model == "cc" and "jrc-ttc-end" in named(question.variant)
+    names = named(question.variant)
+    ends = model == "cc" and "jrc-ttc-end" in names
     results = np.empty((len(scenes), columns.RESULT_SIZE))
 
     def block(start: int) -> int:
@@ -281,6 +315,7 @@ def drive(
             _JRC_TTC_END if ends else math.inf,
             np.zeros(SCRATCH_SIZE),
             results[part],
+            "jrc-first-step" in names,
         )
         return part.stop - part.start
 

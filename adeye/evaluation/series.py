@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import astuple, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -62,6 +63,12 @@ class RssParameters:
     """[m/s²]."""
     fluctuation: float = 0.1
     """Swaying in the lane [m]."""
+    least_distance: float = 0.0
+    """Along the road, in addition [m]."""
+    fastest: float = math.inf
+    """Up to which speed both accelerate while responding [m/s]."""
+    is_printed: bool = False
+    """Whether the lateral distance is that of definition 6 as printed, not that of ad-rss."""
 
 
 _DEFAULT_RSS: Final = np.array(astuple(RssParameters()))
@@ -342,6 +349,10 @@ def _define(  # noqa: PLR0913, PLR0917 - a row of the table below
 
 
 _IN_PATH = "the nearest object in the path ahead"
+_RSS = (
+    "Shalev-Shwartz et al. (2017), On a formal model of safe and scalable self-driving cars; "
+    "the lateral distance as ad-rss 5.0 has it"
+)
 _DEFINITIONS = (
     _define(
         "distance", "m", 10.0, 100.0, "lower",
@@ -391,12 +402,12 @@ _DEFINITIONS = (
     _define(
         "rss_margin", "m", 10.0, 100.0, "lower",
         "least gap beyond the RSS distance to an object ahead that is laterally unsafe, too",
-        "Shalev-Shwartz et al. (2017), On a formal model of safe and scalable self-driving cars",
+        _RSS, 2,
     ),
     _define(
         "rss_violation", "1", 1.0, None, "higher",
         "longitudinal and lateral distance to an object ahead are both below those of RSS",
-        "Shalev-Shwartz et al. (2017), On a formal model of safe and scalable self-driving cars",
+        _RSS, 2,
     ),
     _define(
         "jerk", "m/s³", 1.0, None, "higher",

@@ -140,7 +140,10 @@ S_EGO_WIDTH: Final = 9
 S_OTHER_LENGTH: Final = 10
 S_OTHER_WIDTH: Final = 11
 S_LANE_WIDTH: Final = 12
-SCENE_SIZE: Final = 13
+S_LATERAL_ACCELERATION: Final = 13
+"""With which the sideways speed of a cut-in grows before the gap is as given, > 0 [m/s^2];
+infinity or 0: it has that speed at once."""
+SCENE_SIZE: Final = 14
 
 # What comes out.
 R_CONTACT: Final = 0

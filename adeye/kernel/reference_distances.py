@@ -27,6 +27,7 @@ from adeye.kernel.reference_columns import (
     S_EGO_SPEED,
     S_GAP,
     S_LANE_WIDTH,
+    S_LATERAL_ACCELERATION,
     S_LATERAL_OFFSET,
     S_LATERAL_SPEED,
     S_OTHER_SPEED,
@@ -142,12 +143,18 @@ def must_be_avoided(scene: Floats, delay: float, braking: float, intrusion: floa
     if math.isnan(closing + lateral + place + scene[S_LATERAL_OFFSET] + scene[S_GAP]):
         return math.nan
     way = abs(scene[S_LATERAL_OFFSET]) - place
-    if way < 0.0:
+    growing, growth = scene[S_LATERAL_ACCELERATION], 0.0
+    if 0.0 < growing < math.inf and lateral > 0.0:
+        growth = lateral / growing
+    if way + 0.5 * lateral * growth < 0.0:
         return math.nan
     if closing <= 0.0 or lateral <= 0.0:
         return 0.0
+    # From the end of the growth on; the intrusion may be before it.
     moment = way / lateral
-    if moment < VISIBLE:
+    if way < 0.0:
+        moment = math.sqrt(2.0 * (way + 0.5 * lateral * growth) / growing) - growth
+    if moment + growth < VISIBLE:
         return 0.0
     ttc = time_to_collision(scene[S_GAP] - moment * closing, closing)
     return 1.0 if ttc > cut_in_threshold(closing, delay, braking) else 0.0

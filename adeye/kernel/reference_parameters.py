@@ -81,6 +81,7 @@ VARIANTS: Final[Mapping[str, str]] = MappingProxyType(
         "jrc-beside": "an other beside the ego counts while its centre is ahead",
         "jrc-lead": "cc and reg157 brake to standstill for any lead that closes in",
         "jrc-distance": "behind a lead rss begins 0.75 s of its braking further off, reg157 at 2 s",
+        "jrc-first-step": "all move a step before the first look, unless a cut-in's speed grows",
         "esmini-gravity": "cc brakes by shares of 9.8 m/s2",
         "esmini-reaction": "reg157 has no delay; its threshold keeps the 0.35 s",
         "esmini-perception": "cc perceives a cut-in by 0.72 m of its way, not by 0.4 s",

@@ -47,6 +47,7 @@ from adeye.kernel.reference_columns import (
     S_FRONT_GAP,
     S_GAP,
     S_LANE_WIDTH,
+    S_LATERAL_ACCELERATION,
     S_LATERAL_OFFSET,
     S_LATERAL_SPEED,
     S_OTHER_LENGTH,
@@ -76,7 +77,10 @@ FRONT: Final = 5
 LATERAL: Final = 6
 REVEAL: Final = 7
 STOPPED: Final = 8
-SCRATCH_SIZE: Final = VIEW_SIZE + STATE_SIZE + 9
+SIDEWAYS: Final = 9
+GROWTH: Final = 10
+"""For how long the sideways speed grows [s]."""
+SCRATCH_SIZE: Final = VIEW_SIZE + STATE_SIZE + 11
 
 SETTLED: Final = 0.01
 """Closing speed below which a driver who brakes has avoided the contact [m/s]; some of them come
@@ -98,6 +102,18 @@ def _advance(speed: float, acceleration: float, step: float, integrator: int) ->
 
 
 @compiled
+def _growth(scene: Floats, kind: int, step: float, integrator: int) -> float:
+    """Return for how long the sideways speed of a cut-in grows [s]; 0 if it does not."""
+    growing = scene[S_LATERAL_ACCELERATION]
+    if kind != CUT_IN or not 0.0 < growing < math.inf:
+        return 0.0
+    if integrator == SEMI_IMPLICIT:
+        # The published code grows in whole steps; the last of them may be a shorter one.
+        return math.ceil(scene[S_LATERAL_SPEED] / (growing / (1.0 / step))) * step
+    return scene[S_LATERAL_SPEED] / growing
+
+
+@compiled
 def _begin(scene: Floats, kind: int, own_gap: float, motion: Floats, result: Floats) -> None:
     """Set the vehicles where the scene begins and the result to nothing known."""
     result[R_CONTACT] = math.nan
@@ -107,18 +123,41 @@ def _begin(scene: Floats, kind: int, own_gap: float, motion: Floats, result: Flo
     motion[SPEED] = motion[SPEED_BEFORE] = scene[S_EGO_SPEED]
     motion[OTHER] = motion[OTHER_BEFORE] = scene[S_OTHER_SPEED]
     motion[AHEAD] = own_gap if math.isnan(scene[S_GAP]) else scene[S_GAP]
+    if motion[GROWTH] > 0.0:
+        # The gap is that at the end of the growth.
+        motion[AHEAD] += (scene[S_EGO_SPEED] - scene[S_OTHER_SPEED]) * motion[GROWTH]
     motion[FRONT] = scene[S_FRONT_GAP] if kind == CUT_OUT else math.inf
     motion[LATERAL] = abs(scene[S_LATERAL_OFFSET]) if kind == CUT_IN else 0.0
     motion[REVEAL] = 0.0
     motion[STOPPED] = 0.0
+    motion[SIDEWAYS] = scene[S_LATERAL_SPEED]
 
 
 @compiled
-def _shift(scene: Floats, kind: int, time: float, motion: Floats) -> None:
+def _cut_in(scene: Floats, time: float, step: float, integrator: int, motion: Floats) -> None:
+    """Move a vehicle that cuts in sideways, at a speed that may grow at first."""
+    whole = motion[GROWTH]
+    # At the end of the growth it is as far away as the scene says.
+    ahead = abs(scene[S_LATERAL_OFFSET])
+    motion[SIDEWAYS] = scene[S_LATERAL_SPEED]
+    if time >= whole - 0.5 * step * (integrator == SEMI_IMPLICIT):
+        motion[LATERAL] = max(ahead - scene[S_LATERAL_SPEED] * (time - whole), 0.0)
+        return
+    growing = scene[S_LATERAL_ACCELERATION]
+    motion[SIDEWAYS] = min(growing * time, scene[S_LATERAL_SPEED])
+    # The published code drives each step at the speed that it has before.
+    early = step if integrator == SEMI_IMPLICIT else 0.0
+    ahead += 0.5 * growing * (whole * (whole - early) - time * (time - early))
+    motion[LATERAL] = ahead
+
+
+@compiled
+def _shift(
+    scene: Floats, kind: int, time: float, step: float, integrator: int, motion: Floats
+) -> None:
     """Move the other sideways; see what a vehicle that cuts out reveals or hits."""
     if kind == CUT_IN:
-        way = scene[S_LATERAL_SPEED] * time
-        motion[LATERAL] = max(abs(scene[S_LATERAL_OFFSET]) - way, 0.0)
+        _cut_in(scene, time, step, integrator, motion)
     if kind != CUT_OUT or motion[STOPPED] > 0.0:
         return
     motion[LATERAL] = scene[S_LATERAL_SPEED] * time
@@ -158,7 +197,7 @@ def _look(scene: Floats, kind: int, step: float, motion: Floats, view: Floats) -
     elif kind == CUT_OUT and motion[STOPPED] == 0.0:
         view[LATERAL_SPEED] = -scene[S_LATERAL_SPEED]
     elif kind == CUT_IN and lateral > 0.0 and scene[S_LATERAL_SPEED] > 0.0:
-        view[LATERAL_SPEED] = scene[S_LATERAL_SPEED]
+        view[LATERAL_SPEED] = motion[SIDEWAYS]
         view[CUE] = scene[S_LANE_WIDTH] - lateral
 
 
@@ -208,7 +247,9 @@ def _is_past(
 ) -> bool:
     """Tell whether no contact can happen any more."""
     gap = view[GAP]
-    if gap <= -view[LENGTHS] or view[EGO_SPEED] <= 0.0:
+    # Beside an ego that stands, one that cuts in can still touch its side.
+    is_safe = view[EGO_SPEED] <= 0.0 and (gap > 0.0 or view[LATERAL_SPEED] <= 0.0)
+    if gap <= -view[LENGTHS] or is_safe:
         return True
     closing = view[EGO_SPEED] - view[OTHER_SPEED]
     is_settled = closing < SETTLED and view[OTHER_ACCELERATION] == 0.0 and state[REACTING] > 0.0
@@ -236,6 +277,7 @@ def drive_scene(
     ttc_end: float,
     scratch: Floats,
     result: Floats,
+    moves_first: bool = False,  # noqa: FBT001, FBT002 - compiled
 ) -> None:
     """Let a reference driver drive one scene.
 
@@ -250,15 +292,23 @@ def drive_scene(
             published code; infinity: never.
         scratch: Shape (SCRATCH_SIZE,).
         result: Shape (RESULT_SIZE,); filled in.
+        moves_first: Whether the vehicles move a step before the driver looks at them, as in the
+            published code where the sideways speed does not grow.
     """
     view = scratch[:VIEW_SIZE]
     state = scratch[VIEW_SIZE : VIEW_SIZE + STATE_SIZE]
     motion = scratch[VIEW_SIZE + STATE_SIZE :]
     state[:] = 0.0
     own_gap = following_distance(model, parameters, scene[S_EGO_SPEED])
+    motion[GROWTH] = _growth(scene, kind, step, integrator)
     _begin(scene, kind, own_gap, motion, result)
+    first = 0
+    if moves_first and not (kind == CUT_IN and 0.0 < scene[S_LATERAL_ACCELERATION] < math.inf):
+        first = 1
+        _move(motion, 0.0, 0.0, step, integrator)
     for tick in range(int(LONGEST / step) + 1):
-        _shift(scene, kind, tick * step, motion)
+        time = (tick + first) * step
+        _shift(scene, kind, time, step, integrator, motion)
         _look(scene, kind, step, motion, view)
         if _touches(scene, motion, view, result):
             return
@@ -269,7 +319,7 @@ def drive_scene(
             result[R_CONTACT] = 0.0
             return
         if limit < 0.0 and math.isnan(result[R_BRAKING_TIME]):
-            result[R_BRAKING_TIME] = tick * step
+            result[R_BRAKING_TIME] = time
         braking = 0.0
         if kind == BRAKING_LEAD:
             braking = min(scene[S_BRAKING_JERK] * (tick + 0.5) * step, scene[S_BRAKING])
@@ -287,6 +337,7 @@ def drive_scenes(
     ttc_end: float,
     scratch: Floats,
     results: Floats,
+    moves_first: bool = False,  # noqa: FBT001, FBT002 - compiled
 ) -> None:
     """Let a reference driver drive many scenes; see ``drive_scene``.
 
@@ -300,6 +351,7 @@ def drive_scenes(
         ttc_end: TTC that ends a cut-in [s]; infinity: none.
         scratch: Shape (SCRATCH_SIZE,).
         results: Shape (N, RESULT_SIZE); filled in.
+        moves_first: See there.
     """
     for k in range(scenes.shape[0]):
         drive_scene(
@@ -312,4 +364,5 @@ def drive_scenes(
             ttc_end,
             scratch,
             results[k],
+            moves_first,
         )

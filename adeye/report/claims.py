@@ -246,6 +246,7 @@ class _Claimer:
             if all(self._designs[name].is_random_sample for name in names)
         }
         bounds = sum(not self._refusal(key[2], counts[key]) for key in keys) + len(sampled)
+        self._require_level(bounds, max(map(len, sampled.values()), default=1))
         level = 1.0 - (1.0 - options.level) / max(1, bounds) if options.is_joint else options.level
         found: list[Claim] = []
         for item in self._status:
@@ -339,6 +340,20 @@ class _Claimer:
         if not design.is_random_sample:
             return design.population
         return "" if counts.exercised else "its precondition never held"
+
+    def _require_level(self, bounds: int, strata: int) -> None:
+        """Refuse a level whose error, shared among bounds and strata, is no number any more.
+
+        Raises:
+            UsageError: It is.
+        """
+        parts = strata * (max(1, bounds) if self._options.is_joint else 1)
+        if 1.0 - (1.0 - self._options.level) / parts >= 1.0:
+            raise UsageError(
+                f"level is {self._options.level!r}, and a part in {parts} of its error cannot be "
+                "told from 0",
+                remedy="Give a lower level, such as 0.999999.",
+            )
 
     def _single(
         self, about: Mapping[str, Any], scenario: str, counts: _Counts, level: float

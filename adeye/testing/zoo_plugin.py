@@ -6,10 +6,12 @@
 
 import asyncio
 import contextlib
+import multiprocessing
 import os
 import random  # noqa: TID251 - an animal seeds it
 import sys
 import threading
+import time
 import warnings
 from collections.abc import Callable
 from typing import Any, Final
@@ -110,6 +112,34 @@ def _thread() -> Any:
     return CALM
 
 
+def _child(work: Callable[[Any], Any]) -> Any:
+    """Start a process that shares what this one has, as a solver or a model server may be."""
+    here, there = multiprocessing.Pipe()
+    child: Any = multiprocessing.get_context("fork").Process(target=work, args=(there,))
+    child.start()
+    there.close()
+    return child, here
+
+
+def _ask_a_child() -> Any:
+    child, here = _child(lambda end: end.send(CALM))
+    answer = here.recv()
+    child.join()
+    return answer
+
+
+def _leave_a_child() -> Any:
+    KEPT.append(_child(lambda _: time.sleep(20.0)))
+    return CALM
+
+
+def _end_a_child() -> Any:
+    child, _ = _child(lambda _: time.sleep(20.0))
+    child.terminate()
+    child.join()
+    return CALM
+
+
 def _later(array: Any) -> Any:
     """Keep what was shown and write into it at the next tick."""
     for kept in KEPT:
@@ -159,6 +189,9 @@ ONE: Final[dict[str, Callable[[Any], Any]]] = {
     "turns_numpy_strict": lambda _: _strict_numpy(),
     "seeds_what_is_global": lambda _: _seed(),
     "starts_a_thread": lambda _: _thread(),
+    "asks_a_child": lambda _: _ask_a_child(),
+    "leaves_a_child_that_sleeps": lambda _: _leave_a_child(),
+    "ends_a_child": lambda _: _end_a_child(),
 }
 """Answers of one object, by animal."""
 

@@ -7,6 +7,7 @@ True
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
@@ -17,7 +18,7 @@ from gymnasium.vector.utils import batch_space
 
 from adeye.errors import SpecError, UsageError
 from adeye.kernel.random import owner_id, uniform
-from adeye.signals import Bools, Floats, Scene
+from adeye.signals import Bools, Floats, Ints, Scene
 from adeye.spec.architecture import Architecture
 from adeye.spec.load import load_architecture, load_scenario
 from adeye.spec.odd import Attributes
@@ -27,8 +28,12 @@ from adeye.sweep.case import TestCase
 from adeye.traffic import make_traffic
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from adeye.traffic import Traffic
 
 ENV_ID: Final = "adeye/Traffic-v0"
 
@@ -38,7 +43,40 @@ CONTACT_REWARD: Final = -100.0
 MAX_DRAWS: Final = 1000
 """Attempts to draw parameters that satisfy a scenario's constraints."""
 
+OPTIONS: Final = ("cases", "reset_mask")
+"""What ``reset`` can be told."""
+
 Observation = dict[str, Any]
+
+
+@dataclass(eq=False)
+class _Group:
+    """Runs that began together, in a traffic of their own.
+
+    Attributes:
+        traffic: What drives them.
+        scene: As they are.
+        runs: (N,) those of the environment that are still theirs.
+        rows: (N,) where each of them is in the traffic.
+        size: Runs of the traffic.
+    """
+
+    traffic: Traffic
+    scene: Scene
+    runs: Ints
+    rows: Ints
+    size: int
+
+    def step(self, command: Floats) -> None:
+        """Advance by one tick; runs that are no longer theirs are let go."""
+        own = np.zeros((self.size, 2))
+        own[self.rows] = command[self.runs]
+        self.scene = self.traffic.step(own)
+
+    def without(self, left: Bools) -> None:
+        """Give up runs (B,)."""
+        kept = ~left[self.runs]
+        self.runs, self.rows = self.runs[kept], self.rows[kept]
 
 
 class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
@@ -53,6 +91,7 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
     - Terminated: contact, or the goal and its tail. Truncated: horizon and tail.
 
     Runs that have ended are not reset: stepping them changes nothing and gives reward 0.
+    ``reset(options={"reset_mask": ...})`` begins only those that it names anew.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - as its base class declares it
@@ -91,8 +130,11 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
             else load_architecture(architecture).spec
         )
         self._step = step
-        self._traffic = make_traffic(backend)
-        self._scene: Scene | None = None
+        self._backend = backend
+        make_traffic(backend)
+        self._groups: list[_Group] = []
+        self._cases: list[TestCase] = []
+        self._time: Floats = np.zeros(num_envs)
         self._terminated: Bools = np.zeros(num_envs, dtype=np.bool_)
         self._truncated: Bools = np.zeros(num_envs, dtype=np.bool_)
         self._seed = 0
@@ -105,34 +147,47 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin the runs.
+        """Begin the runs, or some of them anew.
 
         Args:
             seed: Starts the draws from the scenario's ranges; without it they go on where the
                 last reset left them, from seed 0 at first.
-            options: ``{"cases": [...]}`` gives the test cases, one per run; without it they are
-                drawn.
+            options: ``{"cases": [...]}`` gives the test cases, one per run that begins; without it
+                they are drawn. ``{"reset_mask": ...}``, (B,) truth values, says which runs begin;
+                the others go on where they are.
 
         Returns:
             The observation, and the scenario parameters of each run.
 
         Raises:
-            UsageError: The number of test cases is wrong, or their scenario has other objects.
+            UsageError: The number of test cases is wrong, their scenario has other objects, an
+                option is unknown, or the mask is none or leaves out a run that has never begun.
             SpecError: No draw satisfies the scenario's constraints.
         """
+        options = options or {}
+        begins = self._masked(options)
         super().reset(seed=seed)
         if seed is not None:
             self._seed, self._episode = seed, 0
-        given = (options or {}).get("cases")
-        cases = self._draw() if given is None else list(given)
-        self._check(cases)
-        _, self._scene = self._traffic.reset(cases)
-        self._terminated = np.zeros(self.num_envs, dtype=np.bool_)
-        self._truncated = np.zeros(self.num_envs, dtype=np.bool_)
-        self._note_ended(self._scene)
-        names = cases[0].parameters
-        parameters = {name: np.array([case.parameters[name] for case in cases]) for name in names}
-        return self._observe(self._scene), {"parameters": parameters}
+        given = options.get("cases")
+        runs = np.flatnonzero(begins)
+        cases = self._draw(runs) if given is None else list(given)
+        self._check(cases, len(runs))
+        traffic = make_traffic(self._backend)
+        _, scene = traffic.reset(cases)
+        for group in self._groups:
+            group.without(begins)
+        self._groups = [group for group in self._groups if len(group.runs)]
+        self._groups.append(_Group(traffic, scene, runs, np.arange(len(runs)), len(runs)))
+        known = dict(enumerate(self._cases)) | dict(zip(runs.tolist(), cases, strict=True))
+        self._cases = [known[number] for number in range(self.num_envs)]
+        self._time = np.where(begins, scene.time, self._time)
+        self._note_ended()
+        names = self._cases[0].parameters
+        parameters = {
+            name: np.array([case.parameters[name] for case in self._cases]) for name in names
+        }
+        return self._observe(), {"parameters": parameters}
 
     def step(self, actions: Floats) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Advance every run that has not ended by one tick.
@@ -146,51 +201,90 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         Raises:
             UsageError: The runs were not reset, or the actions have another shape.
         """
-        before = self._scene
         command = np.asarray(actions, dtype=np.float64)
-        if before is None:
+        if not self._groups:
             raise UsageError("the environment was not reset", remedy="Call reset() first.")
         if command.shape != (self.num_envs, 2):
             raise UsageError(
                 f"actions have shape {command.shape}, not ({self.num_envs}, 2)",
                 remedy="Give acceleration and steering angle of every run.",
             )
-        if not np.isfinite(command[before.running]).all():
+        running, before = self._gathered("running"), self._gathered("ego_place")[:, 0]
+        if not np.isfinite(command[running]).all():
             raise UsageError(
                 "an action of a run that has not ended is not finite",
                 remedy="Give a number for acceleration and steering angle.",
             )
-        scene = self._traffic.step(command)
-        way = scene.ego_place[:, 0] - before.ego_place[:, 0]
-        touched = before.running & (scene.contact >= 0)
-        reward = np.where(before.running, way, 0.0) + CONTACT_REWARD * touched
-        self._scene = scene
-        self._note_ended(scene)
-        info = {"impact_speed": scene.impact_speed}
-        return self._observe(scene), reward, self._terminated.copy(), self._truncated.copy(), info
+        for group in self._groups:
+            group.step(command)
+            self._time[group.runs] = np.where(
+                running[group.runs], group.scene.time, self._time[group.runs]
+            )
+        way = self._gathered("ego_place")[:, 0] - before
+        touched = running & (self._gathered("contact") >= 0)
+        reward = np.where(running, way, 0.0) + CONTACT_REWARD * touched
+        self._note_ended()
+        info = {"impact_speed": self._gathered("impact_speed")}
+        return self._observe(), reward, self._terminated.copy(), self._truncated.copy(), info
 
-    def _note_ended(self, scene: Scene) -> None:
-        ended = ~scene.running
-        self._terminated = ended & ((scene.contact >= 0) | self._traffic.arrived)
+    def _masked(self, options: Mapping[str, Any]) -> Bools:
+        """Return which runs begin (B,).
+
+        Raises:
+            UsageError: An option is unknown, or the mask cannot be used.
+        """
+        if unknown := sorted(set(options) - set(OPTIONS)):
+            raise UsageError(
+                f"reset has no option {unknown[0]!r}", remedy=f"Give {' or '.join(OPTIONS)}."
+            )
+        if "reset_mask" not in options:
+            return np.ones(self.num_envs, dtype=np.bool_)
+        mask = np.asarray(options["reset_mask"])
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+            raise UsageError(
+                f"reset_mask is {mask.dtype} of shape {mask.shape}"
+                f"{'' if mask.any() else ' and names no run'}",
+                remedy=f"Give {self.num_envs} truth values, at least one of them true.",
+            )
+        if not self._groups and not mask.all():
+            raise UsageError(
+                "reset_mask leaves out runs that have never begun", remedy="Call reset() first."
+            )
+        return mask.copy()
+
+    def _gathered(self, name: str) -> NDArray[Any]:
+        """Return an array of the scene (B, ...), each run from the group that it is of."""
+        return self._joined([getattr(group.scene, name) for group in self._groups])
+
+    def _joined(self, parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+        made = np.empty((self.num_envs, *parts[0].shape[1:]), dtype=parts[0].dtype)
+        for group, part in zip(self._groups, parts, strict=True):
+            made[group.runs] = part[group.rows]
+        return made
+
+    def _note_ended(self) -> None:
+        ended = ~self._gathered("running")
+        arrived = self._joined([group.traffic.arrived for group in self._groups])
+        self._terminated = ended & ((self._gathered("contact") >= 0) | arrived)
         self._truncated = ended & ~self._terminated
 
-    def _observe(self, scene: Scene) -> Observation:
+    def _observe(self) -> Observation:
         return {
-            "time": np.full(self.num_envs, scene.time),
-            "ego": scene.ego,
-            "ego_place": scene.ego_place,
-            "objects": scene.objects,
-            "object_places": scene.object_places,
-            "begun": np.isfinite(scene.begun).astype(np.int8),
-            "contact": scene.contact,
-            "foreign_contact": scene.foreign_contact.astype(np.int64),
-            "running": scene.running.astype(np.int64),
+            "time": self._time.copy(),
+            **{
+                name: self._gathered(name)
+                for name in ("ego", "ego_place", "objects", "object_places")
+            },
+            "begun": np.isfinite(self._gathered("begun")).astype(np.int8),
+            "contact": self._gathered("contact"),
+            "foreign_contact": self._gathered("foreign_contact").astype(np.int64),
+            "running": self._gathered("running").astype(np.int64),
         }
 
-    def _check(self, cases: Sequence[TestCase]) -> None:
-        if len(cases) != self.num_envs:
+    def _check(self, cases: Sequence[TestCase], runs: int) -> None:
+        if len(cases) != runs:
             raise UsageError(
-                f"{len(cases)} test cases for {self.num_envs} runs",
+                f"{len(cases)} test cases for {runs} runs",
                 remedy="Give one test case per run.",
             )
         for case in cases:
@@ -201,10 +295,10 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
                     remedy="Make an environment of its own for it.",
                 )
 
-    def _draw(self) -> list[TestCase]:
+    def _draw(self, runs: Ints) -> list[TestCase]:
         first = self._episode * self.num_envs
         self._episode += 1
-        return [self._draw_case(first + number) for number in range(self.num_envs)]
+        return [self._draw_case(first + number) for number in runs.tolist()]
 
     def _draw_case(self, sample: int) -> TestCase:
         for attempt in range(MAX_DRAWS):

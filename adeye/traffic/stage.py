@@ -134,6 +134,7 @@ class Stage:
                 world.triggers.values(self.scene()),
                 world.triggers.first_event,
                 script.actions,
+                script.order,
                 tick,
                 tick_time(tick, step),
                 self._due,

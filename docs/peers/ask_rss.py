@@ -28,7 +28,8 @@ class Mover(NamedTuple):
     """Most [m/s^2]."""
     is_correct: bool = True
     margin: float = 0.0
-    is_lateral: bool = False
+    least_distance: float = 0.0
+    fastest: float = 100.0
 
 
 def relative(mover: Mover) -> Any:
@@ -45,6 +46,8 @@ def relative(mover: Mover) -> Any:
     rules.alpha_lat.brake_min = least
     rules.lateral_fluctuation_margin = physics.Distance(mover.margin)
     rules.response_time = physics.Duration(mover.response)
+    rules.min_longitudinal_safety_distance = physics.Distance(mover.least_distance)
+    rules.max_speed_on_acceleration = physics.Speed(mover.fastest)
     free = rules.unstructured_settings
     free.pedestrian_turning_radius = physics.Distance(2.0)
     free.drive_away_max_angle = physics.Angle(2.4)
@@ -80,36 +83,46 @@ def asked(function: Any, first: Mover, second: Mover) -> float:
     return float(distance.mDistance)
 
 
-def same_direction() -> Any:
+LIMITS = ["least_distance", "fastest"]
+"""Last columns along the road, and the ranges of their values: distance [m], speed [m/s]."""
+LIMIT_RANGES = [(0, 4), (5, 80)]
+
+
+def same_direction(count: int = COUNT) -> Any:
     """The distance behind who goes the same way."""
     names = ["v_rear", "v_front", "response", "acceleration", "least_braking", "most_braking"]
-    rows = draw(COUNT, [(0, 50), (0, 50), (0.2, 2), (0, 5), (2, 6), (6, 10)])
+    ranges = [(0, 50), (0, 50), (0.2, 2), (0, 5), (2, 6), (6, 10), *LIMIT_RANGES]
+    rows = draw(count, ranges)
     for row in rows:
-        rear, front, response, acceleration, least, most = row
+        rear, front, response, acceleration, least, most, apart, fastest = row
         own = Mover(rear, 0.0, response, acceleration, least, most)
+        own = own._replace(least_distance=apart, fastest=fastest)
         other = Mover(front, 0.0, response, acceleration, least, most)
         ask = rss.structured.calculateSafeLongitudinalDistanceSameDirection
         row.append(asked(ask, other, own))
-    return names, rows
+    return [*names, *LIMITS], rows
 
 
-def opposite() -> Any:
+def opposite(count: int = COUNT) -> Any:
     """The distance to who comes towards."""
     names = ["v", "v_oncoming", "response", "acceleration", "correct_braking", "other_braking"]
-    rows = draw(COUNT, [(0, 50), (0, 50), (0.2, 2), (0, 5), (2, 6), (2, 6)])
+    rows = draw(count, [(0, 50), (0, 50), (0.2, 2), (0, 5), (2, 6), (2, 6), *LIMIT_RANGES])
     for row in rows:
-        speed, oncoming, response, acceleration, correct, braking = row
+        speed, oncoming, response, acceleration, correct, braking, apart, fastest = row
         own = Mover(speed, 0.0, response, acceleration, correct, 9.0)
         other = Mover(oncoming, 0.0, response, acceleration, braking, 9.0, is_correct=False)
+        own, other = (
+            mover._replace(least_distance=apart, fastest=fastest) for mover in (own, other)
+        )
         ask = rss.structured.calculateSafeLongitudinalDistanceOppositeDirection
         row.append(asked(ask, own, other))
-    return names, rows
+    return [*names, *LIMITS], rows
 
 
-def lateral() -> Any:
+def lateral(count: int = COUNT) -> Any:
     """The distance beside each other; of ad-rss the left one moves to the right with speed > 0."""
     names = ["v_1", "v_2", "response_1", "response_2", "acceleration", "braking", "margin"]
-    rows = draw(COUNT, [(-3, 3), (-3, 3), (0.2, 2), (0.2, 2), (0, 1), (0.4, 2), (0, 0.5)])
+    rows = draw(count, [(-3, 3), (-3, 3), (0.2, 2), (0.2, 2), (0, 1), (0.4, 2), (0, 0.5)])
     for row in rows:
         v_1, v_2, rho_1, rho_2, acceleration, braking, margin = row
         left = Mover(10.0, v_1, rho_1, acceleration, braking, 9.0, margin=margin)

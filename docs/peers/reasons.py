@@ -87,15 +87,6 @@ class Comparison:
 # --- ad-rss ---------------------------------------------------------------------------------------
 
 
-def _towards_lateral(*state: float) -> float:
-    """Lateral distance in which only who moves towards the other still has a way of braking."""
-    v_1, v_2, rho_1, rho_2, acceleration, braking, margin = state
-    reached_1, reached_2 = v_1 + rho_1 * acceleration, v_2 - rho_2 * acceleration
-    way_1 = 0.5 * (v_1 + reached_1) * rho_1 + max(0.0, reached_1) ** 2 / (2.0 * braking)
-    way_2 = 0.5 * (v_2 + reached_2) * rho_2 - min(0.0, reached_2) ** 2 / (2.0 * braking)
-    return max(0.0, way_1 - way_2 + margin)
-
-
 AD_RSS: Final = {
     "rss_same": Comparison(
         "RSS distance, same direction",
@@ -114,15 +105,6 @@ AD_RSS: Final = {
         "m",
         "calculateSafeLateralDistance",
         rss_lateral_distance,
-        (
-            Reason(
-                "adeye takes definition 6 as it is printed: the way of braking counts against who "
-                "moves away, too, and the margin is always kept. ad-rss leaves that way out, and "
-                "asks for no distance at all where both move apart for long enough. The printed "
-                "form never asks for less.",
-                _towards_lateral,
-            ),
-        ),
     ),
 }
 

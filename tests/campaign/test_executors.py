@@ -263,3 +263,24 @@ def test_abandoned_threads_are_not_waited_for() -> None:
     assert executors.is_abandoned_work_running()
     go.set()
     thread.join()
+
+
+def test_work_in_a_worker_may_ask_a_process_of_its_own() -> None:
+    executor = Processes(perform, 1)
+    assert [done.result for done in executor.run(iter(["ask:a", "ask:b"]))] == ["a", "b"]
+
+
+@pytest.mark.parametrize("end", ["echo:done", "die:"])
+def test_what_a_worker_leaves_behind_ends_with_it(tmp_path: Path, end: str) -> None:
+    noted = tmp_path / "pid"
+    executor = Processes(perform, 1)
+    begun = time.monotonic()
+    found = list(executor.run(iter([f"leave:{noted}", end])))
+    assert len(found) == 2
+    # Its child holds no pipe of the worker open: the death is seen at once.
+    assert time.monotonic() - begun < 15.0
+    pid = int(noted.read_text("ascii"))
+    until = time.monotonic() + 5.0
+    while is_running(pid) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not is_running(pid)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -29,6 +30,18 @@ def perform(task: str) -> str:
         child = subprocess.Popen([sys.executable, "-c", "import signal; signal.pause()"])
         Path(argument).write_text(str(child.pid), "utf-8")
         signal.pause()
+    if kind == "ask":
+        here, there = multiprocessing.Pipe()
+        context = multiprocessing.get_context("fork")
+        other = context.Process(target=there.send, args=(argument,))
+        other.start()
+        answer: str = here.recv()
+        other.join()
+        return answer
+    if kind == "leave":
+        sleeping = multiprocessing.get_context("fork").Process(target=signal.pause)
+        sleeping.start()
+        Path(argument).write_text(str(sleeping.pid), "utf-8")
     if kind == "hang":
         Path(argument).write_text(str(os.getpid()), "utf-8")
         signal.pause()

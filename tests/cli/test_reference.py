@@ -147,6 +147,41 @@ def test_misspelt_optional_column_is_refused(
     assert f"Write {meant!r}" in ended.err
 
 
+def test_answers_are_not_written_twice_into_one_header(adeye: Any, cases: Path) -> None:
+    one, two = cases.with_name("one.csv"), cases.with_name("two.csv")
+    assert adeye("reference", str(cases), "--models", "cc", "-o", str(one)).code == 0
+    ended = adeye("reference", str(one), "--variant", "jrc", "-o", str(two))
+    assert ended.code == 2
+    assert f"{one}:1: there is a column 'cc_contact' already" in ended.err.replace("\n", " ")
+    assert not two.exists()
+    # Without an output nothing is written twice; other names are answered beside the old ones.
+    assert adeye("reference", str(one), "--variant", "jrc").code == 0
+    text = one.read_text("utf-8")
+    header, _, rest = text.partition("\n")
+    one.write_text(
+        f"{header.replace(',cc_', ',text_').replace(',reg', ',old_reg')}\n{rest}", "utf-8"
+    )
+    assert adeye("reference", str(one), "--variant", "jrc", "-o", str(two)).code == 0
+    with two.open(encoding="utf-8", newline="") as file:
+        names = next(csv.reader(file))
+    assert len(set(names)) == len(names)
+    assert {"text_contact", "cc_contact"} <= set(names)
+
+
+def test_growth_of_the_sideways_speed_is_a_column(adeye: Any, cases: Path) -> None:
+    def answers(cells: str) -> Any:
+        cases.write_text(f"{HEADER},lateral_acceleration_mps2\n{cells}", encoding="utf-8")
+        return adeye("reference", str(cases), "--json")
+
+    at_once, growing = answers("a,25,10,12,1.5,"), answers("a,25,10,12,1.5,1.5")
+    assert at_once.document["cases"] != growing.document["cases"]
+    # The scene begins a second earlier and the rule sees the movement for as long.
+    assert at_once.document["cases"][0]["must_be_avoided"] is False
+    refused = answers("a,25,10,12,1.5,0")
+    assert refused.code == 2
+    assert "lateral_acceleration_mps2 is '0'" in refused.err
+
+
 def test_columns_of_others_are_handed_through(adeye: Any, cases: Path) -> None:
     cases.write_text(
         f"{HEADER},id,name,ego_speed_kmh,front_gap_m\nfar,16,8,30,1,7,x,57.6,9", encoding="utf-8"

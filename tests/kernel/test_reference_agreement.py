@@ -118,6 +118,7 @@ def table_of(scenes: Sequence[Scene]) -> Any:
     for row, scene in zip(table, scenes, strict=True):
         if isinstance(scene, second.CutIn):
             row[[columns.S_LANE_WIDTH, columns.S_LATERAL_OFFSET]] = scene.lane
+            row[columns.S_LATERAL_ACCELERATION] = INF if scene.grows is None else scene.grows
     return table
 
 
@@ -220,6 +221,54 @@ def test_scenes_with_a_lead_agree(model: str, scenes_of_a_kind: Any) -> None:
     assert len(scenes) >= 5_000
     scenes = scenes[::SPARSE]
     compare(scenes, model, 0.1, second.outcomes((scenes, model, 0.1)))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_cut_ins_whose_sideways_speed_grows_agree(model: str) -> None:
+    scenes = [
+        scene._replace(grows=grows)
+        for grows in (0.4, 1.5, 7.0)
+        for scene in sample_of_cut_ins()[:: 3 * SPARSE]
+        if isinstance(scene, second.CutIn)
+    ]
+    compare(scenes, model, 0.1, second.outcomes((scenes, model, 0.1)))
+
+
+def test_growth_that_takes_no_time_is_none() -> None:
+    rows = table_of(sample_of_cut_ins()[:: 3 * SPARSE])
+    fast, none = rows.copy(), rows.copy()
+    fast[:, columns.S_LATERAL_ACCELERATION], none[:, columns.S_LATERAL_ACCELERATION] = 1e12, 0.0
+    for model in MODELS:
+        at_once = driven(rows, model)
+        assert np.array_equal(driven(none, model), at_once, equal_nan=True)
+        if model in {"cc", "reg157"}:
+            # The others look at the sideways speed, which is still 0 at the first look.
+            found = driven(fast, model)
+            unlike = found[:, columns.R_CONTACT] != at_once[:, columns.R_CONTACT]
+            assert np.mean(unlike) < 0.01
+
+
+@pytest.mark.parametrize("model", ["cc", "fsm", "rss"])
+def test_verdicts_in_scenes_as_published_are_those_of_the_published_code(model: str) -> None:
+    scenes = [
+        scene._replace(grows=1.5)
+        for scene in cut_ins(
+            line(10.3, 130, 8), line(0.0613, 0.9371, 6), line(1.0137, 99.77, 8), line(0.07, 1.77, 8)
+        )[::SPARSE]
+        if isinstance(scene, second.CutIn)
+    ]
+    found = driven(
+        table_of(scenes), model, variant=("jrc",), step=0.1, integrator=columns.SEMI_IMPLICIT,
+        ttc_end=2.0 if model == "cc" else INF,
+    )  # fmt: skip
+    touches = [second.published_cut_in(scene, model) for scene in scenes]
+    assert sum(touches) > 0.05 * len(scenes)
+    unlike = [
+        scene
+        for scene, row, touched in zip(scenes, found, touches, strict=True)
+        if (row[columns.R_CONTACT] == 1.0) != touched
+    ]
+    assert len(unlike) <= len(scenes) // 1000
 
 
 def test_longer_delay_of_the_second_implementation_is_found() -> None:

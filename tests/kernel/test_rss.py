@@ -6,6 +6,7 @@ import pytest
 
 from adeye.kernel.rss import (
     rss_lateral_distance,
+    rss_lateral_distance_printed,
     rss_longitudinal_distance,
     rss_opposite_distance,
 )
@@ -74,7 +75,41 @@ def test_oncoming_distance_is_the_sum_of_both_ways() -> None:
 def test_lateral_distance_grows_with_the_approach() -> None:
     ways = [rss_lateral_distance(0.1 * k, 0.0, 1.0, 1.0, 0.2, 0.8, 0.1) for k in range(-2, 20)]
     assert ways == sorted(ways)
-    assert ways[0] >= 0.1
+
+
+def test_who_moves_apart_for_long_enough_needs_no_distance() -> None:
+    assert rss_lateral_distance(-3.0, 3.0, 1.0, 1.0, 0.2, 0.8, 0.1) == 0.0
+    # Ways of -0.2 m and 0.15 m while they respond, and 0.1 m of swaying of which nothing is left.
+    assert rss_lateral_distance(-0.3, 0.25, 1.0, 1.0, 0.2, 0.8, 0.5) == pytest.approx(0.15)
+
+
+def test_who_comes_nearer_is_measured_alike_by_both_readings() -> None:
+    for speed_1, speed_2 in ((0.0, 0.0), (1.3, 0.0), (0.7, -0.4), (0.0, 0.2)):
+        state = (speed_1, speed_2, 1.0, 2.0, 0.2, 0.8, 0.1)
+        assert rss_lateral_distance(*state) == rss_lateral_distance_printed(*state)
+
+
+def test_printed_definition_never_asks_for_less() -> None:
+    more = 0
+    for one in range(-30, 31):
+        for two in range(-30, 31):
+            state = (0.1 * one, 0.1 * two, 1.0, 2.0, 0.2, 0.8, 0.1)
+            reference, printed = rss_lateral_distance(*state), rss_lateral_distance_printed(*state)
+            assert printed >= reference
+            more += printed > reference + 1.0
+    assert more > 100
+
+
+def test_limits_of_the_response_are_kept() -> None:
+    # Up to 21 m/s in 2/7 s, the rest of the second at 21 m/s, then 21^2 / 8 to standstill.
+    way = 20.5 * 2.0 / 7.0 + 21.0 * 5.0 / 7.0 + 21.0**2 / 8.0
+    assert rss_longitudinal_distance(20.0, 0.0, *CONSERVATIVE, 0.0, 21.0) == pytest.approx(way)
+    assert rss_longitudinal_distance(20.0, 0.0, *CONSERVATIVE, 3.0, 21.0) == pytest.approx(way + 3)
+    # Who is faster keeps its speed; who needs no distance keeps the least one.
+    assert rss_longitudinal_distance(20.0, 0.0, *CONSERVATIVE, 0.0, 9.0) == 20.0 + 50.0
+    assert rss_longitudinal_distance(5.0, 40.0, *CONSERVATIVE, 2.0, 9.0) == 2.0
+    both = rss_opposite_distance(20.0, 20.0, 1.0, 3.5, 4.0, 4.0, 3.0, 21.0)
+    assert both == pytest.approx(2.0 * way + 3.0)
 
 
 def test_mirrored_scene_has_the_same_lateral_distance() -> None:
@@ -98,5 +133,7 @@ def test_nan_is_never_safe() -> None:
     assert math.isnan(rss_longitudinal_distance(nan, 20.0, *CONSERVATIVE))
     assert math.isnan(rss_longitudinal_distance(20.0, nan, *CONSERVATIVE))
     assert math.isnan(rss_longitudinal_distance(20.0, 20.0, 1.0, 3.5, nan, 8.0))
+    assert math.isnan(rss_longitudinal_distance(20.0, 20.0, *CONSERVATIVE, nan))
+    assert math.isnan(rss_longitudinal_distance(20.0, 20.0, *CONSERVATIVE, 0.0, nan))
     assert math.isnan(rss_lateral_distance(nan, 0.0, 1.0, 1.0, 0.2, 0.8, 0.1))
     assert math.isnan(rss_lateral_distance(0.0, 0.0, 1.0, 1.0, 0.2, nan, 0.1))

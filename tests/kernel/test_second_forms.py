@@ -11,6 +11,7 @@ import pytest
 
 from adeye.kernel import criticality, encounter, evasion, fuzzy_safety, geometry, margins
 from adeye.kernel import reference_distances as distances
+from adeye.kernel.rss import rss_lateral_distance_printed
 from tests.second import evading, following, plane, rules
 from tests.second.agreement import between, disagreements
 
@@ -47,6 +48,11 @@ CHANGE = between(-9.0, 4.0, 0.0, -2.0, -5.0)
 BRAKING = between(0.5, 12.0, 4.0, 8.0)
 MAYBE = between(0.1, 12.0, 0.0, -1.0, 4.0, often=0.05)
 SHORT = between(0.0, 3.0, 0.0, 1.0)
+LIMITED = (between(0.0, 4.0, 0.0), between(5.0, 80.0, INF))
+BESIDE = (
+    between(-4.0, 4.0, 0.0), between(-4.0, 4.0, 0.0), SHORT, SHORT, between(0.0, 1.0),
+    between(0.2, 2.0), between(0.0, 0.5, 0.1),
+)  # fmt: skip
 LENGTH = between(0.2, 18.0, 4.0)
 TURN = between(-math.pi, math.pi, 0.0, 0.25, often=0.2)
 PLACE = between(-80.0, 80.0, 0.0)
@@ -179,16 +185,17 @@ FORMS = {
     ),
     "rss_same": Form(
         criticality.rss_longitudinal_distance, rules.rss_same,
-        (SPEED, SPEED, SHORT, between(0.0, 5.0, 0.0), BRAKING, BRAKING),
+        (SPEED, SPEED, SHORT, between(0.0, 5.0, 0.0), BRAKING, BRAKING, *LIMITED),
     ),
     "rss_opposite": Form(
         criticality.rss_opposite_distance, rules.rss_opposite,
-        (SPEED, SPEED, SHORT, between(0.0, 5.0, 0.0), BRAKING, BRAKING),
+        (SPEED, SPEED, SHORT, between(0.0, 5.0, 0.0), BRAKING, BRAKING, *LIMITED),
     ),
     "rss_lateral": Form(
-        criticality.rss_lateral_distance, rules.rss_lateral,
-        (between(-4.0, 4.0, 0.0), between(-4.0, 4.0, 0.0), SHORT, SHORT, between(0.0, 1.0),
-         between(0.2, 2.0), between(0.0, 0.5, 0.1)),
+        criticality.rss_lateral_distance, rules.rss_lateral, BESIDE
+    ),
+    "rss_lateral_printed": Form(
+        rss_lateral_distance_printed, rules.rss_lateral_printed, BESIDE
     ),
     "rss_ratio": Form(
         margins.safe_distance_ratio, rules.ratio, (between(-5.0, 150.0, 0.0), ROOM)

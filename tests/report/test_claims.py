@@ -217,6 +217,13 @@ def test_joint_bounds_share_the_error() -> None:
     assert any("All 3 bounds hold at once" in text for text in found.conditions)
 
 
+def test_level_that_cannot_be_shared_is_refused() -> None:
+    campaign = Campaign({"a": ["PASS"] * 9, "b": ["FAIL"] * 9}, exposures={"a": 1.0, "b": 1.0})
+    with pytest.raises(UsageError, match="a part in 6 of its error cannot be told from 0"):
+        claims(campaign, is_joint=True, level=1.0 - 2.0**-53)
+    assert single(["PASS"] * 99, level=1.0 - 2.0**-53).upper < 1.0
+
+
 def test_points_that_hold_with_equal_results_count_once() -> None:
     words = ["PASS PASS"] * 4 + ["VACUOUS VACUOUS"] * 2 + ["FAIL PASS"] * 2 + ["PASS NOT_RUN"] * 2
     # The second has the traces of the first, the fourth those of the third.

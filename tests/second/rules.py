@@ -23,26 +23,48 @@ def braking_way(speed: float, braking: float) -> float:
     return 0.5 * speed * (speed / braking)
 
 
-def rss_same(
-    v_rear: float, v_front: float, rho: float, a_max: float, b_min: float, b_max: float
-) -> float:
+def response(speed: float, a_max: float, rho: float, fastest: float) -> tuple[float, float]:
+    """Way and last speed of who accelerates for so long, but to no more than a speed."""
+    if speed >= fastest:
+        return speed * rho, speed
+    until = rho if speed + a_max * rho <= fastest else (fastest - speed) / a_max
+    end = min(speed + a_max * until, fastest)
+    return way(speed, a_max, until) + end * (rho - until), end
+
+
+def rss_same(  # noqa: PLR0913, PLR0917 - as the definition has it
+    v_rear: float, v_front: float, rho: float, a_max: float, b_min: float, b_max: float,
+    least: float = 0.0, fastest: float = INF,
+) -> float:  # fmt: skip
     """Definition 1: v_r rho + a rho^2 / 2 + (v_r + rho a)^2 / 2 b_min - v_f^2 / 2 b_max."""
-    behind = way(v_rear, a_max, rho) + braking_way(v_rear + a_max * rho, b_min)
-    return max(0.0, behind - braking_way(v_front, b_max))
+    driven, reached = response(v_rear, a_max, rho, fastest)
+    behind = driven + braking_way(reached, b_min)
+    return least + max(0.0, behind - braking_way(v_front, b_max))
 
 
-def rss_opposite(
-    speed: float, oncoming: float, rho: float, a_max: float, b_correct: float, b_min: float
-) -> float:
+def rss_opposite(  # noqa: PLR0913, PLR0917 - as the definition has it
+    speed: float, oncoming: float, rho: float, a_max: float, b_correct: float, b_min: float,
+    least: float = 0.0, fastest: float = INF,
+) -> float:  # fmt: skip
     """Definition 2: the ways of both."""
     ways = 0.0
     for start, braking in ((abs(speed), b_correct), (abs(oncoming), b_min)):
-        end = start + rho * a_max
-        ways += 0.5 * (start + end) * rho + end * end / (2.0 * braking)
-    return max(0.0, ways)
+        driven, end = response(start, a_max, rho, fastest)
+        ways += driven + end * end / (2.0 * braking)
+    return least + max(0.0, ways)
 
 
 def rss_lateral(  # noqa: PLR0913, PLR0917 - as the definition has it
+    v_1: float, v_2: float, rho_1: float, rho_2: float, a_lat: float, b_lat: float, mu: float
+) -> float:
+    """Definition 6 for who moves towards the other after its response, else its response only."""
+    w_1, w_2 = v_1 + rho_1 * a_lat, v_2 - rho_2 * a_lat
+    first = (v_1 + w_1) / 2.0 * rho_1 + max(w_1, 0.0) ** 2 / (2.0 * b_lat)
+    second = (v_2 + w_2) / 2.0 * rho_2 - min(w_2, 0.0) ** 2 / (2.0 * b_lat)
+    return max(0.0, first - second + mu)
+
+
+def rss_lateral_printed(  # noqa: PLR0913, PLR0917 - as the definition has it
     v_1: float, v_2: float, rho_1: float, rho_2: float, a_lat: float, b_lat: float, mu: float
 ) -> float:
     """Definition 6, with its signs as printed."""

@@ -9,6 +9,7 @@ import sys
 import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -159,6 +160,38 @@ def test_who_asks_for_the_end_ends_the_campaign(
     monkeypatch.setitem(module.ONE, "raises", interrupt)
     with pytest.raises(error):
         visit.run("One", ("raises",), visit.cases[:1])
+
+
+def test_outcomes_and_traces_are_the_same_whoever_executes_them(tmp_path: Path) -> None:
+    project = built(tmp_path / "project")
+    path = "architecture.channels.guest.parameters.animal"
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["50 m"], path: ["", *zoo.OBJECTS]}
+    command = "import sys; from adeye.cli.entry import main; sys.exit(main(sys.argv[1:]))"
+    ways = {
+        "here": ["--threads", "1"],
+        "threads": ["--threads", "2"],
+        "workers": ["--workers", "2"],
+    }
+    if find_spec("distributed"):
+        ways["dask"] = ["--executor", "dask", "--workers", "2"]
+    told = {}
+    for way, options in ways.items():
+        done = subprocess.run(
+            [sys.executable, "-c", command, "run", str(project.odd), "--quiet", *options,
+             "--db", f"{way}.db"],
+            cwd=project.folder, capture_output=True, text=True, timeout=500, check=False,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+        assert done.returncode in (0, 1, 3), done.stderr
+        told[way] = sorted(
+            (row["trace_digest"], row["outcome"], row["outcome_detail"] or "")
+            for row in project.rows(db=f"{way}.db")
+        )
+    expected = sorted(["completed", *(animal.outcome for animal in zoo.OBJECTS.values())])
+    for way, rows in told.items():
+        assert sorted(outcome for _, outcome, _ in rows) == expected, way
+        assert rows == told["here"], way
 
 
 def test_campaign_stores_what_no_text_is_and_its_standard_output_is_clean(tmp_path: Path) -> None:

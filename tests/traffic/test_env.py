@@ -8,10 +8,10 @@ import gymnasium
 import numpy as np
 import pytest
 import yaml
-from gymnasium.utils.env_checker import data_equivalence
+from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.utils.passive_env_checker import check_action_space, check_observation_space
 from gymnasium.vector import AutoresetMode
-from gymnasium.vector.utils import batch_space
+from gymnasium.vector.utils import batch_space, iterate
 
 from adeye.errors import InputError, SpecError, UsageError
 from adeye.spec.scenario import LogicalScenario
@@ -188,6 +188,135 @@ def test_the_episode_statistics_of_gymnasium_work_on_it(env: TrafficVectorEnv) -
             lengths = np.maximum(lengths, info["episode"]["l"])
     assert (lengths > 0).all()
     assert lengths.max() <= 100
+
+
+def courses(env: TrafficVectorEnv, ticks: int) -> list[Any]:
+    return [env.step(idle(env))[:4] for _ in range(ticks)]
+
+
+def test_masked_reset_begins_some_runs_and_the_others_go_on(
+    scenario: LogicalScenario, make_case: Case
+) -> None:
+    cases = [
+        make_case(scenario, {"ego_speed": speed, "gap": 70.0}) for speed in (20.0, 25.0, 30.0, 33.0)
+    ]
+    mask = np.array([True, False, True, False])
+    env, alone = (
+        TrafficVectorEnv(size, scenario=scenario, architecture=cases[0].architecture)
+        for size in (4, 2)
+    )
+    env.reset(options={"cases": cases})
+    courses(env, 10)
+    kept = env.step(idle(env))[0]
+    observation, info = env.reset(options={"cases": cases[:1] + cases[1:2], "reset_mask": mask})
+    assert mask.tolist() == [True, False, True, False]
+    assert observation in env.observation_space
+    assert info["parameters"]["ego_speed"].tolist() == [20.0, 25.0, 25.0, 33.0]
+    for name, values in observation.items():
+        np.testing.assert_array_equal(values[~mask], kept[name][~mask])
+    # Those that begin and those that go on are, bit for bit, what they are by themselves.
+    begun, _ = alone.reset(options={"cases": cases[:2]})
+    whole = TrafficVectorEnv(4, scenario=scenario, architecture=cases[0].architecture)
+    whole.reset(options={"cases": cases})
+    courses(whole, 11)
+    for name, values in observation.items():
+        np.testing.assert_array_equal(values[mask], begun[name])
+    for mixed, first, rest in zip(
+        courses(env, 100), courses(alone, 100), courses(whole, 100), strict=True
+    ):
+        for name, values in mixed[0].items():
+            np.testing.assert_array_equal(values[mask], first[0][name])
+            np.testing.assert_array_equal(values[~mask], rest[0][name][~mask])
+        for part in (1, 2, 3):
+            np.testing.assert_array_equal(mixed[part][mask], first[part])
+            np.testing.assert_array_equal(mixed[part][~mask], rest[part][~mask])
+
+
+def test_masked_draws_are_those_of_their_place_in_the_batch(env: TrafficVectorEnv) -> None:
+    env.reset(seed=4)
+    whole = env.reset()[1]["parameters"]["gap"]
+    first = env.reset(seed=4)[1]["parameters"]["gap"]
+    masked = env.reset(options={"reset_mask": np.array([False, True, False, False])})
+    assert masked[1]["parameters"]["gap"].tolist() == [first[0], whole[1], first[2], first[3]]
+
+
+def test_time_of_a_run_that_has_ended_stands_still(env: TrafficVectorEnv) -> None:
+    env.reset(seed=3)
+    ends = np.full(4, np.nan)
+    for _ in range(140):
+        observation, _, terminated, truncated, _ = env.step(idle(env))
+        now = np.isnan(ends) & (terminated | truncated)
+        ends[now] = observation["time"][now]
+    assert np.array_equal(observation["time"], ends)
+    assert ends.max() <= 5.0 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"mask": [True]}, "reset has no option 'mask'"),
+        ({"reset_mask": np.zeros(4, dtype=bool)}, "and names no run"),
+        ({"reset_mask": np.ones(3, dtype=bool)}, r"bool of shape \(3,\)"),
+        ({"reset_mask": np.ones(4)}, "reset_mask is float64"),
+        ({"reset_mask": np.array([True, False, False, False])}, "have never begun"),
+    ],
+)
+def test_options_that_mean_nothing_are_refused(
+    env: TrafficVectorEnv, options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(UsageError, match=message):
+        env.reset(options=options)
+
+
+def test_wrappers_of_gymnasium_reset_by_the_mask_as_with_its_own_vectors(
+    env: TrafficVectorEnv,
+) -> None:
+    wrapped: Any = gymnasium.wrappers.vector.RecordEpisodeStatistics(env)
+    wrapped.reset(seed=2)
+    ended = np.zeros(4, dtype=bool)
+    episodes = 0
+    for _ in range(250):
+        if ended.any():
+            wrapped.reset(options={"reset_mask": ended})
+            episodes += int(ended.sum())
+        _, _, terminated, truncated, _ = wrapped.step(idle(env))
+        ended = terminated | truncated
+    assert episodes >= 8
+
+
+class Single(gymnasium.Env[Any, Any]):
+    """One run of the environment, for checks that know single ones only."""
+
+    metadata = {"render_modes": []}  # noqa: RUF012 - as its base class declares it
+
+    def __init__(self, vector: TrafficVectorEnv) -> None:
+        self.vector = vector
+        self.action_space = vector.single_action_space
+        self.observation_space = vector.single_observation_space
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        super().reset(seed=seed)
+        observation, _ = self.vector.reset(seed=seed, options=options)
+        return self.only(observation), {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        seen, reward, terminated, truncated, _ = self.vector.step(np.asarray(action)[np.newaxis])
+        return self.only(seen), float(reward[0]), bool(terminated[0]), bool(truncated[0]), {}
+
+    def only(self, observation: Any) -> Any:
+        (single,) = iterate(self.vector.observation_space, observation)
+        return {name: np.asarray(value) for name, value in single.items()}
+
+
+# Speeds and angles have units, and places no ends.
+@pytest.mark.filterwarnings("ignore:.*(symmetric and normalized|infinity)")
+def test_a_run_of_it_passes_the_checks_of_single_environments(
+    scenario: LogicalScenario, make_case: Case
+) -> None:
+    vector = TrafficVectorEnv(1, scenario=scenario, architecture=make_case(scenario).architecture)
+    check_env(Single(vector), skip_render_check=True)
 
 
 def test_wrong_use_is_an_error_that_says_what_to_do(

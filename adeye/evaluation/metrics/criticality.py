@@ -137,7 +137,7 @@ def max_required_deceleration(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.rss_violation@1",
+    "adeye:criticality.rss_violation@2",
     "rss_violation_s",
     "s",
     "higher",

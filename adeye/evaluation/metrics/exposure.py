@@ -146,7 +146,7 @@ def min_psd(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_rss_ratio@1", "min_rss_ratio", "1", "lower", _RSS, scale=0.1, cap=10.0
+    "adeye:criticality.min_rss_ratio@2", "min_rss_ratio", "1", "lower", _RSS, scale=0.1, cap=10.0
 )
 def min_rss_ratio(series: TraceSeries) -> MetricColumn:
     """Least gap over the RSS distance, to who is laterally unsafe and has the least RSS margin."""
@@ -167,7 +167,7 @@ def min_rss_ratio(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.rss_response_violation@1", "rss_response_violation_s", "s", "higher", _RSS,
+    "adeye:criticality.rss_response_violation@2", "rss_response_violation_s", "s", "higher", _RSS,
     scale=1.0,
 )  # fmt: skip
 def rss_response_violation(series: TraceSeries) -> MetricColumn:

@@ -7,6 +7,7 @@ is the one for displays. The Bayesian one needs a prior that somebody has stated
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import Final
 
 from adeye.evaluation.statistics.interval import Interval, normal_quantile
@@ -110,7 +111,7 @@ def wilson(failures: int, runs: int, confidence: float) -> Interval:
     (0.001068, 0.005839)
     """
     _check(failures, runs, confidence)
-    z = normal_quantile(0.5 + 0.5 * confidence)
+    z = _central_quantile(confidence)
     share = failures / runs
     spread = z * math.sqrt(share * (1.0 - share) / runs + z * z / (4.0 * runs * runs))
     middle = share + z * z / (2.0 * runs)
@@ -138,7 +139,11 @@ def runs_without_failure(share: float, confidence: float) -> int:
     if not 0.0 < share < 1.0:
         msg = f"a share between 0 and 1 is wanted, not {share}"
         raise ValueError(msg)
-    return math.ceil(math.log1p(-confidence) / math.log1p(-share))
+    needed = math.log1p(-confidence) / math.log1p(-share)
+    if math.isfinite(needed):
+        return max(1, math.ceil(needed))
+    # More than a double holds; a whole number has no end.
+    return math.ceil(Fraction(math.log1p(-confidence)) / Fraction(math.log1p(-share)))
 
 
 def runs_for_proportion(
@@ -163,11 +168,17 @@ def runs_for_proportion(
     if not (half_width > 0.0 and 0.0 < share < 1.0):
         msg = f"a half width above 0 and a share between 0 and 1, not {half_width} and {share}"
         raise ValueError(msg)
-    z = normal_quantile(0.5 + 0.5 * confidence)
+    z = _central_quantile(confidence)
     variance = z * z * share * (1.0 - share)
     if population is None:
         return math.ceil(variance / half_width**2)
     return math.ceil(population / (1.0 + half_width**2 * (population - 1) / variance))
+
+
+def _central_quantile(confidence: float) -> float:
+    """Give how many standard deviations on each side hold a share of the normal distribution."""
+    share = 0.5 + 0.5 * confidence
+    return normal_quantile(share) if share < 1.0 else -normal_quantile(0.5 * (1.0 - confidence))
 
 
 def _upper(failures: int, runs: int, tail: float) -> float:

@@ -389,6 +389,16 @@ class TableSignals:
         self._refuse_mixed_truth(name, texts)
         numbers = [_number(cell) for cell in cells]
         odd = [row for row, text in enumerate(texts) if text and numbers[row] is None]
+        no_number = [
+            row for row, number in enumerate(numbers) if number is not None and math.isnan(number)
+        ]
+        if odd and no_number and len(odd) + len(no_number) == len(present):
+            self.table.refuse(
+                f"{shown(cells[no_number[0]])} among the words of column {shown(name)}",
+                "Leave the cell empty where there is no value, or declare it as a word.",
+                no_number[0],
+                name,
+            )
         if odd and len(odd) == len(present):
             return self._coded(name, texts, tuple(sorted(set(present))), "enumeration")
         if odd:

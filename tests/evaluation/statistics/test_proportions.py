@@ -113,6 +113,19 @@ def test_runs_without_failure_golden_values(level: float, counts: list[int]) -> 
         assert upper_bound(0, count, level) <= 10.0**-k < upper_bound(0, count - 1, level)
 
 
+@pytest.mark.parametrize("level", [5e-324, 1e-17, 0.5, 1.0 - 1e-9, 1.0 - 2.0**-53])
+def test_every_level_between_0_and_1_has_bounds(level: float) -> None:
+    for failures, runs in ((0, 1), (0, 10), (3, 10), (10, 10), (7, 10**6)):
+        share = failures / runs
+        for interval in (clopper_pearson, wilson):
+            found = interval(failures, runs, level)
+            assert 0.0 <= found.low <= share <= found.high <= 1.0
+        assert 0.0 <= upper_bound(failures, runs, level) <= 1.0
+    for target in (5e-324, 1e-300, 1e-17, 0.5, 1.0 - 2.0**-53):
+        assert runs_without_failure(target, level) >= 1
+    assert runs_without_failure(5e-324, 0.95) > 10**322
+
+
 def test_runs_for_proportion_golden_values() -> None:
     assert runs_for_proportion(0.05, 0.95) == 385
     assert runs_for_proportion(0.01, 0.95) == 9604

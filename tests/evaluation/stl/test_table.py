@@ -175,6 +175,8 @@ def test_truth_values_and_words_are_told_from_the_cells() -> None:
     ("cells", "options", "message"),
     [
         (["1", "two", "3"], {}, "x.csv:3:1: 'two' among the numbers of column 'a'"),
+        (["true", "nan", "false"], {}, "x.csv:3:1: 'nan' among the words of column 'a'"),
+        (["red", "NaN", ""], {}, "x.csv:3:1: 'NaN' among the words of column 'a'"),
         (["ok", "odd"], {"words": {"a": ["ok"]}}, "x.csv:3:1: 'odd' is none of the words ok"),
         (["1"], {"units": {"a": "furlong"}}, "'furlong' is not a unit"),
         (["ok"], {"units": {"a": "m"}}, "has the words ok, and no unit"),
