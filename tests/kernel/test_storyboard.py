@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from adeye.kernel.clock import tick_time
 from adeye.kernel.manoeuvre import (
     ACTOR_WIDTH,
     LINEAR,
@@ -285,7 +286,7 @@ def events(
             BEGUN,
             actions,
             tick,
-            STEP,
+            tick_time(tick, STEP),
             begun,
             actors,
         )
