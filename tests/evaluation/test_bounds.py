@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.evaluation.bounds import bound_of
+from adeye.evaluation.bounds import Bound, bound_of
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.requirements import requirement_digest
 from adeye.spec.concept import Requirement
@@ -105,3 +105,10 @@ def test_margin_is_the_distance_to_the_limit_and_the_cap_without_a_conflict() ->
 
 
 RECORDED = "1ddc889ae14e8bf62826d3144dd659665010436ef57207d4aad5d6d86d020822"
+
+
+@pytest.mark.parametrize("is_lower", [True, False])
+def test_what_lies_on_a_bound_as_a_decimal_has_no_margin(*, is_lower: bool) -> None:
+    name = next(name for name, metric in METRICS.items() if metric.cap is None)
+    values = np.array([0.1 + 0.2, 6 * 0.05])
+    assert Bound(name, 0.3, is_lower).margins(values, np.zeros(2, np.bool_)).tolist() == [0.0, 0.0]
