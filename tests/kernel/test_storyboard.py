@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from adeye.kernel.clock import tick_time
 from adeye.kernel.manoeuvre import (
     ACTOR_WIDTH,
     LATERAL_ACCELERATION,
@@ -294,7 +295,7 @@ def events(
             actions,
             order,
             tick,
-            tick * STEP,
+            tick_time(tick, STEP),
             due,
             begun,
             ended,
