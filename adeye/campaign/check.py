@@ -357,6 +357,10 @@ def _check_axes(expansion: Expansion) -> None:
                     where=axis.where,
                     remedy="Vary what runs depend on; texts, tags and costs are no part of them.",
                 )
+    for use in expansion.files.odd.spec.scenarios:
+        # What a relation names decides which points there are.
+        relations = (*use.sweep.where, *expansion.files.scenarios[use.name].spec.constraints)
+        used.setdefault(use.name, set()).update(*(item.names for item in relations))
     for section in expansion.sections:
         for axis in section.group.axes:
             if axis.kind == "parameter" and axis.name not in used[section.group.use.name]:
