@@ -213,7 +213,7 @@ def same_scenarios(expansion: Expansion) -> Iterator[str]:
             )
 
 
-def check_cases(expansion: Expansion) -> None:
+def check_cases(expansion: Expansion) -> tuple[str, ...]:
     """Check what a sweep makes of the files: every variant and every value of the worlds.
 
     Every point is looked at, ``BATCH`` of them at a time; a variant, and a world that only
@@ -221,6 +221,9 @@ def check_cases(expansion: Expansion) -> None:
 
     Args:
         expansion: The test cases of the plan.
+
+    Returns:
+        What the user should know of its axes; no error.
 
     Raises:
         SweepError: A variant is not valid, a point is outside an ODD that refuses such, or an axis
@@ -254,7 +257,7 @@ def check_cases(expansion: Expansion) -> None:
         if _is_new((shared.scenario_id, *_worlds_key(section, shared)), seen):
             _check_worlds(expansion, section)
         _check_presence(files, section, shared, seen)
-    _check_axes(expansion)
+    return _check_axes(expansion)
 
 
 def _check_presence(files: OddFiles, section: Section, shared: Shared, seen: set[object]) -> None:
@@ -335,8 +338,12 @@ def _onset_place(files: OddFiles, section: Section, fault: Fault) -> SourceLocat
     return files.odd.locate(("faults", number, *loc))
 
 
-def _check_axes(expansion: Expansion) -> None:
-    """Check that every axis makes a difference to some run: else it counts one run many times."""
+def _check_axes(expansion: Expansion) -> tuple[str, ...]:
+    """Check that every axis makes a difference to some run: else it counts one run many times.
+
+    Returns:
+        A notice of each that only chooses among the points of others.
+    """
     used: dict[str, set[str]] = {}
     alike: dict[object, Section] = {}
     for section in expansion.sections:
@@ -357,20 +364,24 @@ def _check_axes(expansion: Expansion) -> None:
                     where=axis.where,
                     remedy="Vary what runs depend on; texts, tags and costs are no part of them.",
                 )
-    for use in expansion.files.odd.spec.scenarios:
-        # What a relation names decides which points there are.
-        relations = (*use.sweep.where, *expansion.files.scenarios[use.name].spec.constraints)
-        used.setdefault(use.name, set()).update(*(item.names for item in relations))
+    notices: dict[str, None] = {}
     for section in expansion.sections:
+        use = section.group.use
+        relations = (*use.sweep.where, *expansion.files.scenarios[use.name].spec.constraints)
+        chosen_by = frozenset[str]().union(*(item.names for item in relations))
         for axis in section.group.axes:
-            if axis.kind == "parameter" and axis.name not in used[section.group.use.name]:
+            if axis.kind != "parameter" or axis.name in used[use.name]:
+                continue
+            said = f"{axis.name}: nothing that happens in scenario {use.name} depends on it"
+            if axis.name not in chosen_by:
                 raise SweepError(
-                    f"{axis.name}: nothing that happens in scenario {section.group.use.name} "
-                    "depends on it, so that each of its values would count the same run again",
+                    f"{said}, so that each of its values would count the same run again",
                     where=axis.where,
                     remedy="Use it in the scenario or take it out of the sweep; for more samples "
                     "of the noise there are replicates.",
                 )
+            notices[f"{said}; it only chooses points, and its values are replicates"] = None
+    return tuple(notices)
 
 
 def _is_new(key: object, seen: set[object]) -> bool:

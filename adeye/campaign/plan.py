@@ -330,10 +330,10 @@ def make_plan(
     )
     if not plan.cases:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
-    check_cases(expansion)
+    axes = check_cases(expansion)
     alike = *same_architectures(files, parts), *same_scenarios(expansion)
     idle = tuple(f"fault {name} {why}" for name, why in idle_faults(plan.faults, plan.injected))
-    return replace(plan, notices=(*plan.notices, *alike, *idle))
+    return replace(plan, notices=(*plan.notices, *axes, *alike, *idle))
 
 
 def _load_metrics(files: OddFiles) -> tuple[Part, ...]:

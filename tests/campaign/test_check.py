@@ -440,17 +440,21 @@ def test_swept_point_at_which_a_fault_never_acts_is_refused(
         check(load(faults=[drop(**fault)], scenarios=scenarios))
 
 
-def test_parameter_that_only_a_relation_names_makes_no_difference(
+def test_parameter_that_only_a_relation_names_is_said_to_be_a_replicate(
     project: Path, load: Callable[..., OddFiles]
 ) -> None:
     path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
     replace(path, "parameters:\n", "parameters:\n  shade: {default: 1, range: [0, 9]}\n")
-    sweep = {"parameters": {"shade": [1, 2, 3]}, "where": ["shade < 3"]}
+    sweep: dict[str, Any] = {"parameters": {"shade": [1, 2, 3]}}
     said = r"example.yaml:\d+:\d+: shade: nothing that happens in scenario cut_in depends on it"
     with pytest.raises(SweepError, match=said):
         check(load(sweep))
+    (notice,) = check_cases(expand(load({**sweep, "where": ["shade < 3"]})))
+    assert notice.startswith("shade: nothing that happens in scenario cut_in depends on it; it")
     begins = drop(onset={"when": "time >= shade * 1 s"})
-    check(load(faults=[begins], scenarios=[{"use": "cut_in", "sweep": sweep}]))
+    assert not check_cases(
+        expand(load(faults=[begins], scenarios=[{"use": "cut_in", "sweep": sweep}]))
+    )
 
 
 @pytest.mark.parametrize(
