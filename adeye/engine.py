@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 DRIVER = "stepwise"
 DEFAULT_BACKEND = "batch"
-NUMERICS_VERSION = 3
+NUMERICS_VERSION = 4
 """Raised whenever the bits of any trace change on purpose."""
 
 
