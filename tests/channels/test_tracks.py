@@ -35,7 +35,7 @@ from adeye.signals import (
 )
 
 GATE = 4.0
-ORIGIN = (0.0, 0.0, 0.0)
+ORIGIN = (0.0, 0.0, 0.0, 0.0)
 
 
 def tracks_at(*places: tuple[float, float], kind: float = 0.0) -> Floats:
@@ -192,7 +192,7 @@ def test_standing_echo_does_not_update_the_track_of_a_vehicle_that_drives(
     tracks = tracks_at((40.0, 0.0))
     tracks[0, TRACK_VX], tracks[0, TRACK_VAR_VX] = 20.0, 0.04
     detections, places, owner = echo(41.0, 0.0, rate)
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, (2.0, 0.0, 30.0))
+    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, (2.0, 0.0, 30.0, 0.0))
     assert bool(owner[0] == 0) is fits
 
 
