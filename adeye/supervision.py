@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.errors import ASKED_TO_END, AdeyeError, Interrupted, PluginError, Terminated
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import TracebackType
 
 NOTES_BYTES: Final = 1 << 14
@@ -141,6 +142,26 @@ def is_asked(error: BaseException) -> bool:
     if threading.current_thread() is not threading.main_thread() or handler is signal.SIG_IGN:
         return False
     return isinstance(error, Interrupted | Terminated) or handler is signal.default_int_handler
+
+
+def settle_children(settle: Callable[[], None]) -> None:
+    """Have every process that is forked from here settle before a signal can reach it.
+
+    A signal that came first would be lost to the handler that the child has inherited.
+    """
+    kept = threading.local()
+
+    def hold() -> None:
+        kept.mask = signal.pthread_sigmask(signal.SIG_BLOCK, _ASKING)
+
+    def release() -> None:
+        signal.pthread_sigmask(signal.SIG_SETMASK, kept.mask)
+
+    def begin() -> None:
+        settle()
+        release()
+
+    os.register_at_fork(before=hold, after_in_parent=release, after_in_child=begin)
 
 
 @dataclass(frozen=True, slots=True)

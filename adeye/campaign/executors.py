@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic
 
 from adeye.errors import PlatformError
 from adeye.ports import Done, Result, Task
-from adeye.supervision import NOTES_BYTES, at_work, note_in
+from adeye.supervision import NOTES_BYTES, at_work, note_in, settle_children
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -295,7 +295,7 @@ def _serve(end: Connection, work: Callable[[Any], Any], notes: Any) -> None:
     for name in _SIGNALS:
         # A handler, because who is started here would inherit that a signal is ignored.
         signal.signal(name, _disregard)
-    os.register_at_fork(after_in_child=partial(_leave, end))
+    settle_children(partial(_leave, end))
     os.setpgid(0, 0)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     os.environ.setdefault("OMP_NUM_THREADS", "1")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.cli.output import talk
 from adeye.errors import Interrupted, Terminated
-from adeye.supervision import note_end, note_signal
+from adeye.supervision import note_end, note_signal, settle_children
 
 if TYPE_CHECKING:
     from adeye.campaign.stopping import Stop
@@ -39,7 +39,7 @@ def _heed() -> None:
             signal.signal(name, usual)
 
 
-os.register_at_fork(after_in_child=_heed)
+settle_children(_heed)
 
 
 @contextmanager
