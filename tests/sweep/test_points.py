@@ -118,8 +118,8 @@ def test_equal_points_are_refused(load: Load, sweep: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     "sweep",
     [
-        {"design": "list", "points": [{"gap": "30.1 m"}, {"gap": "30.1 m + 0.1 m"}]},
-        {"design": "zip", "parameters": {"gap": ["30.1 m", "30.1 m + 0.1 m"]}},
+        {"design": "list", "points": [{"gap": "30.2 m"}, {"gap": "30.1 m + 0.1 m"}]},
+        {"design": "zip", "parameters": {"gap": ["30.2 m", "30.1 m + 0.1 m"]}},
     ],
 )
 def test_points_that_only_rounding_parts_are_refused(load: Load, sweep: dict[str, Any]) -> None:
