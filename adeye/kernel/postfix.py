@@ -14,7 +14,7 @@ import numpy as np
 
 from adeye.kernel.elementary import cos, exp, log, power, sin
 from adeye.kernel.jit import allocating, compiled
-from adeye.kernel.relation import compares
+from adeye.kernel.relation import compares, settled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -88,6 +88,10 @@ def run_program(  # noqa: C901 - one branch for each number of operands
             top -= 1
             left, right = float(stack[top]), float(stack[top + 1])
             one, other = float(sizes[top]), float(sizes[top + 1])
+            if op == 5:
+                right = settled(op, right, other)
+            else:
+                left = settled(op, left, one)
             stack[top] = _binary(op, left, right, max(one, other))
             sizes[top] = _size(op, stack[top], left, right, one, other)
         elif op in (27, 28):
@@ -108,9 +112,10 @@ def run_program(  # noqa: C901 - one branch for each number of operands
             stack[top] = stack[top + 1]
             sizes[top] = abs(stack[top])
         else:
-            stack[top] = unary(op, float(stack[top]))
-            if op not in (16, 17):
-                sizes[top] = abs(stack[top])
+            size = float(sizes[top])
+            inner = settled(op, float(stack[top]), size)
+            stack[top] = unary(op, inner)
+            sizes[top] = _unary_size(op, stack[top], inner, size)
     return float(stack[top])
 
 
@@ -168,6 +173,18 @@ def _elementary(op: int, value: float) -> float:
 
 
 @compiled
+def _unary_size(op: int, value: float, inner: float, size: float) -> float:
+    """Size of what the result of one operand is made of: as an error of the operand spreads."""
+    if op in (16, 17):
+        return size
+    if op in (23, 24):
+        return abs(value) + size
+    if op in (20, 26) and inner > 0.0:
+        return abs(value) + size / (value if op == 20 else inner)
+    return abs(value)
+
+
+@compiled
 def _size(op: int, value: float, left: float, right: float, one: float, other: float) -> float:
     """Size of what the result of two operands is made of, from the sizes of these.
 
@@ -179,8 +196,20 @@ def _size(op: int, value: float, left: float, right: float, one: float, other: f
         return one * other
     if op == 5 and right != 0.0:
         return one / abs(right) * (other / abs(right))
+    if op == 6:
+        return _power_size(value, left, right, one)
     if op in (18, 19):
         return one if value == left else other
+    return abs(value)
+
+
+@compiled
+def _power_size(value: float, base: float, exponent: float, size: float) -> float:
+    """Size of what a power is made of, as of the products and quotients that it stands for."""
+    if exponent > 0.0:
+        return power(size, exponent)
+    if base != 0.0:
+        return abs(value) * power(size / abs(base), -exponent)
     return abs(value)
 
 

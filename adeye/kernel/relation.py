@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 SLACK: Final = 1e-9
 """Numbers are equal that differ by less than this part of the largest that they are made of."""
+MOST_SLACK: Final = 1e-6
+"""A number is no whole one that is farther from it, however large it is."""
 AT_LEAST: Final = 12
 """Code of ``>=``."""
 
@@ -41,6 +43,26 @@ def compares(op: int, left: float, right: float, size: float) -> bool:
     if op == 8:
         return not is_same
     return left < right if op <= 10 else left > right
+
+
+@compiled
+def settled(op: int, value: float, size: float) -> float:
+    """Put an operand on the number at which an operation jumps, if only the slack parts them.
+
+    1 / (0.1 + 0.2 - 0.3) divides by zero, and floor(0.3 / 0.1) is 3.
+
+    Args:
+        op: Code of the operation: whole numbers for ``floor`` and ``ceil``, 0 for a divisor, the
+            base of a power, ``sqrt`` and ``log``; of others, the value stays.
+        value: Any number.
+        size: Size of what it is made of.
+    """
+    near, slack = 0.0, SLACK * size
+    if op in (21, 22):
+        near, slack = float(np.rint(value)), min(slack, MOST_SLACK)
+    elif op not in (5, 6, 20, 26):
+        return value
+    return near if value != near and abs(value - near) <= slack and size < math.inf else value
 
 
 def differences(left: Any, right: Any, size: Any = None) -> NDArray[np.float64]:

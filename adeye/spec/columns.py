@@ -106,6 +106,9 @@ def _operand(value: Any) -> _Operand:
 
 
 def _certain(word: str, operands: Sequence[_Operand]) -> _Operand:
+    if word in _JUMPS:
+        at = _JUMPS[word]
+        operands = [*operands[:at], _settled(word, operands[at]), *operands[at + 1 :]]
     value = _applied(word, operands)
     known, defined = operands[0].known, operands[0].defined
     for item in operands[1:]:
@@ -136,7 +139,19 @@ def _joined(word: str, operands: Sequence[_Operand]) -> _Operand:
     return replace(found, value=value, known=found.known | sure, defined=found.defined | clear)
 
 
-def _size(word: str, value: Any, operands: Sequence[_Operand]) -> Any:  # noqa: PLR0911 - by operation
+def _settled(word: str, operand: _Operand) -> _Operand:
+    """Put an operand on what only the slack parts it from, as ``adeye.kernel.relation.settled``."""
+    from adeye.kernel.relation import MOST_SLACK, SLACK
+
+    values, size = _numbers(operand.value), np.asarray(operand.size)
+    is_whole = word in {"floor", "ceil"}
+    near = np.rint(values) if is_whole else np.zeros_like(values)
+    slack = np.minimum(SLACK * size, MOST_SLACK if is_whole else np.inf)
+    is_near = (values != near) & (np.abs(values - near) <= slack) & (size < np.inf)
+    return replace(operand, value=np.where(is_near, near, values))
+
+
+def _size(word: str, value: Any, operands: Sequence[_Operand]) -> Any:  # noqa: C901, PLR0911 - by operation
     """Give the size of what a result is made of, as ``adeye.kernel.postfix`` does."""
     if _is_text(value):
         return 0.0
@@ -150,6 +165,16 @@ def _size(word: str, value: Any, operands: Sequence[_Operand]) -> Any:  # noqa: 
     if word == "/":
         divisor = np.abs(_numbers(operands[1].value))
         return np.where(divisor == 0.0, np.abs(value), sizes[0] / divisor * (sizes[1] / divisor))
+    if word == "**":
+        base, exponent = np.abs(_numbers(operands[0].value)), _numbers(operands[1].value)
+        inverse = np.abs(value) * _raised(sizes[0] / np.where(base == 0.0, 1.0, base), -exponent)
+        inverse = np.where(base == 0.0, np.abs(value), inverse)
+        return np.where(exponent > 0.0, _raised(np.asarray(sizes[0]), exponent), inverse)
+    if word in {"sin", "cos"}:
+        return np.abs(value) + sizes[0]
+    if word in {"sqrt", "log"}:
+        inner = _numbers(value if word == "sqrt" else operands[0].value)
+        return np.abs(value) + np.where(inner > 0.0, sizes[0] / inner, 0.0)
     if word in {"min", "max"}:
         chosen = np.where(value == _numbers(operands[0].value), *sizes)
         return np.where(np.isfinite(sizes[0]) & np.isfinite(sizes[1]), chosen, np.inf)
@@ -244,6 +269,8 @@ def _raised(bases: _Floats, exponents: _Floats) -> _Floats:
     return power_column(left.ravel(), right.ravel()).reshape(left.shape)
 
 
+_JUMPS: Final = {"/": 1, "**": 0, "sqrt": 0, "log": 0, "floor": 0, "ceil": 0}
+"""Which operand these jump or end at, at 0 or at whole numbers."""
 _TEXTS: Final[dict[str, Callable[[Any, Any], Any]]] = {
     "==": np.equal,
     "!=": np.not_equal,

@@ -319,6 +319,22 @@ def has_path(record: Any, path: tuple[str, ...]) -> bool:
     return True
 
 
+def _are_same(low: float, high: float) -> bool:
+    """Tell whether rounding alone may part two numbers; whole ones are never rounded."""
+    is_whole = low.is_integer() and high.is_integer()
+    return math.isclose(low, high, rel_tol=_SAME) and (low == high or not is_whole)
+
+
+def situations(values: Sequence[float | str]) -> tuple[float | str, ...]:
+    """Give the values of an axis so that those are equal that rounding alone parts."""
+    numbers = sorted(value for value in set(values) if isinstance(value, float))
+    same = dict(zip(numbers, numbers, strict=True))
+    for low, high in pairwise(numbers):
+        if _are_same(low, high):
+            same[high] = same[low]
+    return tuple(same[value] if isinstance(value, float) else value for value in values)
+
+
 def _require_distinct(
     name: str, texts: Sequence[Level], values: Sequence[object], where: SourceLocation
 ) -> None:
@@ -330,11 +346,9 @@ def _require_distinct(
                 f"{name}: a value occurs twice, as {pair}", where=where, remedy="Remove one."
             )
         first[value] = text
-    # Rounding alone may part two numbers so; whole ones are never rounded.
     numbers = sorted(value for value in first if isinstance(value, float))
     for low, high in pairwise(numbers):
-        is_whole = low.is_integer() and high.is_integer()
-        if math.isclose(low, high, rel_tol=_SAME) and not is_whole:
+        if _are_same(low, high):
             pair = " and ".join(shown(first[value]) for value in (low, high))
             raise SweepError(
                 f"{name}: two values are the same but for a part of {_SAME:g}, {pair}",

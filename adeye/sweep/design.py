@@ -13,6 +13,7 @@ from adeye.errors import SourceLocation, SweepError
 from adeye.identity import canonical_json
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import uniform
+from adeye.sweep.axes import situations
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -310,8 +311,9 @@ def _require_points(
 def _require_different(axes: Sequence[Axis], count: int, where: SourceLocation) -> None:
     """Refuse equal points: they would be one test case that is executed once."""
     first: dict[tuple[float | str, ...], int] = {}
+    columns = [situations(axis.values) for axis in axes]
     for number in range(count if axes else 0):
-        point = tuple(axis.values[number] for axis in axes)
+        point = tuple(column[number] for column in columns)
         if point in first:
             told = ", ".join(f"{axis.name} = {axis.texts[number]}" for axis in axes)
             raise SweepError(

@@ -6,7 +6,7 @@ declared distribution, or evenly between its ends.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from adeye.spec.odd import Level
     from adeye.sweep.axes import Axis
 
 FillingKind = Literal["lhs", "sobol"]
@@ -88,8 +89,9 @@ class RandomDesign:
                 where=where,
                 remedy="Widen the ranges or relax the relations.",
             )
-        sample = np.concatenate(kept)[: self.samples]
-        return _points(axes, sample, self.samples, looked, where)
+        feasible = np.concatenate(kept)
+        points = _points(axes, feasible[: self.samples], self.samples, looked, where)
+        return replace(points, absent=_vanished(axes, table, feasible))
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +149,8 @@ class SpaceFillingDesign:
                 where=where,
                 remedy="Widen the ranges or relax the relations.",
             )
-        return _points(axes, table[mask], self.samples, self.samples, where)
+        points = _points(axes, table[mask], self.samples, self.samples, where)
+        return replace(points, absent=_vanished(axes, table, table[mask]))
 
     def _require_balance(self, where: SourceLocation) -> None:
         if self.kind != "sobol":
@@ -239,6 +242,19 @@ def _points(
     points = Points(values, levels, raw, count, drawn=drawn)
     _require_distinct(points, axes, where)
     return points
+
+
+def _vanished(
+    axes: Sequence[Axis], drawn: NDArray[np.float64], feasible: NDArray[np.float64]
+) -> dict[str, tuple[Level, ...]]:
+    """Find the levels of choices that were drawn, and that relations leave in no point."""
+    found: dict[str, tuple[Level, ...]] = {}
+    for at, axis in enumerate(axes):
+        if _is_choice(axis):
+            gone = np.setdiff1d(drawn[:, at], feasible[:, at]).astype(np.int64)
+            if gone.size:
+                found[axis.name] = tuple(axis.texts[level] for level in gone)
+    return found
 
 
 def _require_distinct(points: Points, axes: Sequence[Axis], where: SourceLocation) -> None:

@@ -178,6 +178,36 @@ def test_a_difference_that_people_see_is_none_of_rounding() -> None:
     assert parse("a > 0 mm/h").evaluate({"a": 1e-6 / 3.6e6}) is True
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(a - d)**2 <= 0",
+        "(a - d)**0.5 == 0",
+        "sqrt(a - d) == 0",
+        "sqrt(d - a) == 0",
+        "ceil(a / 0.1) == 3",
+        "floor(d / 0.1) == 3",
+        "log(1 + a - d) == 0",
+        "sin((1 + a - d) * 180 deg) == 0",
+        "cos((1 + a - d) * 90 deg) <= 0",
+        "(a + 1)**-2 == (d + 1)**-2",
+    ],
+)
+def test_a_function_of_a_sum_on_a_limit_is_that_of_the_limit(text: str) -> None:
+    # 0.1 + 0.2 is not the float 0.3.
+    values = {"a": 0.1 + 0.2, "d": 0.3}
+    assert parse(text).evaluate(values) is True
+    columns = {name: np.array([value]) for name, value in values.items()}
+    assert np.all(parse(text).evaluate(columns))
+    assert run(parse(text), [values["a"], 0.0, values["d"]]) == 1.0
+
+
+@pytest.mark.parametrize("text", ["1 / (a - d) > 0", "(a - d)**-1 < 9", "log(a - d) < 0"])
+def test_a_sum_that_is_zero_but_for_rounding_divides_by_zero(text: str) -> None:
+    with pytest.raises(ExpressionError, match="divides by zero or is not finite"):
+        parse(text).evaluate({"a": 0.1 + 0.2, "d": 0.3})
+
+
 def test_text_and_numbers_are_not_mixed() -> None:
     with pytest.raises(ExpressionError, match="mixes text and numbers"):
         parse("weather > 2").evaluate({"weather": "rain"})

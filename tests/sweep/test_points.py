@@ -115,6 +115,19 @@ def test_equal_points_are_refused(load: Load, sweep: dict[str, Any]) -> None:
         read_points(load(sweep), 0)
 
 
+@pytest.mark.parametrize(
+    "sweep",
+    [
+        {"design": "list", "points": [{"gap": "30.2 m"}, {"gap": "30.1 m + 0.1 m"}]},
+        {"design": "zip", "parameters": {"gap": ["30.2 m", "30.1 m + 0.1 m"]}},
+    ],
+)
+def test_points_that_only_rounding_parts_are_refused(load: Load, sweep: dict[str, Any]) -> None:
+    assert 30.2 != 30.1 + 0.1
+    with pytest.raises(SweepError, match=r"points 1 and 2 are the same: gap = 30\.1 m \+ 0\.1 m"):
+        read_points(load(sweep), 0)
+
+
 @pytest.mark.parametrize("parameters", [{"gap": ["40 m"]}, {}])
 def test_a_sample_that_is_one_point_is_refused(load: Load, parameters: dict[str, Any]) -> None:
     sweep = {"design": "random", "samples": 5, "parameters": parameters}

@@ -148,3 +148,11 @@ def test_number_of_sobol_points_that_fits_is_named(load: Load) -> None:
     with pytest.raises(SweepError) as caught:
         points_of(load, "sobol", 48)
     assert caught.value.remedy == "Write samples: 32 or 64."
+
+
+@pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
+def test_a_level_of_a_choice_that_relations_forbid_is_named(load: Load, design: str) -> None:
+    parameters = {"gap": ["30 m", "60 m"], "rain": {"choice": {"0 mm/h": 0.8, "5 mm/h": 0.2}}}
+    assert not points_of(load, design, 64, parameters).absent
+    left = points_of(load, design, 64, parameters, where=["rain < 5 mm/h"])
+    assert left.absent == {"rain": ("5 mm/h",)}

@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.evaluation.stl.syntax import Arithmetic, Comparison, Equality, Predicate, Signal, Term
+from adeye.evaluation.stl.syntax import (
+    Arithmetic,
+    Comparison,
+    Constant,
+    Equality,
+    Predicate,
+    Signal,
+    Term,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -130,9 +138,22 @@ def _term_unit(term: Term, inputs: Mapping[str, Series]) -> str | None:
     """Give the unit of a term that its operations leave as it is; None where they do not."""
     if isinstance(term, Signal):
         return inputs[term.name].unit if term.name in inputs else None
-    if isinstance(term, Arithmetic) and term.operator not in {"*", "/"}:
-        for operand in term.operands:
+    if isinstance(term, Arithmetic):
+        operands = list(term.operands)
+        if term.operator in {"*", "/"}:
+            # A plain number leaves the unit as it is, unless it is what is divided.
+            of = operands[:1] if term.operator == "/" else operands
+            if sum(not _is_plain(operand) for operand in operands) > 1 or all(map(_is_plain, of)):
+                return None
+        for operand in operands:
             unit = _term_unit(operand, inputs)
             if unit is not None:
                 return unit
     return None
+
+
+def _is_plain(term: Term) -> bool:
+    """Tell whether a term is made of numbers without unit only."""
+    if isinstance(term, Constant):
+        return not any(term.exponents)
+    return isinstance(term, Arithmetic) and all(map(_is_plain, term.operands))

@@ -283,7 +283,7 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float, f
             name,
         )
     usual = float(np.median(steps))
-    for row in np.flatnonzero(np.abs(steps - usual) > TOLERANCE * usual)[:1]:
+    for row in np.flatnonzero(np.abs(steps - usual) > TOLERANCE * usual + TIME_SLACK)[:1]:
         table.refuse(
             f"{steps[row]:.6g} s after the row before, where {usual:.6g} s are usual",
             "Sample the signals evenly; adeye invents no samples.",
@@ -312,7 +312,7 @@ def _refuse_unit(table: Table, name: str, unit: str) -> None:
 
 def _misplaced(times: Floats, step: float) -> Any:
     places = times[0] + step * np.arange(len(times))
-    return np.abs(times - places) > TOLERANCE * step
+    return np.abs(times - places) > TOLERANCE * step + TIME_SLACK
 
 
 def _spread(times: Floats, step: float) -> float:

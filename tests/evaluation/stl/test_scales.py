@@ -77,6 +77,10 @@ def test_a_label_has_the_place_of_its_word() -> None:
         ("gap - speed * 2 s > 0", "m"),
         ("speed * 2 s > 0 m", "SI"),
         ("abs(speed) < 3 m/s", "m/s"),
+        ("2 * (3 + 1) * gap > 6 m", "m"),
+        ("gap / 2 - 0.5 * gap > 6 m", "m"),
+        ("2 / gap < 3 / 1 m", "SI"),
+        ("gap * gap > gap * 3 m", "SI"),
         ("contact", "1"),
     ],
 )

@@ -104,6 +104,8 @@ def test_the_column_of_times_is_found_or_named() -> None:
         ([0, 2, 4], "s", 2.0),
         ([0.0, 0.4, 0.8], "s", 0.4),
         (["0", " 0.5", "1.0"], "s", 0.5),
+        # A tenth of a step, but for the last bits.
+        ([0.02, 0.04, 0.06, 0.078, 0.1, 0.12], "s", 0.02),
     ],
 )
 def test_the_step_is_that_of_the_times(times: list[Any], unit: str, step: float) -> None:
