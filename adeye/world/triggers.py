@@ -224,7 +224,7 @@ def lane_share(place: Floats, d: float) -> float:
         d: Lateral place of the lane [m].
     """
     bend = place[PLACE_CURVATURE]
-    return max(0.0, 1.0 - bend * d) / max(1e-3, 1.0 - bend * place[PLACE_D])
+    return float(max(0.0, 1.0 - bend * d) / max(1e-3, 1.0 - bend * place[PLACE_D]))
 
 
 @compiled
