@@ -28,6 +28,7 @@ from adeye.signals import (
     OBJECT_SPEED,
     OBJECT_X,
     OBJECT_Y,
+    PLACE_CURVATURE,
     PLACE_D,
     PLACE_HEADING,
     PLACE_S,
@@ -205,11 +206,25 @@ def road_ttc(gap: float, ego_speed: float, other_speed: float) -> float:
 
     Args:
         gap: As of ``road_gap`` [m].
-        ego_speed: Along the road [m/s].
-        other_speed: Along the road [m/s].
+        ego_speed: Along the lane [m/s].
+        other_speed: Along the same lane, see ``lane_share`` [m/s].
     """
     closing = (ego_speed - other_speed) * math.copysign(1.0, gap)
     return abs(gap) / closing if closing > 0.0 else math.inf
+
+
+@compiled
+def lane_share(place: Floats, d: float) -> float:
+    """Way along a lane over the way that somebody drives beside it, 1 on a straight road.
+
+    It is the rate of ``kernel.road.lane_way``; beyond the centre of a bend it is kept finite.
+
+    Args:
+        place: (6,) of who drives.
+        d: Lateral place of the lane [m].
+    """
+    bend = place[PLACE_CURVATURE]
+    return float(max(0.0, 1.0 - bend * d) / max(1e-3, 1.0 - bend * place[PLACE_D]))
 
 
 @compiled
@@ -273,7 +288,9 @@ def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
                 there = places[run, thing, PLACE_HEADING]
                 apart = lane_way(ego_s, road, ego_place[run, PLACE_D], row[1], there)
                 row[3] = road_gap(apart, extent, road_extent(sizes[run, thing], turned))
-                row[4] = road_ttc(row[3], along, speed * cos(turned))
+                # What drives beside gains on the ego's lane by the radii of the two.
+                carried = lane_share(places[run, thing], ego_place[run, PLACE_D])
+                row[4] = road_ttc(row[3], along, carried * speed * cos(turned))
             if wanted[first + 5]:
                 row[5] = box_distance(
                     ego[run, EGO_X],

@@ -105,6 +105,7 @@ def scenes_of(context: SceneContext, frames: int, *, is_close: bool = False) -> 
                 objects=seen,
                 object_places=np.zeros((runs, count, 6)),
                 begun=np.zeros((runs, 0)),
+                ended=np.zeros((runs, 0), dtype=np.bool_),
                 contact=np.full(runs, -1, dtype=np.int64),
                 impact_speed=np.zeros(runs),
                 foreign_contact=np.zeros(runs, dtype=np.bool_),

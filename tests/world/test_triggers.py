@@ -135,6 +135,27 @@ def test_a_gap_has_the_sign_of_where_the_other_is() -> None:
     assert road_gap(4.0, 2.0, 3.0) == 0.0
 
 
+def at_start(case: TestCase) -> dict[str, float]:
+    """Return the trigger variables of a test case as it begins."""
+    world = compile_world([case])
+    places = [np.zeros((1, 6)), np.zeros((1, 2, 6))]
+    road = world.context.road
+    locate_all(
+        np.ones(1, bool), world.ego, world.objects, road.segments, road.lane_width, road.lanes,
+        *places,
+    )  # fmt: skip
+    table = TriggerTable.of([case], world.context)
+    values = table.values(
+        Scene(
+            tick=0, time=0.0, ego=world.ego, ego_place=places[0], objects=world.objects,
+            object_places=places[1], begun=np.zeros((1, 0)), ended=np.zeros((1, 0), bool),
+            contact=np.array([-1]), impact_speed=np.zeros(1),
+            foreign_contact=np.zeros(1, bool), running=np.ones(1, bool),
+        )
+    )[0]  # fmt: skip
+    return dict(zip(table.index, values.tolist(), strict=True))
+
+
 @pytest.mark.parametrize("radius", ["60 m", "-60 m"])
 @pytest.mark.parametrize("lane", [0, 2])
 def test_a_gap_on_a_bend_is_the_one_that_the_scenario_says(
@@ -151,26 +172,33 @@ def test_a_gap_on_a_bend_is_the_one_that_the_scenario_says(
             "rear": actor(ahead_of="ego", gap="-8 m", lane=lane, speed="40 m/s"),
         },
     )
-    case = make_case(scenario, {"gap": 40.0})
-    world = compile_world([case])
-    places = [np.zeros((1, 6)), np.zeros((1, 2, 6))]
-    road = world.context.road
-    locate_all(
-        np.ones(1, bool), world.ego, world.objects, road.segments, road.lane_width, road.lanes,
-        *places,
-    )  # fmt: skip
-    table = TriggerTable.of([case], world.context)
-    values = table.values(
-        Scene(
-            tick=0, time=0.0, ego=world.ego, ego_place=places[0], objects=world.objects,
-            object_places=places[1], begun=np.zeros((1, 0)), contact=np.array([-1]),
-            impact_speed=np.zeros(1), foreign_contact=np.zeros(1, bool), running=np.ones(1, bool),
-        )
-    )[0]  # fmt: skip
+    values = at_start(make_case(scenario, {"gap": 40.0}))
     # The body of the ego is turned into the bend, which takes a little more of the road.
-    assert values[table.index["lead.gap"]] == pytest.approx(40.0, abs=0.03)
-    assert values[table.index["rear.gap"]] == pytest.approx(-8.0, abs=0.03)
-    assert values[table.index["lead.ttc"]] == pytest.approx(2.0, rel=1e-2)
+    assert values["lead.gap"] == pytest.approx(40.0, abs=0.03)
+    assert values["rear.gap"] == pytest.approx(-8.0, abs=0.03)
+    assert values["lead.ttc"] == pytest.approx(2.0, rel=1e-2)
+
+
+@pytest.mark.parametrize(("radius", "bend"), [("60 m", 60.0), ("-60 m", -60.0)])
+@pytest.mark.parametrize(("lane", "other"), [(0, 1), (1, 0), (0, 2), (2, 1)])
+def test_on_a_bend_a_time_to_collision_is_the_gap_over_its_rate(
+    make_scenario: Callable[..., LogicalScenario],
+    make_case: Callable[..., TestCase],
+    radius: str,
+    bend: float,
+    lane: int,
+    other: int,
+) -> None:
+    scenario = make_scenario(
+        world={"road": {"kind": "curve", "radius": radius, "length": "250 m"}},
+        ego={"lane": lane, "s": "120 m"},
+        actors={"lead": actor(ahead_of="ego", gap="gap", lane=other, speed="20 m/s")},
+    )
+    values = at_start(make_case(scenario, {"gap": 30.0}))
+    own, beside = (bend - values[f"{who}.d"] for who in ("ego", "lead"))
+    # The other turns about the centre of the bend with its speed over its own radius.
+    closing = values["ego.speed"] - 20.0 * own / beside
+    assert values["lead.ttc"] == pytest.approx(values["lead.gap"] / closing, rel=1e-2)
 
 
 def test_a_box_across_the_road_takes_its_width_along_it() -> None:
