@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from adeye.kernel.clock import TIME_SLACK
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import compiled, inlined
@@ -74,7 +75,7 @@ def clear_pose(pose: Floats) -> None:
 @inlined
 def has_pose(pose: Floats, time: float) -> bool:
     """Tell whether a pose (POSE_WIDTH,) rests on a sample that is recent enough."""
-    return bool(pose[POSE_STAMP] >= 0.0 and time - pose[POSE_STAMP] <= MAX_AGE)
+    return bool(pose[POSE_STAMP] >= 0.0 and time - pose[POSE_STAMP] <= MAX_AGE + TIME_SLACK)
 
 
 @inlined

@@ -22,6 +22,7 @@ ReferenceVariant = Literal[
     "jrc-raw-acceleration",
     "jrc-ttc-end",
     "jrc-coasting",
+    "jrc-first-step",
     "jrc-perception",
     "jrc-no-emergency",
     "jrc-rss-lateral",

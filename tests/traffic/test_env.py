@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 import yaml
+from gymnasium.spaces import Discrete
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.utils.passive_env_checker import check_action_space, check_observation_space
 from gymnasium.vector import AutoresetMode
@@ -307,7 +308,12 @@ class Single(gymnasium.Env[Any, Any]):
 
     def only(self, observation: Any) -> Any:
         (single,) = iterate(self.vector.observation_space, observation)
-        return {name: np.asarray(value) for name, value in single.items()}
+        return {
+            name: np.int64(value) if isinstance(space, Discrete) else np.asarray(value)
+            for (name, space), value in zip(
+                self.observation_space.spaces.items(), single.values(), strict=True
+            )
+        }
 
 
 # Speeds and angles have units, and places no ends.

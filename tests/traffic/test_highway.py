@@ -176,7 +176,8 @@ def test_reactive_actors_follow_a_curve_in_their_lane(
         for name, lane in (("a_right", 0), ("b_left", 2))
     }
     road = {"kind": "s_curve", "radius": radius, "length": "900 m"}
-    scenario = make_scenario(actors=actors, world={"road": road}, horizon="60 s")
+    ego = {"speed": "0 m/s"}
+    scenario = make_scenario(actors=actors, world={"road": road}, ego=ego, horizon="60 s")
     traffic = HighwayTraffic()
     traffic.reset([make_case(scenario)])
     offsets = []

@@ -365,7 +365,7 @@ def of_scene(batch: Batch, refuges: Floats, run: int, end: int, rule: Floats) ->
 @inlined
 def misses_pose(watch: Watch, run: int, time: float, knows_pose: bool) -> bool:  # noqa: FBT001 - a kernel
     """Tell whether a place that the ego should know by now is missing."""
-    return not knows_pose and (watch.known[run] or time > MAX_AGE)
+    return not knows_pose and (watch.known[run] or time > MAX_AGE + _TIME_TOLERANCE)
 
 
 @inlined
