@@ -193,4 +193,4 @@ def test_event_that_lost_against_another_of_its_tick_is_named_and_did_not_begin(
     begun[:, 5:, 0] = np.inf
     (event,) = of_kind(changed(trace, begun=begun), "storyboard")
     assert event.time_s == trace.time[5]
-    assert event.text == "cut_in is lost: a later event takes its place at the same time"
+    assert event.text == "change_speed is lost: a later event takes its place at the same time"

@@ -40,8 +40,12 @@ READING: Final = (
 )  # fmt: skip
 """Verbs that open a database that is there."""
 
-NOT_HERE: Final = {"stale", "check", "uncertainty", "compare", "confidence", "timeline RUN"}
-"""Verbs that need the ODD's files, a second architecture, a random design, or a fault."""
+NOT_HERE: Final = {
+    *("stale", "check", "uncertainty", "compare", "confidence", "timeline RUN"),
+    *("replay RUN", "fork RUN --from 0 --authority nominal", "forks --sample 0", "faults"),
+}
+"""Verbs that need the ODD's files, a second architecture, a random design, a fault, or results of
+the present arithmetic."""
 
 Results = tuple[tuple[str, str], ...]
 
