@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from contextlib import contextmanager, suppress
@@ -19,6 +20,14 @@ _apart: list[TextIO] = []
 def results() -> TextIO | None:
     """Return the stream that results are written to."""
     return _apart[-1] if _apart else sys.stdout
+
+
+class _Shared(io.TextIOWrapper):
+    """A stream of all code from outside: who closes it leaves it to the others."""
+
+    def close(self) -> None:
+        """Write what is still to be written."""
+        self.flush()
 
 
 @contextmanager
@@ -46,9 +55,13 @@ def results_apart() -> Iterator[None]:
         for output in outputs:
             os.dup2(error, output)
         laid.update(dict.fromkeys(outputs, own))
+        printed = open(os.dup(error), "wb")  # noqa: PTH123, SIM115 - a descriptor
+        sys.stdout = _Shared(printed, normal.encoding, normal.errors, line_buffering=True)
         try:
             yield
         finally:
+            sys.stdout = normal
+            printed.close()
             laid.clear()
             _apart.pop()
             # One that was closed meanwhile may be somebody else's by now.
