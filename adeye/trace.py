@@ -28,9 +28,6 @@ TRACE_SCHEMA: Final = "adeye/trace@3"
 LINK_TICKS: Final = 100
 """Rows between two links of the digest chain of a run."""
 
-LINK_LENGTH: Final = 32
-"""Characters of a link in hex."""
-
 COLUMNS: Final = {
     "ego": "(B, T, 7) ego state, signals.EGO_COLUMNS",
     "ego_place": "(B, T, 6) ego on the road, signals.PLACE_COLUMNS",
@@ -64,9 +61,6 @@ COLUMNS: Final = {
     "fault_active": "(B, T, F) the fault is present",
 }
 """Every column of a trace, in the order in which the digest covers them."""
-
-PRESENCE: Final = "fault_active"
-"""The last column that the digest covers: what lies before it is what the faults brought about."""
 
 NO_TRACKS: Final = -1
 """Number of false tracks of a channel that does not show its tracks."""
@@ -161,7 +155,7 @@ class Trace:
     columns: dict[str, Floats | Ints | Bools]
     channel_events: tuple[ChannelEvent | None, ...]
     case_digests: tuple[str, ...]
-    _digests: list[tuple[str, str]] = field(default_factory=list, repr=False, compare=False)
+    _digests: list[str] = field(default_factory=list, repr=False, compare=False)
     _chains: list[tuple[str, ...]] = field(default_factory=list, repr=False, compare=False)
 
     @property
@@ -175,19 +169,15 @@ class Trace:
 
     def digests(self) -> list[str]:
         """Hash the values of every run to 128 bits, in hex: all columns but those for pictures."""
-        return [whole for _, whole in self._both()]
-
-    def still_has(self, digests: Sequence[str]) -> bool:
-        """Tell whether the values of every run are those that once had these digests."""
-        return [whole for _, whole in self._digest()] == self.digests() == list(digests)
-
-    def _both(self) -> list[tuple[str, str]]:
         if not self._digests:
             self._digests.extend(self._digest())
         return self._digests
 
-    def _digest(self) -> list[tuple[str, str]]:
-        """Hash the values of every run: all but which faults are present, and all."""
+    def still_has(self, digests: Sequence[str]) -> bool:
+        """Tell whether the values of every run are those that once had these digests."""
+        return self._digest() == self.digests() == list(digests)
+
+    def _digest(self) -> list[str]:
         lanes = np.zeros((self.runs, LANES), dtype=np.uint64)
         rows = self.length.astype(np.int64)
         ends = np.stack([rows, self.horizon_row, self.complete], axis=1).astype(np.int64)
@@ -195,25 +185,22 @@ class Trace:
         clock = np.broadcast_to(self.time, (self.runs, len(self.time)))
         _absorb("time", np.ascontiguousarray(clock), rows, lanes)
         for name in COLUMNS:
-            if name not in {*DRAWN, PRESENCE}:
+            if name not in DRAWN:
                 _absorb(name, self.columns[name], rows, lanes)
-        effects = _hex(lanes)
-        _absorb(PRESENCE, self.columns[PRESENCE], rows, lanes)
-        return list(zip(effects, _hex(lanes), strict=True))
+        return _hex(lanes)
 
     def chains(self) -> list[tuple[str, ...]]:
         """Hash what happened up to every ``LINK_TICKS`` rows of each run, and then the whole run.
 
         Link k covers the rows before ``LINK_TICKS * (k + 1)`` of every column that the digest
         covers, so that two runs that agree that far have equal links. The last link is the
-        digest of the trace; the one before it covers all of that but whether faults are present,
-        so that runs whose faults change nothing are known as equal.
+        digest of the trace.
         """
         if not self._chains:
-            ends = self._both()
+            whole = self.digests()
             prefixes = self._prefixes()
             self._chains.extend(
-                (*(link[run] for link in prefixes[: rows // LINK_TICKS]), *ends[run])
+                (*(link[run] for link in prefixes[: rows // LINK_TICKS]), whole[run])
                 for run, rows in enumerate(self.length.tolist())
             )
         return self._chains
@@ -249,11 +236,6 @@ class Trace:
             channel_events=tuple(self.channel_events[run] for run in runs),
             case_digests=tuple(self.case_digests[run] for run in runs),
         )
-
-
-def split_links(text: str) -> tuple[str, ...]:
-    """Give the links of a chain that were written one behind the other."""
-    return tuple(text[first : first + LINK_LENGTH] for first in range(0, len(text), LINK_LENGTH))
 
 
 def _absorb(name: str, values: NDArray[Any], rows: Ints, lanes: NDArray[np.uint64]) -> None:

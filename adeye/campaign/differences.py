@@ -13,7 +13,6 @@ from adeye.evaluation.judgement import MARGIN, VERDICTS
 from adeye.evaluation.metrics.registry import STATUSES
 from adeye.evaluation.outcome import OUTCOMES
 from adeye.store.rows import MetricValue
-from adeye.trace import split_links
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,6 +22,8 @@ if TYPE_CHECKING:
     from adeye.sweep.case import TestCase
 
 TRACE: Final = "trace"
+_LINK: Final = 32
+"""Characters of a link of the digest chain."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +127,8 @@ class Compared:
 
 
 def _links(block: RunBlock, place: int) -> tuple[str, ...]:
-    return split_links(block.chains[place]) if block.chains else ()
+    text = block.chains[place] if block.chains else ""
+    return tuple(text[first : first + _LINK] for first in range(0, len(text), _LINK))
 
 
 def _other_metrics(stored: StoredRun, block: RunBlock, place: int) -> list[str]:

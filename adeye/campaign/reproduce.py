@@ -270,8 +270,7 @@ def same_ticks(stored: StoredRun, chain: Sequence[str]) -> int | None:
     """
     if stored.links is None:
         return None
-    parts = int(stored.row["trace_rows"]) // LINK_TICKS
-    same = zip(stored.links[:parts], chain, strict=False)
+    same = zip(stored.links, chain, strict=False)
     return LINK_TICKS * sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], same))
 
 

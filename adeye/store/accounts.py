@@ -33,7 +33,6 @@ from adeye.store.matching import CaseGroups
 from adeye.store.pending import JUDGED
 from adeye.store.stored import Finding
 from adeye.store.tables import campaign, campaign_case, work
-from adeye.trace import LINK_LENGTH
 from adeye.units import read_quantity
 
 if TYPE_CHECKING:
@@ -63,27 +62,22 @@ _DONE: Final = f"""
     WHERE w.id = ? ORDER BY c.ordinal
 """  # noqa: S608 - JUDGED is a constant of this package
 
-# Behind the links of parts stands that of all but the presence of faults, in newer databases.
-# Most campaigns have no two equal results, which one sort tells; no verdict is read then.
+# Most campaigns have no two equal traces, which one sort tells; no verdict is read then.
 _REPEATED: Final = f"""
     WITH done AS (
-        SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number,
-            CASE WHEN LENGTH(h.links) > {LINK_LENGTH} * (r.trace_rows / h.every_rows)
-                THEN SUBSTR(h.links, {LINK_LENGTH} * (r.trace_rows / h.every_rows) + 1)
-                ELSE r.trace_digest END AS happened
+        SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number, r.trace_digest
         FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
-        LEFT JOIN chain h ON h.run_number = r.number
         WHERE c.campaign_id = ?),
     same AS (
-        SELECT architecture, happened FROM done
-        GROUP BY architecture, happened HAVING COUNT(*) > 1)
-    SELECT f.fsr_id, c.architecture, c.scenario, c.happened, v.robustness_low, v.margin,
+        SELECT architecture, trace_digest FROM done
+        GROUP BY architecture, trace_digest HAVING COUNT(*) > 1)
+    SELECT f.fsr_id, c.architecture, c.scenario, c.trace_digest, v.robustness_low, v.margin,
         SUM(CASE v.verdict WHEN 'PASS' THEN 1 ELSE 0 END), SUM(v.exercised)
     FROM same s
-    JOIN done c ON c.architecture = s.architecture AND c.happened = s.happened
+    JOIN done c ON c.architecture = s.architecture AND c.trace_digest = s.trace_digest
     JOIN campaign_fsr f ON {JUDGED}
     JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
-    GROUP BY f.fsr_id, c.architecture, c.scenario, c.happened, v.robustness_low, v.margin
+    GROUP BY f.fsr_id, c.architecture, c.scenario, c.trace_digest, v.robustness_low, v.margin
 """  # noqa: S608 - JUDGED is a constant of this package
 
 _PASSED: Final = f"""
@@ -165,8 +159,7 @@ def _repeat_rows(connection: Connection, campaign_id: str, never: Sequence[Row])
     """Count the runs that repeat a result, by FSR, architecture and scenario.
 
     Two runs of one architecture with equal traces and equal robustness are one result, whatever
-    their test cases are called: nothing that was recorded tells them apart, or only when a fault
-    was present that changed nothing.
+    their test cases are called: nothing that was recorded tells them apart.
     """
     runs: Counter[tuple[Any, ...]] = Counter()
     for fsr, architecture, scenario, *result, passed, exercised in connection.exec_driver_sql(

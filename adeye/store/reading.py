@@ -18,7 +18,6 @@ from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
 from adeye.store.rows import Artifact, EventRecord, MetricValue, VerdictRecord
 from adeye.store.stored import CampaignInfo, RunRef, StoredCase, StoredRun
-from adeye.trace import split_links
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
 MIN_PREFIX: Final = 4
 """Fewest characters of a digest that name a run or campaign."""
 _LISTED: Final = 10
+_LINK: Final = 32
 _CHUNK: Final = 1000
 
 
@@ -266,7 +266,9 @@ def _links(connection: Connection, number: int) -> tuple[str, ...] | None:
     """Read the links of the digest chain of a run before its trace digest."""
     table = tables.chain
     found = connection.execute(select(table.c.links).where(table.c.run_number == number)).scalar()
-    return None if found is None else split_links(found)
+    if found is None:
+        return None
+    return tuple(found[place : place + _LINK] for place in range(0, len(found), _LINK))
 
 
 def verdict_record(item: Row[Any]) -> VerdictRecord:

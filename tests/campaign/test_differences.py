@@ -13,7 +13,6 @@ from adeye.campaign.reproduce import recall
 from adeye.campaign.work import BatchTask, execute
 from adeye.evaluation.verdict import Verdict
 from adeye.store.repository import Repository
-from adeye.trace import LINK_TICKS
 
 if TYPE_CHECKING:
     from adeye.store.block import RunBlock
@@ -58,7 +57,7 @@ def test_trace_metric_and_outcome_that_differ_are_named(seen: tuple[Sampled, Run
     assert finding.conditions == ("some",)
     assert finding.traces == 2
     # Every link of the chain is as stored, so the end of the trace differs.
-    assert finding.first_tick == sampled.stored.row["trace_rows"] // LINK_TICKS * LINK_TICKS
+    assert finding.first_tick == 100 * len(sampled.stored.links or ())
 
 
 def test_first_link_that_differs_tells_the_ticks(seen: tuple[Sampled, RunBlock]) -> None:
