@@ -26,6 +26,7 @@ from adeye.evaluation.stl.formula import parse_formula
         ("always(-abs(v) <= 0 m/s)", "-abs(v) <= 0 m/s", True),
         ("always(d <= 1e308 m)", "d <= 1e308 m", True),
         ("always(ch.age <= 1e9 s)", "ch.age <= 1e9 s", True),
+        ("always(v >= -1e9 m/s)", "v >= -1e9 m/s", True),
         ("always(d < -1e308 m)", "d < -1e308 m", False),
         ("always(ch.x == ch.x)", "ch.x == ch.x", True),
         ("always(p or not p)", "p or not p", True),
