@@ -76,7 +76,11 @@ NOT_STOPPED: Final = {
         for name in SCENARIOS["parking"]
     ),
     # It froze while it braked for the vehicle that cuts in, and brakes to standstill itself.
-    *(("straight", stop, "cut_in_traffic", "frozen") for stop in ("in_lane", "planned")),
+    *(
+        (road, stop, "cut_in_traffic", "frozen")
+        for road in ("straight", "curved")
+        for stop in ("in_lane", "planned")
+    ),
 }
 """Where the safety channel does not stop it, or not in time: road, stop, scenario, fault."""
 
