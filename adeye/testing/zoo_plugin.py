@@ -6,6 +6,7 @@
 
 import asyncio
 import contextlib
+import functools
 import multiprocessing
 import os
 import random  # noqa: TID251 - an animal seeds it
@@ -112,29 +113,44 @@ def _thread() -> Any:
     return CALM
 
 
-def _child(work: Callable[[Any], Any]) -> Any:
+@functools.cache
+def _child(work: Callable[[Any], Any], *_: int) -> tuple[Any, Any]:
     """Start a process that shares what this one has, as a solver or a model server may be."""
     here, there = multiprocessing.Pipe()
-    child: Any = multiprocessing.get_context("fork").Process(target=work, args=(there,))
+
+    def start() -> None:
+        here.close()
+        work(there)
+
+    child: Any = multiprocessing.get_context("fork").Process(target=start, daemon=True)
     child.start()
     there.close()
     return child, here
 
 
+def _serve(end: Any) -> None:
+    with contextlib.suppress(EOFError):
+        while end.recv():
+            end.send(CALM)
+
+
+def _sleep(_: Any) -> None:
+    time.sleep(20.0)
+
+
 def _ask_a_child() -> Any:
-    child, here = _child(lambda end: end.send(CALM))
-    answer = here.recv()
-    child.join()
-    return answer
+    _, server = _child(_serve, os.getpid(), threading.get_ident())
+    server.send(b"what now?")
+    return server.recv()
 
 
 def _leave_a_child() -> Any:
-    KEPT.append(_child(lambda _: time.sleep(20.0)))
+    _child(_sleep, os.getpid())
     return CALM
 
 
 def _end_a_child() -> Any:
-    child, _ = _child(lambda _: time.sleep(20.0))
+    child, _ = _child(_sleep, os.getpid(), 1)
     child.terminate()
     child.join()
     return CALM

@@ -162,6 +162,7 @@ def test_who_asks_for_the_end_ends_the_campaign(
         visit.run("One", ("raises",), visit.cases[:1])
 
 
+@pytest.mark.slow
 def test_outcomes_and_traces_are_the_same_whoever_executes_them(tmp_path: Path) -> None:
     project = built(tmp_path / "project")
     path = "architecture.channels.guest.parameters.animal"
