@@ -85,7 +85,7 @@ SIZES = (
 
 def scenario(vehicles: int, seconds: float) -> LogicalScenario:
     """Describe a lead that brakes hard, in the midst of reactive vehicles."""
-    actors = reactive_actors(range(vehicles - 2), 300 - GAP_M * (vehicles // 2))
+    actors = reactive_actors(range(vehicles - 2), 2000 - GAP_M * (vehicles // 2))
     actors["lead"] = {
         "kind": "car",
         "start": {"lane": 1, "ahead_of": "ego", "gap": "gap", "speed": "ego_speed"},
@@ -101,7 +101,7 @@ def scenario(vehicles: int, seconds: float) -> LogicalScenario:
     content["environment"]["friction"] = "friction"
     content["ego"] = {
         "lane": 1,
-        "s": f"{300 + 0.4 * GAP_M} m",
+        "s": f"{2000 + 0.4 * GAP_M} m",
         "speed": "ego_speed",
         "desired_speed": "ego_speed",
     }
