@@ -26,7 +26,7 @@ QUICK, SLOW = "supervised", "supervised_adeye"
 POINTS: Final[Mapping[str, Mapping[str, list[str]]]] = {
     "motorway_shoulder": {},
     "motorway_no_shoulder": {},
-    "free_driving_curve": {"radius": ["600 m"]},
+    "free_driving_curve": {"radius": ["700 m"]},
     "motorway_bay": {"bay_s": ["900 m"]},
     "motorway_bay_curve": {"bay_s": ["1000 m"]},
     "motorway_rest_area": {"rest_area_s": ["900 m"]},
