@@ -318,7 +318,7 @@ def test_built_in_parts_pay_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     hashed = []
     honest = Trace._digest
 
-    def count(self: Trace) -> list[str]:
+    def count(self: Trace) -> list[tuple[str, str]]:
         hashed.append(1)
         return honest(self)
 

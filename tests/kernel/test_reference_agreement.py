@@ -225,7 +225,7 @@ def test_scenes_with_a_lead_agree(model: str, scenes_of_a_kind: Any) -> None:
 
 @pytest.mark.parametrize("model", MODELS)
 def test_cut_ins_whose_sideways_speed_grows_agree(model: str) -> None:
-    scenes = [
+    scenes: list[Any] = [
         scene._replace(grows=grows)
         for grows in (0.4, 1.5, 7.0)
         for scene in sample_of_cut_ins()[:: 3 * SPARSE]

@@ -307,12 +307,11 @@ class Single(gymnasium.Env[Any, Any]):
         return self.only(seen), float(reward[0]), bool(terminated[0]), bool(truncated[0]), {}
 
     def only(self, observation: Any) -> Any:
+        spaces: Any = self.observation_space
         (single,) = iterate(self.vector.observation_space, observation)
         return {
             name: np.int64(value) if isinstance(space, Discrete) else np.asarray(value)
-            for (name, space), value in zip(
-                self.observation_space.spaces.items(), single.values(), strict=True
-            )
+            for (name, space), value in zip(spaces.spaces.items(), single.values(), strict=True)
         }
 
 
