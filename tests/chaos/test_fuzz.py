@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 ORDINARY: Final = 40
 SLOW: Final = int(os.environ.get("ADEYE_FUZZ", "60"))
-LONGEST_S: Final = 2.0
+LONGEST_S: Final = 5.0
 """Longest processor time of one input."""
 MOST_MEMORY_KIB: Final = 512 * 1024
 DOCUMENTED: Final = {0, 1, 2, 3, 4, 5}
