@@ -65,6 +65,21 @@ def settled(op: int, value: float, size: float) -> float:
     return near if value != near and abs(value - near) <= slack and size < math.inf else value
 
 
+def settled_numbers(values: Any, size: Any, *, is_whole: bool) -> NDArray[np.float64]:
+    """Put numbers on what only the slack parts them from, elementwise, as ``settled``.
+
+    Args:
+        values: Numbers or an array.
+        size: Size of what they are made of.
+        is_whole: Whether the operation jumps at whole numbers, else at 0.
+    """
+    values, size = np.asarray(values, dtype=np.float64), np.asarray(size)
+    near = np.rint(values) if is_whole else np.zeros_like(values)
+    slack = np.minimum(SLACK * size, MOST_SLACK if is_whole else np.inf)
+    is_near = (values != near) & (np.abs(values - near) <= slack) & (size < np.inf)
+    return np.asarray(np.where(is_near, near, values))
+
+
 def differences(left: Any, right: Any, size: Any = None) -> NDArray[np.float64]:
     """Subtract numbers, elementwise; what differs by the slack only, differs by 0.
 

@@ -140,15 +140,13 @@ def _joined(word: str, operands: Sequence[_Operand]) -> _Operand:
 
 
 def _settled(word: str, operand: _Operand) -> _Operand:
-    """Put an operand on what only the slack parts it from, as ``adeye.kernel.relation.settled``."""
-    from adeye.kernel.relation import MOST_SLACK, SLACK
+    """Put an operand on what only the slack parts it from."""
+    from adeye.kernel.relation import settled_numbers
 
-    values, size = _numbers(operand.value), np.asarray(operand.size)
-    is_whole = word in {"floor", "ceil"}
-    near = np.rint(values) if is_whole else np.zeros_like(values)
-    slack = np.minimum(SLACK * size, MOST_SLACK if is_whole else np.inf)
-    is_near = (values != near) & (np.abs(values - near) <= slack) & (size < np.inf)
-    return replace(operand, value=np.where(is_near, near, values))
+    values = settled_numbers(
+        _numbers(operand.value), operand.size, is_whole=word in {"floor", "ceil"}
+    )
+    return replace(operand, value=values)
 
 
 def _size(word: str, value: Any, operands: Sequence[_Operand]) -> Any:  # noqa: C901, PLR0911 - by operation
