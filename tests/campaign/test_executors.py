@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -18,6 +18,16 @@ from adeye.errors import PlatformError
 from tests.campaign.work import DIE, perform
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
+
+
+Children = Callable[[], set[multiprocessing.process.BaseProcess]]
+
+
+@pytest.fixture
+def workers() -> Children:
+    """Return the children that this test has started: a guest of another test may keep its own."""
+    before = set(multiprocessing.active_children())
+    return lambda: set(multiprocessing.active_children()) - before
 
 
 class Again(Iterator[str]):
@@ -126,32 +136,32 @@ def test_batch_that_was_lost_may_come_back_after_the_end_of_the_tasks() -> None:
     assert [done.result for done in ended] == ["again"]
 
 
-def test_exception_of_the_work_is_raised_here_and_ends_the_workers() -> None:
+def test_exception_of_the_work_is_raised_here_and_ends_the_workers(workers: Children) -> None:
     with pytest.raises(ValueError, match="refused x"):
         list(Processes(perform, 2).run(iter(["raise:x", "echo:a"])))
-    assert multiprocessing.active_children() == []
+    assert workers() == set()
 
 
-def test_no_worker_is_left_when_the_tasks_have_ended() -> None:
+def test_no_worker_is_left_when_the_tasks_have_ended(workers: Children) -> None:
     list(Processes(perform, 2).run(iter(["echo:a"])))
-    assert multiprocessing.active_children() == []
+    assert workers() == set()
 
 
-def test_no_worker_is_left_when_the_caller_stops_listening() -> None:
+def test_no_worker_is_left_when_the_caller_stops_listening(workers: Children) -> None:
     ended = Processes(perform, 1).run(iter(["echo:a", "echo:b", "echo:c"]))
     assert next(ended).result == "a"
     assert isinstance(ended, Iterator)
     ended.close()  # type: ignore[attr-defined]
-    assert multiprocessing.active_children() == []
+    assert workers() == set()
 
 
-def test_closing_ends_a_worker_that_is_busy(tmp_path: object) -> None:
+def test_closing_ends_a_worker_that_is_busy(tmp_path: object, workers: Children) -> None:
     place = f"{tmp_path}/pid"
     executor = Processes(perform, 2)
     ended = executor.run(iter([f"hang:{place}", "echo:a"]))
     assert next(ended).result == "a"
     executor.close()
-    assert multiprocessing.active_children() == []
+    assert workers() == set()
 
 
 def test_ctrl_c_is_the_parents_business() -> None:
@@ -165,11 +175,11 @@ def test_no_tasks_are_no_results_and_start_no_worker(monkeypatch: pytest.MonkeyP
     assert list(executor.run(iter(()))) == []
 
 
-def test_no_more_workers_start_than_there_are_tasks() -> None:
+def test_no_more_workers_start_than_there_are_tasks(workers: Children) -> None:
     executor = Processes(perform, 8)
     ended = executor.run(iter(["pid", "pid"]))
     first = next(ended)
-    assert len(multiprocessing.active_children()) == 2
+    assert len(workers()) == 2
     assert {first.result} | {done.result for done in ended} != {str(os.getpid())}
 
 
@@ -198,7 +208,7 @@ def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
     assert not is_running(int(Path(place).read_text("utf-8")))
 
 
-def test_what_a_worker_started_ends_with_it(tmp_path: object) -> None:
+def test_what_a_worker_started_ends_with_it(tmp_path: object, workers: Children) -> None:
     place = Path(f"{tmp_path}/pid")
     executor = Processes(perform, 2)
     ended = executor.run(iter([f"child:{place}", "echo:a"]))
@@ -209,7 +219,7 @@ def test_what_a_worker_started_ends_with_it(tmp_path: object) -> None:
     child = int(place.read_text("utf-8"))
     assert is_running(child)
     executor.abandon()
-    assert multiprocessing.active_children() == []
+    assert workers() == set()
     while is_running(child) and time.monotonic() < deadline:
         time.sleep(0.02)
     assert not is_running(child)
