@@ -242,23 +242,6 @@ def _is_whole(connection: Connection, campaign_id: str) -> bool:
     return connection.execute(open_blocks.limit(1)).first() is None
 
 
-def account_all(connection: Connection) -> None:
-    """Account for the campaigns of a database from before there were accounts.
-
-    Args:
-        connection: In a write transaction, the database of the present schema.
-    """
-    known = set(connection.execute(select(case_count.c.campaign_id).distinct()).scalars())
-    found = connection.execute(select(campaign.c.id).order_by(campaign.c.number)).scalars()
-    for campaign_id in [name for name in found if name not in known]:
-        save_groups(connection, campaign_id, planned_groups(connection, campaign_id))
-        done = select(work.c.id).where(work.c.campaign_id == campaign_id, work.c.state == "done")
-        for work_id in connection.execute(done.order_by(work.c.id)).scalars().all():
-            account_block(connection, work_id)
-    for campaign_id in connection.execute(select(campaign.c.id)).scalars().all():
-        account_whole(connection, campaign_id)
-
-
 def wrong_plans(connection: Connection) -> Iterator[Finding]:
     """Name what is in the accounts of plans and should not be, or is not and should.
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.store import catalog, ledger, tables
+from adeye.store import ledger, tables
 from adeye.store.case_tables import RECOUNTED
 from adeye.store.evidence_tables import LEDGER, SEALED
 from adeye.store.ledger import DETAILED, MODULUS, SEAL_MASK
@@ -45,26 +45,6 @@ def _listed_tables() -> list[Table]:
         for table in tables.INSERT_ONLY
         if table not in (*LEDGER, *RECOUNTED) and ledger.sealed_name(table) is None
     ]
-
-
-def open_ledger(connection: Connection) -> None:
-    """Begin the ledger of a database that had none with all that it holds now.
-
-    Args:
-        connection: In a write transaction.
-    """
-    known = set(catalog.table_names(connection))
-    for table in _listed_tables():
-        if table.name in known:
-            for rows in _stored(connection, table):
-                ledger.note(connection, table, rows)
-    last = int(connection.exec_driver_sql("SELECT max(number) FROM run").scalar() or 0)
-    for first in range(1, last + 1, DETAILED):
-        ledger.close(connection)
-        for name, of_seal in sealed_tables(connection):
-            rows = _run_rows(connection, name, first, first + DETAILED)
-            if rows:
-                ledger.entries(connection).add_sealed(name, of_seal, rows)
 
 
 def _stored(connection: Connection, table: Table) -> Iterator[list[Row]]:

@@ -44,7 +44,7 @@ TIMING_IDS: Final = (
     "stop_rating",
     "stop_regret",
 )
-"""Since schema 0003, in ``timing``."""
+"""In the table ``timing``."""
 
 CRITICALITY_IDS: Final = (
     "min_time_gap_s",
@@ -92,7 +92,7 @@ CRITICALITY_IDS: Final = (
     "max_acceleration_disagreement_mps2",
     "max_steering_disagreement_rad",
 )
-"""Since schema 0004, in ``criticality``."""
+"""In the table ``criticality``."""
 
 METRIC_IDS: Final = (*FIRST_METRIC_IDS, *TIMING_IDS, *CRITICALITY_IDS)
 """All of them, four columns each: value, status, time of the worst case, actor."""

@@ -66,9 +66,9 @@ _TALLY = """
     """
 
 
-def tally_rows(connection: Connection, work_id: int, worst_first: str = WORST_FIRST) -> list[Row]:
+def tally_rows(connection: Connection, work_id: int) -> list[Row]:
     """Count the verdicts of a block from the verdict rows, worst first within each count."""
-    query = text(_TALLY.format(judged=JUDGED, worst_first=worst_first))
+    query = text(_TALLY.format(judged=JUDGED, worst_first=WORST_FIRST))
     return [
         row(tables.tally, tuple(counted))
         for counted in connection.execute(query, {"work_id": work_id})

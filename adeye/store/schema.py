@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.errors import InputError, PlatformError
 from adeye.store import catalog, postgres
-from adeye.store.accounts import account_all
-from adeye.store.balance import open_ledger
 from adeye.store.database import Database, create_parent
 from adeye.store.location import Location, Place, locate
-from adeye.store.scenario_view import ensure_scenario_views
+from adeye.store.tables import metadata
+from adeye.store.triggers import trigger_ddl
+from adeye.store.views import view_ddl
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection
+    from collections.abc import Iterator
 
-_HEAD: Final = "0007"
-_FIRST_OF_SERVERS: Final = "0005"
-"""Before it there was SQLite only: its migration makes everything on a server."""
-_FIRST_WITH_LEDGER: Final = "0005"
+    from sqlalchemy import Connection, Dialect
+
+_HEAD: Final = "0008"
+_DEVELOPMENT: Final = frozenset(f"000{number}" for number in range(1, 8))
+"""Schemas from before the first release, which nothing upgrades."""
 _FOLDER: Final = Path(__file__).parent / "migrations"
 
 
@@ -74,16 +75,12 @@ def upgrade_database(database: Database) -> None:
             return
         if version is None:
             _refuse_foreign(connection, database.location)
+            _create(connection)
         elif version not in known_versions():
-            raise _newer(database.location, version)
-        _migrate(connection)
-        catalog.note_views(connection)
+            raise _unknown(database.location, version)
+        _migrate(connection, is_new=version is None)
         if version is not None:
-            # These views are made of what the database holds, and v_runs has other columns now.
-            ensure_scenario_views(connection)
-            account_all(connection)
-        if version is not None and version < _FIRST_WITH_LEDGER:
-            open_ledger(connection)
+            catalog.note_views(connection)
 
 
 def require_current(connection: Connection, location: Location) -> None:
@@ -104,7 +101,7 @@ def require_current(connection: Connection, location: Location) -> None:
             f"database {location} has schema {version}, this release needs {_HEAD}. "
             "Run 'adeye db upgrade'; keep a copy if older releases still use it."
         )
-    raise _newer(location, version)
+    raise _unknown(location, version)
 
 
 def require_exists(location: Location) -> None:
@@ -140,19 +137,44 @@ def known_versions() -> frozenset[str]:
     return frozenset(script.revision for script in ScriptDirectory(_FOLDER).walk_revisions())
 
 
-def _migrate(connection: Connection) -> None:
+def statements(dialect: Dialect) -> Iterator[tuple[str, str]]:
+    """Give name and statement of all that a database has, in the order of dependencies."""
+    from sqlalchemy.schema import CreateIndex, CreateTable
+
+    is_server = dialect.name == "postgresql"
+    if is_server:
+        yield from postgres.FUNCTIONS.items()
+    for table in metadata.sorted_tables:
+        yield table.name, str(CreateTable(table).compile(dialect=dialect)).strip()
+        for index in sorted(table.indexes, key=lambda item: str(item.name)):
+            yield str(index.name), str(CreateIndex(index).compile(dialect=dialect)).strip()
+    for statement in trigger_ddl(dialect.name):
+        yield statement.split(maxsplit=3)[2], statement
+    yield from view_ddl().items()
+
+
+def _create(connection: Connection) -> None:
+    if catalog.is_server(connection):
+        connection.exec_driver_sql(f"CREATE SCHEMA IF NOT EXISTS {postgres.SCHEMA}")
+    for name, statement in statements(connection.dialect):
+        if statement.startswith("CREATE VIEW"):
+            catalog.create_view(connection, name, statement)
+        else:
+            connection.exec_driver_sql(statement)
+
+
+def _migrate(connection: Connection, *, is_new: bool) -> None:
+    """Bring a database of an earlier version to the newest; a new one is the newest."""
     from alembic import command
     from alembic.config import Config
-    from alembic.script import ScriptDirectory
 
     config = Config()
     config.set_main_option("script_location", str(_FOLDER).replace("%", "%%"))
     config.attributes["connection"] = connection
-    if catalog.is_server(connection) and read_version(connection) is None:
-        connection.exec_driver_sql(f"CREATE SCHEMA IF NOT EXISTS {postgres.SCHEMA}")
-        before = ScriptDirectory.from_config(config).get_revision(_FIRST_OF_SERVERS).down_revision
-        command.stamp(config, str(before))
-    command.upgrade(config, "head")
+    if is_new:
+        command.stamp(config, "head")
+    else:
+        command.upgrade(config, "head")
 
 
 def _refuse_foreign(connection: Connection, location: Location) -> None:
@@ -163,7 +185,13 @@ def _refuse_foreign(connection: Connection, location: Location) -> None:
         )
 
 
-def _newer(location: Location, version: str) -> PlatformError:
+def _unknown(location: Location, version: str) -> PlatformError:
+    if version in _DEVELOPMENT:
+        return PlatformError(
+            f"database {location} has schema {version}, of a version from before the first "
+            "release, which no release reads. Execute its campaigns again into another file, or "
+            "read it with the version that wrote it."
+        )
     return PlatformError(
         f"database {location} has schema {version}, which this release ({_HEAD}) does not know. "
         "Use the newer release of adeye that wrote it, or name another file with --db."

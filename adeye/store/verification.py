@@ -31,7 +31,7 @@ from adeye.store.rows import EngineKey
 from adeye.store.selection import SelectionHash
 from adeye.store.stored import Finding
 from adeye.store.triggers import trigger_ddl
-from adeye.store.views import FORMER_WORST_FIRST, view_ddl
+from adeye.store.views import view_ddl
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -334,11 +334,6 @@ def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator
     }
     try:
         counted = {tuple(item) for item in tally_rows(connection, work_id)}
-        if stored - counted:
-            # Which run is the worst was another question once: counts are the same, names are not.
-            former = {tuple(item) for item in tally_rows(connection, work_id, FORMER_WORST_FIRST)}
-            kept = {item[:7]: item for item in former & stored}
-            counted = {kept.get(item[:7], item) for item in counted}
     except (TypeError, ValueError) as error:
         yield Finding("tally", str(work_id), f"cannot be counted again ({error})")
         return

@@ -260,15 +260,12 @@ FROM uncertainty"""
 
 # A failed run first, then by what people read as margin; where there is none, nothing is worse than
 # a FAIL and nothing better than what did not fail. Of equal ones it is the least digest.
-_WORST_FIRST: Final = (
-    "verdict = 'FAIL' DESC, (worst_{0} IS NULL) = (verdict <> 'FAIL'), worst_{0}, "
+WORST_FIRST: Final = (
+    "verdict = 'FAIL' DESC, (worst_margin IS NULL) = (verdict <> 'FAIL'), worst_margin, "
     "worst_result_digest"
 )
-WORST_FIRST: Final = _WORST_FIRST.format("margin")
 MEASURED: Final = ("FAIL", "PASS", "INCONCLUSIVE")
 """Verdicts of runs of which one may be the worst."""
-FORMER_WORST_FIRST: Final = _WORST_FIRST.format("robustness")
-"""How tallies were counted as long as a margin was that of the whole formula."""
 
 
 def _distinct(runs: str, repeated: str, held: str = "") -> str:

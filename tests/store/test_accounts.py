@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.stl.columns import NEEDED, SPARE
-from adeye.store import schema, tables
-from adeye.store.accounts import account_all
+from adeye.evaluation.stl.columns import NEEDED
+from adeye.store import tables
 from adeye.store.case_tables import (
     case_count,
     case_match,
@@ -68,29 +67,6 @@ def test_accounts_tell_the_plan_and_what_is_done(repository: Repository, example
     assert repository.verify() == ()
 
 
-@pytest.mark.parametrize("times", [1, 2])
-def test_accounts_made_afterwards_are_those_made_along_the_way(
-    repository: Repository, example: Any, raw: sqlite3.Connection, times: int
-) -> None:
-    example.repeat(NEEDED, SPARE)
-    example.campaign(repository, 12)
-    if times == 2:
-        example.thresholds["FSR1"] = "3 m"
-        example.campaign(repository, 12)
-    example.thresholds["FSR2"] = "3 m"
-    interrupted(repository, example)
-    before = content(repository)
-    with tampering(raw):
-        for table in ACCOUNTS:
-            raw.execute(f"DELETE FROM {table.name}")  # noqa: S608
-    assert {item.table for item in repository.verify()} == {table.name for table in ACCOUNTS}
-    with repository._database.write() as connection:
-        account_all(connection)
-        account_all(connection)
-    assert content(repository) == before
-    assert repository.verify() == ()
-
-
 CHANGES = [
     (case_count, "planned", 1),
     (case_count, "fault_entry", "x"),
@@ -139,21 +115,6 @@ def test_altered_account_is_named_even_with_a_hash_that_fits(
     told = [item for item in findings if item.table == table.name]
     named = [str(values[names.index(item.name)]) for item in table.primary_key.columns]
     assert any(item.row == " ".join(named) for item in told)
-
-
-def test_database_without_accounts_gets_them_with_its_upgrade(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    """The released ones are upgraded in test_schema.py; what they get is what campaigns have."""
-    example.repeat(NEEDED)
-    example.campaign(repository, 8)
-    before = content(repository)
-    assert all(before.values())
-    with tampering(raw):
-        raw.execute("DELETE FROM case_run")
-    assert schema.upgrade(repository.location) == schema.head()
-    # The version is the newest, so that nothing is to be done.
-    assert content(repository)["case_run"] == []
 
 
 def test_what_is_accounted_for_is_no_part_of_the_hash_of_results(

@@ -3,10 +3,8 @@ from typing import Any
 
 import pytest
 
-from adeye.store.balance import open_ledger
-from adeye.store.database import Database
 from adeye.store.repository import Repository
-from tests.store.raw import guarded, unguarded
+from tests.store.raw import unguarded
 
 
 @pytest.fixture
@@ -63,19 +61,3 @@ def test_seal_that_is_gone_is_told_from_the_rows(
     unguarded(raw)
     raw.execute("DELETE FROM seal WHERE run_number = 4")
     assert {table for table, _ in found(repository)} == {"seal"}
-
-
-def test_ledger_opened_on_what_is_there_agrees_with_it(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
-    unguarded(raw)
-    for table in ("ledger", "seal"):
-        raw.execute(f"DELETE FROM {table}")  # noqa: S608 - names of this test
-    assert found(repository) != set()
-    database = Database(repository.location)
-    with database.write() as connection:
-        open_ledger(connection)
-    database.close()
-    guarded(raw)
-    assert repository.verify() == ()
-    assert repository.progress(campaign).accounted == 8

@@ -4,7 +4,6 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
@@ -12,46 +11,36 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import create_engine
 
 from adeye.errors import InputError, PlatformError
-from adeye.store import schema
+from adeye.store import catalog, schema
 from adeye.store.repository import Repository
 from adeye.store.tables import metadata
 from adeye.store.triggers import trigger_ddl
 from adeye.store.views import view_ddl
 
-ASSETS = sorted((Path(__file__).parents[1] / "db_assets").glob("*.db"))
-# Recorded when each file was made, by Example.campaign (from 0002 on with Example.fork, from 0003
-# on with Example.hindsight, from 0004 on with Example.halved, from 0005 on with a certificate): its
-# campaign and its result hash. 0006 and 0007 are 0005, upgraded.
-ASSET_RESULTS = {
-    "v0001.db": (
-        "b18b5e195097d12b46f7598a25e646bd",
-        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
-    ),
-    "v0002.db": (
-        "b18b5e195097d12b46f7598a25e646bd",
-        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
-    ),
-    "v0003.db": (
-        "b18b5e195097d12b46f7598a25e646bd",
-        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
-    ),
-    "v0004.db": (
-        "b18b5e195097d12b46f7598a25e646bd",
-        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
-    ),
-    "v0005.db": (
-        "b18b5e195097d12b46f7598a25e646bd",
-        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
-    ),
-    "v0006.db": (
-        "b18b5e195097d12b46f7598a25e646bd",
-        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
-    ),
-    "v0007.db": (
-        "b18b5e195097d12b46f7598a25e646bd",
-        "51681dc6f1d48433ea1de69fa8a855cb63e382936708ee4febb8dd397eb4e8b9",
-    ),
-}
+NEXT = """
+from alembic import op
+
+revision = "0009"
+down_revision = "0008"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    op.execute("CREATE TABLE noticed (number INTEGER PRIMARY KEY, row_hash TEXT)")
+    op.execute("DROP VIEW v_check")
+"""
+"""A version that comes after this one."""
+
+
+@pytest.fixture
+def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    folder = tmp_path / "migrations"
+    shutil.copytree(Path(schema.__file__).parent / "migrations", folder)
+    (folder / "versions" / "0009_noticed.py").write_text(NEXT)
+    monkeypatch.setattr(schema, "_FOLDER", folder)
+    monkeypatch.setattr(schema, "_HEAD", "0009")
+    return "0009"
 
 
 def ddl(path: Path) -> dict[str, str]:
@@ -63,15 +52,21 @@ def ddl(path: Path) -> dict[str, str]:
     return statements
 
 
-def test_migrated_database_is_the_one_that_the_code_describes(tmp_path: Path) -> None:
-    schema.upgrade(tmp_path / "migrated.db")
+def there(repository: Repository) -> set[str]:
+    """List tables and views."""
+    with repository._database.read() as connection:
+        return {*catalog.table_names(connection), *catalog.views(connection)}
+
+
+def test_new_database_is_the_one_that_the_code_describes(tmp_path: Path) -> None:
+    schema.upgrade(tmp_path / "made.db")
     engine = create_engine(f"sqlite:///{tmp_path / 'described.db'}")
     metadata.create_all(engine)
     with engine.begin() as connection:
         for statement in (*trigger_ddl(), *view_ddl().values()):
             connection.exec_driver_sql(statement)
     engine.dispose()
-    assert ddl(tmp_path / "migrated.db") == ddl(tmp_path / "described.db")
+    assert ddl(tmp_path / "made.db") == ddl(tmp_path / "described.db")
 
 
 def test_no_migration_is_missing(tmp_path: Path) -> None:
@@ -118,16 +113,30 @@ def test_older_database_is_refused_until_it_is_upgraded(
         Repository.open(path)
 
 
-def test_older_database_is_upgraded_by_its_migrations(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_database_is_upgraded_by_the_migrations_that_came_after_it(
+    repository: Repository, example: Any, request: pytest.FixtureRequest
 ) -> None:
+    campaign = example.campaign(repository, 8)
+    results = repository.result_table_hash(campaign)
+    before = there(repository)
+    version = request.getfixturevalue("next_version")
+    assert schema.upgrade(repository.location) == version == schema.current(repository.location)
+    after = there(repository)
+    assert set(after) - set(before) == {"noticed"}
+    assert set(before) - set(after) == {"v_check"}
+    assert repository.result_table_hash(campaign) == results
+
+
+@pytest.mark.parametrize("version", ["0001", "0007"])
+def test_database_from_before_the_first_release_is_refused(tmp_path: Path, version: str) -> None:
     path = tmp_path / "a.db"
     schema.upgrade(path)
-    migrated: list[Any] = []
-    monkeypatch.setattr(schema, "_HEAD", "0099")
-    monkeypatch.setattr(schema, "_migrate", migrated.append)
-    schema.upgrade(path)
-    assert len(migrated) == 1
+    set_version(path, version)
+    before = path.read_bytes()
+    for action in (schema.upgrade, Repository.open):
+        with pytest.raises(PlatformError, match=rf"{version}, of a version from before.*again"):
+            action(path)
+    assert path.read_bytes() == before
 
 
 def test_database_of_someone_else_is_left_alone(tmp_path: Path) -> None:
@@ -161,8 +170,8 @@ def test_migration_that_fails_leaves_nothing(
     path = tmp_path / "a.db"
     whole = schema._migrate
 
-    def fail_after(connection: Any) -> None:
-        whole(connection)
+    def fail_after(connection: Any, *, is_new: bool) -> None:
+        whole(connection, is_new=is_new)
         raise RuntimeError("power cut")
 
     monkeypatch.setattr(schema, "_migrate", fail_after)
@@ -192,48 +201,6 @@ def test_many_first_users_make_one_database(tmp_path: Path) -> None:
         process.join(60)
     assert failures.empty()
     assert [process.exitcode for process in processes] == [0] * 6
-
-
-@pytest.mark.parametrize("asset", ASSETS, ids=lambda path: path.stem)
-def test_database_of_every_past_schema_upgrades_with_its_results(
-    asset: Path, tmp_path: Path
-) -> None:
-    path = tmp_path / "copy.db"
-    shutil.copyfile(asset, path)
-    campaign, results = ASSET_RESULTS[asset.name]
-    assert schema.current(path) == asset.stem.removeprefix("v")
-    assert schema.upgrade(path) == schema.head()
-    with Repository.open(path) as repository:
-        assert repository.verify() == ()
-        assert repository.result_table_hash(campaign) == results
-        assert repository.progress(campaign).accounted == 8
-
-
-@pytest.mark.parametrize("asset", ASSETS, ids=lambda path: path.stem)
-def test_runs_of_an_older_schema_lack_the_metrics_that_came_later(
-    asset: Path, tmp_path: Path
-) -> None:
-    path = tmp_path / "copy.db"
-    shutil.copyfile(asset, path)
-    schema.upgrade(path)
-    is_new = asset.stem >= "v0003"
-    with Repository.open(path) as repository:
-        campaign = ASSET_RESULTS[asset.name][0]
-        figures = repository.figures(campaign)
-        assert len(figures) == 8
-        assert np.isnan(figures.metrics["trips"]).all()
-        stored = repository.run_row(repository.find_run("0", campaign=campaign).result_digest)
-        assert stored is not None
-        assert ("trips" in stored.metrics) is is_new
-    connection = sqlite3.connect(path)
-    for view in ("v_runs", "v_runs_cut_in"):
-        found = connection.execute(f"SELECT DISTINCT trips_status IS NULL FROM {view}").fetchall()  # noqa: S608
-        assert found == [(0 if is_new else 1,)]
-    connection.close()
-
-
-def test_every_schema_has_its_database() -> None:
-    assert {asset.stem.removeprefix("v") for asset in ASSETS} == schema.known_versions()
 
 
 def set_version(path: Path, version: str) -> None:

@@ -17,7 +17,6 @@ from adeye.store.repository import Repository
 from adeye.store.rows import VerdictRecord
 from adeye.store.stored import Block
 from adeye.store.tallying import Counted, count_block
-from adeye.store.views import FORMER_WORST_FIRST
 
 VERDICTS = tuple(verdict for verdict in Verdict if verdict is not Verdict.NOT_RUN)
 NUMBERS = (None, 0.0, -0.0, 0.5, -0.5, 0.5, 2.0, -3.0, float("inf"), float("-inf"))
@@ -76,23 +75,6 @@ def test_columns_and_rows_count_to_the_same(
     assert {tuple(row) for row in stored} == set(from_columns.tallies)
     assert {case[-1] for case in from_columns.cases} == {0, 1}
     assert sum(row.runs for row in stored) == len(runs.verdicts.run)
-    assert repository.verify() == ()
-    assert repository.progress(campaign).accounted == len(runs)
-
-
-def test_tallies_that_name_the_worst_run_as_they_once_did_are_sound(
-    repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By robustness of the whole formula, which of some seeds is that of another run."""
-    campaign, block = planned(repository, example)
-    runs = made_up(example, block, 3)
-    with monkeypatch.context() as former:
-        former.setattr(tally_rows, "__defaults__", (FORMER_WORST_FIRST,))
-        former.setattr(leasing, "count_block", lambda *_: None)
-        assert repository.complete_block(block, runs)
-    with repository._database.read() as connection:
-        stored = {tuple(row) for row in connection.execute(tables.tally.select())}
-        assert stored != set(tally_rows(connection, block.id))
     assert repository.verify() == ()
     assert repository.progress(campaign).accounted == len(runs)
 

@@ -1,1 +1,1 @@
-"""One file per schema version; a released one is never edited."""
+"""One file per schema version after the first; a released one is never edited."""
