@@ -9,11 +9,15 @@ from typing import Final
 
 from sqlalchemy import Column, ForeignKey, Integer, Table
 
-from adeye.store import column_kinds
-
-_digest, _text = column_kinds.digest_column, column_kinds.text_column
-_number, _count = column_kinds.number_column, column_kinds.count_column
-_flag, _row_hash = column_kinds.flag_column, column_kinds.row_hash_column
+from adeye.store.column_kinds import (
+    count_column,
+    digest_column,
+    flag_column,
+    metadata,
+    number_column,
+    row_hash_column,
+    text_column,
+)
 
 
 def _run() -> Column[int]:
@@ -22,38 +26,38 @@ def _run() -> Column[int]:
 
 
 uid_set = Table(
-    "uid_set", column_kinds.metadata, _digest("digest", key=True), _text("uids"), _row_hash()
+    "uid_set", metadata, digest_column("digest", key=True), text_column("uids"), row_hash_column()
 )
 basis = Table(
     "basis",
-    column_kinds.metadata,
+    metadata,
     _run(),
-    _count("version", key=True),
-    _digest("uid_set_digest", "uid_set.digest"),
-    _flag("by_contact"),
-    _text("invalid", null=True),
-    _row_hash(),
+    count_column("version", key=True),
+    digest_column("uid_set_digest", "uid_set.digest"),
+    flag_column("by_contact"),
+    text_column("invalid", null=True),
+    row_hash_column(),
 )
 extreme = Table(
     "extreme",
-    column_kinds.metadata,
+    metadata,
     _run(),
-    _text("measure", key=True),
-    _count("version", key=True),
-    _number("value"),
-    _number("time_s"),
-    _text("actor", null=True),
-    _text("samples"),
-    _row_hash(),
+    text_column("measure", key=True),
+    count_column("version", key=True),
+    number_column("value"),
+    number_column("time_s"),
+    text_column("actor", null=True),
+    text_column("samples"),
+    row_hash_column(),
     sqlite_with_rowid=False,
 )
 kept_trace = Table(
     "kept_trace",
-    column_kinds.metadata,
+    metadata,
     _run(),
-    _text("file", key=True),
-    _count("place"),
-    _row_hash(),
+    text_column("file", key=True),
+    count_column("place"),
+    row_hash_column(),
 )
 
 RESULTS: Final = (basis, extreme, kept_trace)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from sqlalchemy import Column, ForeignKeyConstraint, Table
 
-from adeye.store import column_kinds
-
-metadata = column_kinds.metadata
-_digest, _text = column_kinds.digest_column, column_kinds.text_column
-_number, _count = column_kinds.number_column, column_kinds.count_column
-_flag, _row_hash, _one_of = (
-    column_kinds.flag_column,
-    column_kinds.row_hash_column,
-    column_kinds.one_of,
+from adeye.store.column_kinds import (
+    count_column,
+    digest_column,
+    flag_column,
+    metadata,
+    number_column,
+    one_of,
+    row_hash_column,
+    text_column,
 )
 
 
@@ -20,74 +20,86 @@ def _part(name: str, *columns: Column[str] | Column[float] | Column[int] | Colum
     return Table(
         name,
         metadata,
-        _digest("concept_digest", "concept.digest", key=True),
-        _text("id", key=True),
+        digest_column("concept_digest", "concept.digest", key=True),
+        text_column("id", key=True),
         *columns,
-        _text("content"),
-        _row_hash(),
+        text_column("content"),
+        row_hash_column(),
     )
 
 
 hazardous_event = _part(
     "hazardous_event",
-    _text("severity"),
-    _text("exposure"),
-    _text("controllability"),
-    _text("asil", null=True),
+    text_column("severity"),
+    text_column("exposure"),
+    text_column("controllability"),
+    text_column("asil", null=True),
 )
 safety_goal = _part(
-    "safety_goal", _text("asil"), _number("ftti_s", null=False), _text("safe_state"), _text("text")
+    "safety_goal",
+    text_column("asil"),
+    number_column("ftti_s", null=False),
+    text_column("safe_state"),
+    text_column("text"),
 )
 fsr = _part(
     "fsr",
-    _text("asil"),
-    _flag("mandatory"),
-    _count("min_exercised"),
-    _text("text"),
-    _text("measure"),
-    _text("threshold_source"),
+    text_column("asil"),
+    flag_column("mandatory"),
+    count_column("min_exercised"),
+    text_column("text"),
+    text_column("measure"),
+    text_column("threshold_source"),
 )
-element = _part("element", _text("kind"), _text("asil_capability"), _flag("legacy"), _text("text"))
-assumption = _part("assumption", _text("owner"), _text("valid_until"), _text("text"))
+element = _part(
+    "element",
+    text_column("kind"),
+    text_column("asil_capability"),
+    flag_column("legacy"),
+    text_column("text"),
+)
+assumption = _part(
+    "assumption", text_column("owner"), text_column("valid_until"), text_column("text")
+)
 allocation = Table(
     "allocation",
     metadata,
-    _digest("concept_digest", key=True),
-    _text("fsr_id", key=True),
-    _text("element_id", key=True),
-    _row_hash(),
+    digest_column("concept_digest", key=True),
+    text_column("fsr_id", key=True),
+    text_column("element_id", key=True),
+    row_hash_column(),
     ForeignKeyConstraint(["concept_digest", "fsr_id"], ["fsr.concept_digest", "fsr.id"]),
     ForeignKeyConstraint(
         ["concept_digest", "element_id"], ["element.concept_digest", "element.id"]
     ),
 )
-decomposition = _part("decomposition", _text("scheme"), _text("independence"))
+decomposition = _part("decomposition", text_column("scheme"), text_column("independence"))
 """By the id of the FSR that is decomposed."""
 decomposition_child = Table(
     "decomposition_child",
     metadata,
-    _digest("concept_digest", key=True),
-    _text("fsr_id", key=True),
-    _text("child_id", key=True),
-    _row_hash(),
+    digest_column("concept_digest", key=True),
+    text_column("fsr_id", key=True),
+    text_column("child_id", key=True),
+    row_hash_column(),
     ForeignKeyConstraint(
         ["concept_digest", "fsr_id"], ["decomposition.concept_digest", "decomposition.id"]
     ),
     ForeignKeyConstraint(["concept_digest", "child_id"], ["fsr.concept_digest", "fsr.id"]),
 )
 dependent_failure = _part(
-    "dependent_failure", _text("owner"), _text("valid_until"), _text("argument")
+    "dependent_failure", text_column("owner"), text_column("valid_until"), text_column("argument")
 )
 element_relation = Table(
     "element_relation",
     metadata,
-    _digest("concept_digest", key=True),
-    _text("element_id", key=True),
-    _text("kind", key=True),
-    _text("name", key=True),
-    _row_hash(),
+    digest_column("concept_digest", key=True),
+    text_column("element_id", key=True),
+    text_column("kind", key=True),
+    text_column("name", key=True),
+    row_hash_column(),
     ForeignKeyConstraint(
         ["concept_digest", "element_id"], ["element.concept_digest", "element.id"]
     ),
-    _one_of("kind", ("resource", "software", "supplier", "provides", "consumes"), "kind"),
+    one_of("kind", ("resource", "software", "supplier", "provides", "consumes"), "kind"),
 )

@@ -10,10 +10,14 @@ from typing import Final
 
 from sqlalchemy import BigInteger, Column, ForeignKey, Index, Integer, String, Table
 
-from adeye.store import column_kinds
-
-_text, _count = column_kinds.text_column, column_kinds.count_column
-_digest, _row_hash = column_kinds.digest_column, column_kinds.row_hash_column
+from adeye.store.column_kinds import (
+    count_column,
+    digest_column,
+    flag_column,
+    metadata,
+    row_hash_column,
+    text_column,
+)
 
 SEALED: Final = (
     "run", "metric", "timing", "criticality", "verdict", "event", "chain", "basis", "extreme",
@@ -22,7 +26,7 @@ SEALED: Final = (
 """What a run has rows in; ``plugin`` is every table of metrics of plug-ins."""
 
 
-def _number() -> Column[int]:
+def _place_number() -> Column[int]:
     return Column("number", Integer, primary_key=True, autoincrement=False)
 
 
@@ -34,66 +38,66 @@ def _campaign(*, key: bool = False) -> Column[str]:
 
 ledger = Table(
     "ledger",
-    column_kinds.metadata,
-    _number(),
-    _count("place", key=True),
-    _text("table_name"),
-    column_kinds.flag_column("is_last"),
-    _count("row_count"),
+    metadata,
+    _place_number(),
+    count_column("place", key=True),
+    text_column("table_name"),
+    flag_column("is_last"),
+    count_column("row_count"),
     Column("total", String(32), nullable=False),
-    _text("detail"),
-    _row_hash(),
+    text_column("detail"),
+    row_hash_column(),
 )
 """What transaction ``number`` added to a table: how many rows, the sum of their hashes (and of a
 hash of this row, see ``ledger.offset``), and, but for tables that seals cover, which rows."""
 
 seal = Table(
     "seal",
-    column_kinds.metadata,
+    metadata,
     Column("run_number", Integer, ForeignKey("run.number"), primary_key=True, autoincrement=False),
-    _count("number", key=True),
+    count_column("number", key=True),
     *(Column(f"{name}_sum", BigInteger, nullable=False) for name in SEALED),
-    _row_hash(),
+    row_hash_column(),
 )
 """What transaction ``number`` of the ledger added to one run: by table, the sum of the row hashes
 modulo 2**48."""
 
 campaign_root = Table(
     "campaign_root",
-    column_kinds.metadata,
+    metadata,
     _campaign(key=True),
-    _count("leaves"),
-    _digest("root"),
-    _row_hash(),
+    count_column("leaves"),
+    digest_column("root"),
+    row_hash_column(),
 )
 """Merkle root over a complete campaign, see ``roots``."""
 
 session = Table(
     "session",
-    column_kinds.metadata,
-    _number(),
+    metadata,
+    _place_number(),
     _campaign(),
-    _text("at"),
-    _text("who"),
-    _text("host"),
-    _text("tool"),
-    _text("packages_digest"),
-    _text("cpu"),
-    _text("provenance"),
-    _row_hash(),
+    text_column("at"),
+    text_column("who"),
+    text_column("host"),
+    text_column("tool"),
+    text_column("packages_digest"),
+    text_column("cpu"),
+    text_column("provenance"),
+    row_hash_column(),
     Index(None, "campaign_id"),
 )
 """Who planned, executed or judged a campaign, when, and with what; one row for each command."""
 
 withdrawal = Table(
     "withdrawal",
-    column_kinds.metadata,
-    _number(),
-    _digest("result_digest", "run.result_digest"),
-    _text("at"),
-    _text("author"),
-    _text("reason"),
-    _row_hash(),
+    metadata,
+    _place_number(),
+    digest_column("result_digest", "run.result_digest"),
+    text_column("at"),
+    text_column("author"),
+    text_column("reason"),
+    row_hash_column(),
     Index(None, "result_digest"),
 )
 """Results that are no evidence any more. They stay as they are."""

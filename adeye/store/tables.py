@@ -20,7 +20,7 @@ from sqlalchemy import (
     Table,
 )
 
-from adeye.store import basis_tables, column_kinds
+from adeye.store import basis_tables
 from adeye.store.case_tables import case_count as case_count
 from adeye.store.case_tables import case_match as case_match
 from adeye.store.case_tables import case_repeat as case_repeat
@@ -28,7 +28,17 @@ from adeye.store.case_tables import case_run as case_run
 from adeye.store.case_tables import case_tally as case_tally
 from adeye.store.case_tables import never_held as never_held
 from adeye.store.certificate_tables import certificate as certificate
-from adeye.store.column_kinds import coded
+from adeye.store.column_kinds import (
+    coded,
+    count_column,
+    digest_column,
+    flag_column,
+    number_column,
+    one_of,
+    row_hash_column,
+    text_column,
+)
+from adeye.store.column_kinds import metadata as metadata
 from adeye.store.concept_tables import allocation as allocation
 from adeye.store.concept_tables import assumption as assumption
 from adeye.store.concept_tables import decomposition as decomposition
@@ -69,15 +79,6 @@ MOMENTS: Final = (
 )  # fmt: skip
 """Times of a timeline."""
 
-metadata = column_kinds.metadata
-_digest, _text = column_kinds.digest_column, column_kinds.text_column
-_number, _count = column_kinds.number_column, column_kinds.count_column
-_flag, _row_hash, _one_of = (
-    column_kinds.flag_column,
-    column_kinds.row_hash_column,
-    column_kinds.one_of,
-)
-
 
 def _campaign(*, key: bool = False) -> Column[str]:
     return Column(
@@ -86,8 +87,8 @@ def _campaign(*, key: bool = False) -> Column[str]:
 
 
 def _content(name: str) -> Table:
-    columns = (_text("id"), _text("version"), _text("content"), _row_hash())
-    return Table(name, metadata, _digest("digest", key=True), *columns)
+    columns = (text_column("id"), text_column("version"), text_column("content"), row_hash_column())
+    return Table(name, metadata, digest_column("digest", key=True), *columns)
 
 
 odd = _content("odd")
@@ -98,19 +99,19 @@ concept = _content("concept")
 test_case = Table(
     "test_case",
     metadata,
-    _digest("digest", key=True),
-    _digest("situation_digest"),
-    _digest("scenario_digest", "scenario.digest"),
-    _digest("architecture_digest", "architecture.digest"),
-    _text("fault_entry"),
-    _text("faults"),
-    _text("parameters"),
-    _count("replicate"),
+    digest_column("digest", key=True),
+    digest_column("situation_digest"),
+    digest_column("scenario_digest", "scenario.digest"),
+    digest_column("architecture_digest", "architecture.digest"),
+    text_column("fault_entry"),
+    text_column("faults"),
+    text_column("parameters"),
+    count_column("replicate"),
     Column("seed", BigInteger, nullable=False),
-    _number("step_s", null=False),
-    _digest("odd_digest", "odd.digest"),
-    _count("point_index"),
-    _row_hash(),
+    number_column("step_s", null=False),
+    digest_column("odd_digest", "odd.digest"),
+    count_column("point_index"),
+    row_hash_column(),
     Index(None, "situation_digest"),
 )
 
@@ -119,27 +120,27 @@ campaign = Table(
     metadata,
     Column("number", Integer, primary_key=True, autoincrement=True),
     Column("id", coded(32), nullable=False, unique=True),
-    _text("created_at"),
-    _text("odd_id"),
-    _digest("odd_digest", "odd.digest"),
-    _digest("concept_digest", "concept.digest"),
-    _text("title"),
-    _count("planned"),
-    _text("factors"),
-    _text("gate"),
-    _text("units"),
-    _text("judging"),
-    _digest("judging_hash"),
-    _text("provenance"),
-    _row_hash(),
+    text_column("created_at"),
+    text_column("odd_id"),
+    digest_column("odd_digest", "odd.digest"),
+    digest_column("concept_digest", "concept.digest"),
+    text_column("title"),
+    count_column("planned"),
+    text_column("factors"),
+    text_column("gate"),
+    text_column("units"),
+    text_column("judging"),
+    digest_column("judging_hash"),
+    text_column("provenance"),
+    row_hash_column(),
 )
 campaign_use = Table(
     "campaign_use",
     metadata,
     Column("number", Integer, primary_key=True, autoincrement=True),
     _campaign(),
-    _text("at"),
-    _row_hash(),
+    text_column("at"),
+    row_hash_column(),
 )
 """Which campaign was planned again after another one: going back to former files makes no new
 campaign, and yet that one is the latest."""
@@ -147,14 +148,14 @@ campaign_case = Table(
     "campaign_case",
     metadata,
     _campaign(key=True),
-    _count("ordinal", key=True),
-    _digest("test_case_digest", "test_case.digest"),
-    _digest("result_digest"),
-    _text("scenario"),
-    _text("architecture"),
-    _flag("inside_odd"),
-    _text("point"),
-    _row_hash(),
+    count_column("ordinal", key=True),
+    digest_column("test_case_digest", "test_case.digest"),
+    digest_column("result_digest"),
+    text_column("scenario"),
+    text_column("architecture"),
+    flag_column("inside_odd"),
+    text_column("point"),
+    row_hash_column(),
     Index(None, "test_case_digest", "campaign_id"),
     Index(None, "result_digest"),
 )
@@ -162,21 +163,21 @@ campaign_fsr = Table(
     "campaign_fsr",
     metadata,
     _campaign(key=True),
-    _text("fsr_id", key=True),
-    _text("architecture", key=True),
-    _text("scenario", key=True),
-    _digest("fsr_digest"),
-    _text("asil"),
-    _flag("mandatory"),
-    _count("min_exercised"),
-    _text("applies"),
-    _flag("in_gate"),
-    _flag("applicable"),
-    _text("reason", null=True),
-    _text("waived_until", null=True),
-    _count("planned"),
-    _row_hash(),
-    _one_of("applies", ("inside", "outside", "everywhere"), "applies"),
+    text_column("fsr_id", key=True),
+    text_column("architecture", key=True),
+    text_column("scenario", key=True),
+    digest_column("fsr_digest"),
+    text_column("asil"),
+    flag_column("mandatory"),
+    count_column("min_exercised"),
+    text_column("applies"),
+    flag_column("in_gate"),
+    flag_column("applicable"),
+    text_column("reason", null=True),
+    text_column("waived_until", null=True),
+    count_column("planned"),
+    row_hash_column(),
+    one_of("applies", ("inside", "outside", "everywhere"), "applies"),
 )
 
 work = Table(
@@ -184,18 +185,18 @@ work = Table(
     metadata,
     Column("id", Integer, primary_key=True, autoincrement=True),
     _campaign(),
-    _text("kind"),
-    _count("from_ordinal"),
-    _count("to_ordinal"),
-    _text("state"),
-    _text("owner", null=True),
-    _count("attempt"),
-    _count("failures"),
-    _text("until", null=True),
-    _number("until_boot_s"),
-    _text("detail", null=True),
-    _one_of("kind", ("execute", "judge", "reused"), "kind"),
-    _one_of("state", WORK_STATES, "state"),
+    text_column("kind"),
+    count_column("from_ordinal"),
+    count_column("to_ordinal"),
+    text_column("state"),
+    text_column("owner", null=True),
+    count_column("attempt"),
+    count_column("failures"),
+    text_column("until", null=True),
+    number_column("until_boot_s"),
+    text_column("detail", null=True),
+    one_of("kind", ("execute", "judge", "reused"), "kind"),
+    one_of("state", WORK_STATES, "state"),
     CheckConstraint("from_ordinal < to_ordinal", name="range"),
     CheckConstraint("(state = 'leased') = (owner IS NOT NULL)", name="owner"),
     Index(None, "campaign_id", "state"),
@@ -206,24 +207,24 @@ run = Table(
     metadata,
     Column("number", Integer, primary_key=True, autoincrement=True),
     Column("result_digest", coded(64), nullable=False, unique=True),
-    _digest("test_case_digest", "test_case.digest"),
-    _text("backend"),
-    _text("variant"),
-    _count("numerics_version"),
-    _text("plugins_digest"),
-    _text("outcome"),
-    _text("outcome_channel", null=True),
-    _text("outcome_detail", null=True),
-    _count("trace_rows"),
-    _number("duration_s", null=False),
+    digest_column("test_case_digest", "test_case.digest"),
+    text_column("backend"),
+    text_column("variant"),
+    count_column("numerics_version"),
+    text_column("plugins_digest"),
+    text_column("outcome"),
+    text_column("outcome_channel", null=True),
+    text_column("outcome_detail", null=True),
+    count_column("trace_rows"),
+    number_column("duration_s", null=False),
     Column("trace_digest", coded(32), nullable=False),
-    _flag("realised"),
-    _text("end_reason"),
-    _flag("machine_dependent"),
+    flag_column("realised"),
+    text_column("end_reason"),
+    flag_column("machine_dependent"),
     Column("result_hash", coded(64), nullable=False),
-    _text("executed_by"),
-    _text("executed_at"),
-    _row_hash(),
+    text_column("executed_by"),
+    text_column("executed_at"),
+    row_hash_column(),
 )
 
 
@@ -245,17 +246,17 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
     checks: list[CheckConstraint] = []
     for metric_id in metric_ids:
         columns += [
-            _number(metric_id),
-            _text(f"{metric_id}_status"),
-            _number(f"{metric_id}_time_s"),
-            _text(f"{metric_id}_actor", null=True),
+            number_column(metric_id),
+            text_column(f"{metric_id}_status"),
+            number_column(f"{metric_id}_time_s"),
+            text_column(f"{metric_id}_actor", null=True),
         ]
         empty = " ".join(f"WHEN '{word}' THEN {metric_id} IS NULL" for word in METRIC_STATUSES[1:])
         value = f"WHEN 'value' THEN {metric_id} IS NOT NULL"
         for dialect, nothing in (("sqlite", "0"), ("postgresql", "FALSE")):
             rule = f"CASE {metric_id}_status {value} {empty} ELSE {nothing} END"
             checks.append(CheckConstraint(rule, name=metric_id).ddl_if(dialect=dialect))
-    return Table(name, into, _run(), *columns, _row_hash(), *checks)
+    return Table(name, into, _run(), *columns, row_hash_column(), *checks)
 
 
 metric = make_metric_table("metric", metadata, FIRST_METRIC_IDS)
@@ -265,112 +266,122 @@ verdict = Table(
     "verdict",
     metadata,
     _run(),
-    _digest("fsr_digest", key=True),
-    _text("fsr_id"),
-    _text("verdict"),
-    _number("robustness_low"),
-    _number("robustness_high"),
-    _number("margin"),
-    _text("unit", null=True),
-    _text("signal", null=True),
-    _text("predicate", null=True),
-    _number("time_s"),
-    _text("actor", null=True),
-    _number("value"),
-    _number("threshold"),
-    _flag("exercised"),
-    _text("detail", null=True),
-    _row_hash(),
-    _one_of("verdict", RUN_VERDICTS, "verdict"),
+    digest_column("fsr_digest", key=True),
+    text_column("fsr_id"),
+    text_column("verdict"),
+    number_column("robustness_low"),
+    number_column("robustness_high"),
+    number_column("margin"),
+    text_column("unit", null=True),
+    text_column("signal", null=True),
+    text_column("predicate", null=True),
+    number_column("time_s"),
+    text_column("actor", null=True),
+    number_column("value"),
+    number_column("threshold"),
+    flag_column("exercised"),
+    text_column("detail", null=True),
+    row_hash_column(),
+    one_of("verdict", RUN_VERDICTS, "verdict"),
     sqlite_with_rowid=False,
 )
 event = Table(
     "event",
     metadata,
     _run(),
-    _count("seq", key=True),
-    _number("time_s", null=False),
-    _text("kind"),
-    _text("subject", null=True),
-    _text("text"),
-    _row_hash(),
+    count_column("seq", key=True),
+    number_column("time_s", null=False),
+    text_column("kind"),
+    text_column("subject", null=True),
+    text_column("text"),
+    row_hash_column(),
     sqlite_with_rowid=False,
 )
-chain = Table("chain", metadata, _run(), _count("every_rows"), _text("links"), _row_hash())
+chain = Table(
+    "chain", metadata, _run(), count_column("every_rows"), text_column("links"), row_hash_column()
+)
 fork = Table(
     "fork",
     metadata,
-    _digest("result_digest", "run.result_digest", key=True),
-    _digest("test_case_digest", "test_case.digest"),
-    _digest("origin_digest", "run.result_digest"),
-    _count("from_tick"),
-    _text("authority"),
-    _row_hash(),
+    digest_column("result_digest", "run.result_digest", key=True),
+    digest_column("test_case_digest", "test_case.digest"),
+    digest_column("origin_digest", "run.result_digest"),
+    count_column("from_tick"),
+    text_column("authority"),
+    row_hash_column(),
     Index(None, "test_case_digest"),
     Index(None, "origin_digest"),
 )
 injection = Table(
     "injection",
     metadata,
-    _digest("result_digest", "run.result_digest", key=True),
-    _count("version", key=True),
-    *(_number(f"{name}_s") for name in MOMENTS),
-    *(_number(f"{name}_s") for name in ("fdti", "frti", "fhti", "eoti", "ftti")),
-    _number("fault_free_violation_s"),
-    _text("class"),
-    _text("without_mechanism"),
-    _text("twins"),
-    _row_hash(),
-    _one_of("class", INJECTION_CLASSES, "class"),
+    digest_column("result_digest", "run.result_digest", key=True),
+    count_column("version", key=True),
+    *(number_column(f"{name}_s") for name in MOMENTS),
+    *(number_column(f"{name}_s") for name in ("fdti", "frti", "fhti", "eoti", "ftti")),
+    number_column("fault_free_violation_s"),
+    text_column("class"),
+    text_column("without_mechanism"),
+    text_column("twins"),
+    row_hash_column(),
+    one_of("class", INJECTION_CLASSES, "class"),
 )
 takeover = Table(
     "takeover",
     metadata,
-    _digest("fork_digest", "fork.result_digest", key=True),
-    _count("version", key=True),
-    _text("class"),
-    _number("takeover_s"),
-    _number("violation_s"),
-    _number("fork_violation_s"),
-    _row_hash(),
-    _one_of("class", TAKEOVER_CLASSES, "class"),
+    digest_column("fork_digest", "fork.result_digest", key=True),
+    count_column("version", key=True),
+    text_column("class"),
+    number_column("takeover_s"),
+    number_column("violation_s"),
+    number_column("fork_violation_s"),
+    row_hash_column(),
+    one_of("class", TAKEOVER_CLASSES, "class"),
 )
 benchmark = Table(
     "benchmark",
     metadata,
-    _digest("result_digest", "run.result_digest", key=True),
-    *(_text("model", key=True), _text("edition", key=True), _count("version", key=True)),
-    *(_digest("drive_digest", "run.result_digest"), _row_hash(), Index(None, "drive_digest")),
+    digest_column("result_digest", "run.result_digest", key=True),
+    *(
+        text_column("model", key=True),
+        text_column("edition", key=True),
+        count_column("version", key=True),
+    ),
+    *(
+        digest_column("drive_digest", "run.result_digest"),
+        row_hash_column(),
+        Index(None, "drive_digest"),
+    ),
 )
 tally = Table(
     "tally",
     metadata,
     Column("work_id", Integer, ForeignKey("work.id"), primary_key=True, autoincrement=False),
     _campaign(),
-    _text("fsr_id", key=True),
-    _digest("fsr_digest"),
-    _text("architecture", key=True),
-    _text("scenario", key=True),
-    _text("verdict", key=True),
-    _count("runs"),
-    _count("exercised"),
-    _number("worst_robustness"),
-    _number("worst_margin"),
-    _text("worst_unit", null=True),
-    _digest("worst_result_digest", "run.result_digest"),
-    _row_hash(),
-    _one_of("verdict", RUN_VERDICTS, "verdict"),
+    text_column("fsr_id", key=True),
+    digest_column("fsr_digest"),
+    text_column("architecture", key=True),
+    text_column("scenario", key=True),
+    text_column("verdict", key=True),
+    count_column("runs"),
+    count_column("exercised"),
+    number_column("worst_robustness"),
+    number_column("worst_margin"),
+    text_column("worst_unit", null=True),
+    digest_column("worst_result_digest", "run.result_digest"),
+    row_hash_column(),
+    one_of("verdict", RUN_VERDICTS, "verdict"),
     CheckConstraint("exercised BETWEEN 0 AND runs", name="exercised"),
     Index(None, "campaign_id"),
 )
 artifact = Table(
     "artifact",
     metadata,
-    _digest("digest", key=True),
-    _text("kind"),
+    digest_column("digest", key=True),
+    text_column("kind"),
     Column("result_digest", coded(64), ForeignKey("run.result_digest"), nullable=True),
-    _count("bytes"),
-    _text("created_at"),
+    count_column("bytes"),
+    text_column("created_at"),
     Index(None, "result_digest"),
 )
 
