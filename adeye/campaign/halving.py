@@ -16,11 +16,10 @@ from __future__ import annotations
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby, islice
 from typing import TYPE_CHECKING, Final
 
+from adeye.campaign.sample import concerns
 from adeye.campaign.work import BatchTask
-from adeye.errors import SpecError
 from adeye.evaluation.metrics import METRICS
 from adeye.evaluation.uncertainty import (
     Difference,
@@ -31,8 +30,6 @@ from adeye.evaluation.uncertainty import (
     sampled_metric,
 )
 from adeye.store.halving import HalfStepRecord, UncertaintyRecord
-from adeye.sweep.clock import check_rates, check_times
-from adeye.sweep.groups import NO_FAULT
 from adeye.sweep.structure import structure_key
 
 if TYPE_CHECKING:
@@ -40,14 +37,13 @@ if TYPE_CHECKING:
 
     from adeye.campaign.executors import Done
     from adeye.campaign.plan import CampaignPlan
+    from adeye.campaign.sample import Sample
     from adeye.campaign.work import BatchResult
     from adeye.evaluation.requirements import CheckedRequirement
-    from adeye.spec.load import OddFiles
     from adeye.store.repository import Repository
-    from adeye.store.rows import EngineKey, MetricValue
+    from adeye.store.rows import MetricValue
     from adeye.store.stored import StoredRun
     from adeye.sweep.case import TestCase
-    from adeye.sweep.expand import Expansion
 
 MOST_TRIES: Final = 3
 """Executions of a run before it is given up."""
@@ -57,100 +53,9 @@ Report = Callable[[int, int], None]
 """Is told how many runs are done, of how many."""
 
 
-@dataclass(frozen=True)
-class Sample:
-    """The runs of one scenario and architecture that are executed with half the step too.
-
-    Attributes:
-        scenario: Id in the ODD.
-        architecture: Id.
-        ordinals: Of the test cases, in the order of their situations' digests.
-        results: Result digests of the test cases.
-    """
-
-    scenario: str
-    architecture: str
-    ordinals: tuple[int, ...]
-    results: tuple[str, ...]
-
-
-def choose(
-    expansion: Expansion, engines: Mapping[str, EngineKey], situations: int
-) -> tuple[Sample, ...]:
-    """Choose the sample of each scenario and architecture.
-
-    A situation is in it without a fault and with one of its fault entries, as far as it has them.
-
-    Args:
-        expansion: The test cases.
-        engines: Engine by architecture id.
-        situations: How many are chosen, or all if there are fewer.
-    """
-    found: dict[tuple[str, str], list[tuple[str, bool, str, int]]] = defaultdict(list)
-    for section in expansion.sections:
-        has_fault = section.group.entry != NO_FAULT
-        for columns in expansion.columns(section.first, section.end):
-            key = columns.shared.scenario_id, columns.shared.architecture.architecture
-            ordinals = range(columns.first, columns.first + len(columns))
-            found[key] += [
-                (situation, has_fault, case, ordinal)
-                for situation, case, ordinal in zip(
-                    columns.situation_digest, columns.digest, ordinals, strict=True
-                )
-            ]
-    samples: list[Sample] = []
-    for (scenario, architecture), cases in found.items():
-        # Of one situation there are as many test cases as fault entries, times what the sweep
-        # varies in an architecture.
-        alike = groupby(sorted(cases), key=lambda item: item[0])
-        several = (list(items) for _, items in islice(alike, situations))
-        chosen = [next(kind) for items in several for _, kind in groupby(items, lambda at: at[1])]
-        results = engines[architecture].result_digests([case for *_, case, _ in chosen])
-        of_plan = tuple(ordinal for *_, ordinal in chosen)
-        samples.append(Sample(scenario, architecture, of_plan, tuple(results)))
-    return tuple(samples)
-
-
-def check_half_step(files: OddFiles) -> None:
-    """Refuse an ODD whose clock cannot tick twice as fast.
-
-    Raises:
-        SpecError: A time has too many ticks then.
-    """
-    half = files.odd.spec.step / 2.0
-    try:
-        for architecture in files.architectures.values():
-            check_rates(architecture.spec, half)
-        for scenario in files.scenarios.values():
-            check_times(scenario.spec, half)
-    except SpecError as error:
-        raise SpecError(
-            f"uncertainty asks for runs with half the step, {half:g} s; {error.message}",
-            where=files.odd.locate(("uncertainty",)),
-            remedy=error.remedy,
-        ) from error
-
-
 def twin_of(case: TestCase) -> TestCase:
     """Give the test case that is the same but for its step, which is half as long."""
     return replace(case, step=case.step / 2.0)
-
-
-def judged_with(
-    requirement: CheckedRequirement, samples: Sequence[Sample]
-) -> dict[tuple[str, str], str]:
-    """Give the digest that verdicts with the uncertainty have, by architecture and scenario."""
-    return {
-        (sample.architecture, sample.scenario): judged_digest(requirement.digest, sample.results)
-        for sample in samples
-        if _concerns(requirement, sample)
-    }
-
-
-def _concerns(requirement: CheckedRequirement, sample: Sample) -> bool:
-    named = requirement.requirement.scenarios
-    is_applicable = sample.architecture not in requirement.not_applicable
-    return is_applicable and (not named or sample.scenario in named)
 
 
 @dataclass(frozen=True)
@@ -316,7 +221,7 @@ def _compared(
         for found in differences("metric", name, sampled):
             yield UncertaintyRecord(sample.scenario, sample.architecture, found)
     for item in plan.requirements:
-        if not _concerns(item, sample):
+        if not concerns(item, sample):
             continue
         margins = [
             pair

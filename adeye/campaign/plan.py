@@ -19,10 +19,10 @@ from adeye.campaign.check import (
 )
 from adeye.campaign.content import FOLDERS, Contents
 from adeye.campaign.factors import axes_text, design_counts
-from adeye.campaign.halving import Sample, check_half_step, choose, judged_with
 from adeye.campaign.metrics import use_plugin_metrics
 from adeye.campaign.parts import Parts, load_parts
 from adeye.campaign.provenance import provenance
+from adeye.campaign.sample import Sample, check_half_step, choose, judged_with
 from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.errors import InputError, SpecError

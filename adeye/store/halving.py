@@ -214,13 +214,6 @@ class HalfSteps:
             )
 
 
-def find_half_step(connection: Connection, result_digest: str) -> tuple[str, str] | None:
-    """Give test case and run with the whole step of a twin; None if it is none."""
-    table = tables.half_step
-    found = connection.execute(table.select().where(table.c.result_digest == result_digest)).first()
-    return None if found is None else (found.test_case_digest, found.origin_digest)
-
-
 def judge_with_uncertainty(connection: Connection, campaign: str, first: int, end: int) -> int:
     """Add the verdicts with numeric uncertainty that results of an ordinal range lack.
 

@@ -6,20 +6,18 @@ off a worker whose lease was taken over: whatever it brings later is dropped.
 
 from __future__ import annotations
 
-from collections import Counter
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from sqlalchemy import func, select, text, update
+from sqlalchemy import select, text, update
 
 from adeye.store.accounts import account_whole
 from adeye.store.basis import record_basis
 from adeye.store.block import JudgedBlock
-from adeye.store.catalog import is_server
 from adeye.store.encoding import utc_text
 from adeye.store.halving import judge_with_uncertainty
-from adeye.store.owner import Owner, boot_clock_s, owner_from_text
+from adeye.store.owner import Owner, boot_clock_s, clock_now, is_abandoned
 from adeye.store.pending import open_cases
 from adeye.store.recording import (
     record_runs,
@@ -28,7 +26,7 @@ from adeye.store.recording import (
     tallied,
     write_tallies,
 )
-from adeye.store.stored import Block, WorkState
+from adeye.store.stored import Block
 from adeye.store.tables import work
 from adeye.store.tallying import count_block
 from adeye.store.wanted import Wanted, cut_block
@@ -78,14 +76,14 @@ def claim_block(
         owner=owner.to_text()
     )
     leased = candidates.where(work.c.state == "leased")
-    now = _now(connection)
+    now = clock_now(connection)
     if asked.is_anything:
         # On a server others claim at the same time: what one of them looks at is left to it.
         found = connection.execute(_unlocked(pending.limit(1))).first()
     else:
         found = _first_unlocked(connection, asked, connection.execute(pending).all())
     if found is None:
-        late = [item for item in connection.execute(leased).all() if _is_abandoned(item, now)]
+        late = [item for item in connection.execute(leased).all() if is_abandoned(item, now)]
         found = _first_unlocked(connection, asked, late)
     if found is None:
         return None
@@ -145,27 +143,11 @@ def open_elsewhere(
     )
 
 
-def _now(connection: Connection) -> datetime:
-    """Read the clock that leases go by: that of the server, if there is one."""
-    if is_server(connection):
-        now: datetime = connection.execute(select(func.clock_timestamp())).scalar_one()
-        return now
-    return datetime.now(UTC)
-
-
 def _lease(now: datetime, lease_s: float) -> dict[str, Any]:
     return {
         "until": utc_text(now + timedelta(seconds=lease_s)),
         "until_boot_s": boot_clock_s() + lease_s,
     }
-
-
-def _is_abandoned(leased: Row[Any], now: datetime) -> bool:
-    owner = owner_from_text(leased.owner)
-    if owner.is_here:
-        # The clock of the boot cannot be set, so a changed time of day ends no lease.
-        return owner.is_dead or boot_clock_s() >= leased.until_boot_s
-    return utc_text(now) >= str(leased.until)
 
 
 def _change(connection: Connection, block: Block, **values: Any) -> bool:
@@ -191,7 +173,7 @@ _FREE: Final[Mapping[str, Any]] = {"owner": None, "until": None, "until_boot_s":
 
 def renew_lease(connection: Connection, block: Block, lease_s: float) -> bool:
     """Extend a lease; False if the block was taken over."""
-    return _change(connection, block, **_lease(_now(connection), lease_s))
+    return _change(connection, block, **_lease(clock_now(connection), lease_s))
 
 
 def release_block(connection: Connection, block: Block) -> bool:
@@ -328,19 +310,3 @@ def _require_complete(connection: Connection, block: Block, *bounds: int) -> Non
     if still_open:
         msg = f"block {block.id} is not complete: {still_open[0]} and {len(still_open) - 1} more"
         raise ValueError(msg)
-
-
-def work_state(connection: Connection, campaign_id: str) -> WorkState:
-    """Count the blocks of a campaign by state; a block whose owner is gone counts as pending."""
-    blocks = connection.execute(select(work).where(work.c.campaign_id == campaign_id)).all()
-    now = _now(connection)
-    counted = Counter(
-        "pending" if block.state == "leased" and _is_abandoned(block, now) else block.state
-        for block in blocks
-    )
-    return WorkState(
-        pending=counted["pending"],
-        leased=counted["leased"],
-        done=counted["done"],
-        quarantined=counted["quarantined"],
-    )

@@ -11,10 +11,17 @@ import os
 import socket
 import time
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Any, Self
 
-from adeye.store.encoding import json_text
+from sqlalchemy import func, select
+
+from adeye.store.catalog import is_server
+from adeye.store.encoding import json_text, utc_text
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection, Row
 
 _PROC = Path("/proc")
 
@@ -96,3 +103,20 @@ def _answers(pid: int) -> bool:
     except PermissionError:
         return True
     return True
+
+
+def clock_now(connection: Connection) -> datetime:
+    """Read the clock that leases go by: that of the server, if there is one."""
+    if is_server(connection):
+        now: datetime = connection.execute(select(func.clock_timestamp())).scalar_one()
+        return now
+    return datetime.now(UTC)
+
+
+def is_abandoned(leased: Row[Any], now: datetime) -> bool:
+    """Whether nobody holds the lease of a block any more."""
+    owner = owner_from_text(leased.owner)
+    if owner.is_here:
+        # The clock of the boot cannot be set, so a changed time of day ends no lease.
+        return owner.is_dead or boot_clock_s() >= leased.until_boot_s
+    return utc_text(now) >= str(leased.until)

@@ -11,9 +11,7 @@ from sqlalchemy import select, text
 from adeye.errors import InputError, UsageError
 from adeye.evaluation.verdict import Verdict
 from adeye.store import tables
-from adeye.store.forking import find_drive, find_fork, fork_of_case
-from adeye.store.halving import find_half_step
-from adeye.store.leasing import work_state
+from adeye.store.found import find_drive, find_fork, find_half_step, fork_of_case, work_state
 from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
 from adeye.store.rows import Artifact, EventRecord, MetricValue, VerdictRecord

@@ -24,6 +24,7 @@ from adeye.store import (
     content,
     damage,
     figures,
+    found,
     leasing,
     planning,
     reading,
@@ -249,7 +250,7 @@ class Repository:
     def work_state(self, campaign: str) -> WorkState:
         """Count the blocks of a campaign by state."""
         with self._database.read() as connection:
-            return leasing.work_state(connection, campaign)
+            return found.work_state(connection, campaign)
 
     def add_artifact(self, artifact: Artifact) -> None:
         """Note a kept file by the digest of its content."""
