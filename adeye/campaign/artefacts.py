@@ -90,7 +90,7 @@ def copy_campaigns(source: Repository, names: Sequence[str], to: Place) -> Copie
             for name in kept:
                 if (file := copy_kept(name, folders, folder)) is not None:
                     undoing.callback(file.unlink, missing_ok=True)
-            copied = into.queue.copy(source.location, chosen)
+            copied = into.copy(source.location, chosen)
         undoing.pop_all()
     return copied
 

@@ -224,7 +224,7 @@ def merge(
     for source in sources:
         # Verified before the other one is opened, which would make it.
         with origin_of(source) as origin, Repository.open(place) as repository:
-            found = repository.queue.merge(origin)
+            found = repository.merge(origin)
         merged.append(found)
         if not json:
             emit(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Self
 from pydantic import Field, model_validator
 
 from adeye.errors import suggest
-from adeye.spec.channels import Channel, PositiveAcceleration, ReferenceChannel, SafetyChannel
+from adeye.spec.channels import Channel, ReferenceChannel, SafetyChannel
 from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.plausible import FileRecord, Limits
 from adeye.spec.quantity import (
@@ -20,6 +20,7 @@ from adeye.spec.quantity import (
     Text,
 )
 from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
+from adeye.spec.supervisor import PositiveAcceleration
 from adeye.spec.switch import Switch
 
 if TYPE_CHECKING:

@@ -15,7 +15,6 @@ from pydantic import (
 
 from adeye.spec.misplaced import misplaced
 from adeye.spec.quantity import (
-    Acceleration,
     Duration,
     Identifier,
     Jerk,
@@ -33,11 +32,10 @@ from adeye.spec.sensors import (
     PositiveFrequency,
     PositiveLength,
 )
-from adeye.spec.supervisor import Supervisor
+from adeye.spec.supervisor import PositiveAcceleration, Supervisor
 
 FilePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
 CommandWord = Annotated[str, StringConstraints(max_length=4096, pattern="^[^\\x00]*$")]
-PositiveAcceleration = Annotated[Acceleration, Field(gt=0.0)]
 
 
 class _Channel(Record):

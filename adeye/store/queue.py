@@ -10,17 +10,13 @@ from sqlalchemy import select
 from adeye.evaluation.verdict import Verdict
 from adeye.store import leasing, pending
 from adeye.store.column_kinds import is_true
-from adeye.store.merging import copy, merge
 from adeye.store.owner import Owner
 from adeye.store.tables import campaign_case, campaign_fsr, run, test_case, verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
-    from pathlib import Path
+    from collections.abc import Collection, Iterator
 
     from adeye.store.database import Database
-    from adeye.store.location import Location
-    from adeye.store.merging import Copied, Merged, Origin
     from adeye.store.stored import Block
     from adeye.store.wanted import Wanted
 
@@ -141,20 +137,3 @@ class Queue:
                 (campaign, campaign),
             )
             return [str(item) for item in found.scalars()]
-
-    def merge(self, source: str | Path | Origin) -> Merged:
-        """Add what another database has, in one transaction; see ``store.merging``.
-
-        Args:
-            source: The other database, which is only read.
-        """
-        return merge(self._database, source)
-
-    def copy(self, source: Location, campaigns: Sequence[str]) -> Copied:
-        """Fill this empty database with campaigns of another one; see ``store.merging``.
-
-        Args:
-            source: The other database, which is only read.
-            campaigns: Their ids.
-        """
-        return copy(self._database, source, campaigns)

@@ -26,6 +26,7 @@ from adeye.store import (
     figures,
     found,
     leasing,
+    merging,
     planning,
     reading,
     recording,
@@ -48,11 +49,13 @@ from adeye.store.queue import Queue
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+    from pathlib import Path
 
     from adeye.evaluation.verdict import Verdict
     from adeye.spec.concept import Concept
     from adeye.store.compared import Compared
     from adeye.store.figures import Figures
+    from adeye.store.merging import Copied, Merged, Origin
     from adeye.store.planned import PlannedCases
     from adeye.store.rows import (
         Artifact,
@@ -174,6 +177,23 @@ class Repository:
             return plan
 
     # Work
+
+    def merge(self, source: str | Path | Origin) -> Merged:
+        """Add what another database has, in one transaction; see ``store.merging``.
+
+        Args:
+            source: The other database, which is only read.
+        """
+        return merging.merge(self._database, source)
+
+    def copy(self, source: Location, campaigns: Sequence[str]) -> Copied:
+        """Fill this empty database with campaigns of another one; see ``store.merging``.
+
+        Args:
+            source: The other database, which is only read.
+            campaigns: Their ids.
+        """
+        return merging.copy(self._database, source, campaigns)
 
     @property
     def queue(self) -> Queue:

@@ -106,7 +106,7 @@ def target(place: str | Path, tmp_path: Path, request: pytest.FixtureRequest) ->
 
 def copied(repository: Repository, to: str, *campaigns: str) -> Repository:
     into = Repository.open(to)
-    into.queue.copy(repository.location, campaigns)
+    into.copy(repository.location, campaigns)
     assert into.verify() == ()
     return into
 
@@ -176,7 +176,7 @@ def test_database_that_has_campaigns_already_and_unknown_names_are_refused(
         make_example().campaign(taken)
         before = rows_of(taken)
         with pytest.raises(InputError, match="has campaigns already"):
-            taken.queue.copy(repository.location, two)
+            taken.copy(repository.location, two)
         assert rows_of(taken) == before
     for to in (str(repository.location.path or tmp_path / "n.db"), str(tmp_path / "n.db")):
         with pytest.raises(InputError, match="there is none"):

@@ -40,7 +40,7 @@ def parts(mini: Executed, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def merged(into: Path, *sources: Path) -> list[merging.Merged]:
     with Repository.open(into) as repository:
-        return [repository.queue.merge(source) for source in sources]
+        return [repository.merge(source) for source in sources]
 
 
 def sound(db: Path) -> None:
